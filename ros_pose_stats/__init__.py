@@ -1,0 +1,48 @@
+"""Stable poses of a part on a plate, and the probabilities of coming to rest in each.
+
+The names below are loaded when they are first used, so that importing the package, or a
+command that needs only some of them, costs little.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from . import version
+
+__version__ = version.VERSION
+
+if TYPE_CHECKING:
+    from .errors import PoseStatsError
+    from .estimators import estimate, estimate_all
+    from .geometry.parts import load_part, part_from_mesh
+    from .geometry.poses import resting_poses
+    from .geometry.splitting_graph import splitting_graph
+    from .records import DropScene, Part, PoseStatistics, StablePose
+
+_HOMES = {
+    "DropScene": "records",
+    "Part": "records",
+    "PoseStatistics": "records",
+    "PoseStatsError": "errors",
+    "StablePose": "records",
+    "estimate": "estimators",
+    "estimate_all": "estimators",
+    "load_part": "geometry.parts",
+    "part_from_mesh": "geometry.parts",
+    "resting_poses": "geometry.poses",
+    "splitting_graph": "geometry.splitting_graph",
+}
+
+__all__ = ["DropScene", "Part", "PoseStatistics", "PoseStatsError", "StablePose", "__version__",
+           "estimate", "estimate_all", "load_part", "part_from_mesh", "resting_poses",
+           "splitting_graph"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value

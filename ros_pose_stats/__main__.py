@@ -1,0 +1,7 @@
+"""`python -m ros_pose_stats` is the command `ros_pose_stats`."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

@@ -1,0 +1,73 @@
+"""The command `ros_pose_stats`: parses, dispatches, and turns refusals into exit statuses."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import NoReturn
+
+from .commands import estimate, shapes
+from .errors import PoseStatsError
+from .version import VERSION
+
+REFUSED = 2
+INTERRUPTED = 130
+FAILED = 1
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose refusals are one line, as all others of this command."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with status 2."""
+        self.exit(REFUSED, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    top = Parser(prog="ros_pose_stats", description=(
+        "Stable poses of a part on a feeder plate, and how probably it comes to rest in each."))
+    top.add_argument("--version", action="version", version=VERSION)
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
+                                  parser_class=Parser)
+    for module in (estimate, shapes):
+        module.register(commands)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Default: the process's own.
+
+    Returns
+    -------
+    int
+        0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure.
+    """
+    parsed = parser().parse_args(arguments)
+    try:
+        status: int = parsed.run(parsed)
+        sys.stdout.flush()
+    except PoseStatsError as refusal:
+        print(f"ros_pose_stats: {refusal}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("ros_pose_stats: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader (head, less) has gone; nothing may be written at exit any more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except Exception:
+        traceback.print_exc()
+        print("ros_pose_stats: internal failure, please report it with the lines above",
+              file=sys.stderr)
+        return FAILED
+    return status

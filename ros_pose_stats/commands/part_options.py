@@ -1,0 +1,35 @@
+"""Options that every command on a part shares."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..records import Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
+
+UNITS = ("m", "mm", "cm", "inch")
+
+
+def add_part_options(command: argparse.ArgumentParser) -> None:
+    """Add the part file and how to read it."""
+    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("--unit", choices=UNITS,
+                         help="unit of the file (default: what the file declares, else m)")
+    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
+                         help="centre of mass in the file's unit (default: uniform density)")
+    command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
+                         metavar="T", help="poses merge below this barrier, as a fraction of the "
+                         "part's radius (default: %(default)s; 0: every stable face)")
+
+
+def part_of(options: argparse.Namespace) -> Part:
+    """Load the part that the options name."""
+    from pathlib import Path
+
+    from ..geometry.mesh_files import metres_per_unit, read_mesh
+    from ..geometry.parts import part_from_mesh
+
+    vertices, triangles, declared = read_mesh(options.part)
+    unit = metres_per_unit(options.unit) if options.unit else declared or 1.0
+    center = None if options.com is None else [unit * x for x in options.com]
+    return part_from_mesh(vertices, triangles, center, part_id=Path(options.part).stem, unit=unit)

@@ -1,0 +1,93 @@
+"""Tables for people."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..records import Part, PoseStatistics, StablePose
+
+BAR = 24
+MOST_ROWS = 40
+
+
+def report(part: Part, found: PoseStatistics) -> str:
+    """One method's answer: a row a pose, most probable first."""
+    lines = [_heading(part, found), "",
+             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}", "",
+             f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'height':>9} {'barrier':>9} "
+             f"{'margin':>7}  down",
+             f"{'':>4} {'':>5}  {'':<{BAR + 8}} {'mm':>9} {'mm':>9} {'deg':>7}"]
+    for pose in found.poses[:MOST_ROWS]:
+        lines.append(f"{pose.index:>4} {pose.group:>5}  {_percent(pose.probability)} "
+                     f"{_bar(pose.probability)} {_length(pose.height)} {_length(pose.barrier)} "
+                     f"{math.degrees(pose.margin):>7.2f}  {_direction(pose)}")
+    return "\n".join([*lines, *_rest(found.poses), *_remarks([found])])
+
+
+def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
+    """Every method's answer side by side: a row a pose, in the last method's order."""
+    leading = found[-1]
+    by_index = [{pose.index: pose.probability for pose in each.poses} for each in found]
+    lines = [_heading(part, leading), "",
+             f"probability in %, ordered by {leading.method}, "
+             f"cluster tolerance {leading.cluster_tolerance:g}", "",
+             f"{'pose':>4} {'group':>5} " + "".join(f"{each.method:>9}" for each in found)
+             + f"  {'':<{BAR}} {'height':>9} {'barrier':>9} {'margin':>7}",
+             f"{'':>4} {'':>5} " + " " * (9 * len(found))
+             + f"  {'':<{BAR}} {'mm':>9} {'mm':>9} {'deg':>7}"]
+    for pose in leading.poses[:MOST_ROWS]:
+        values = "".join(f"{100.0 * each[pose.index]:>9.2f}" for each in by_index)
+        lines.append(f"{pose.index:>4} {pose.group:>5} {values}  {_bar(pose.probability)} "
+                     f"{_length(pose.height)} {_length(pose.barrier)} "
+                     f"{math.degrees(pose.margin):>7.2f}")
+    return "\n".join([*lines, *_rest(leading.poses), *_remarks(found)])
+
+
+def _heading(part: Part, found: PoseStatistics) -> str:
+    size = np.ptp(part.surface_vertices, axis=0) * 1e3
+    center = part.center_of_mass * 1e3
+    extents = " x ".join(f"{x:.4g}" for x in size)
+    return (f"{part.part_id}: {len(found.poses)} stable pose{'s'[:len(found.poses) > 1]}, "
+            f"{len(part.triangles)} triangles, {extents} mm\n"
+            f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
+            f"radius {found.radius * 1e3:.4g} mm")
+
+
+def _percent(probability: float) -> str:
+    return f"{100.0 * probability:6.2f}%"
+
+
+def _bar(probability: float) -> str:
+    encoding = (sys.stdout.encoding or "ascii").lower()
+    full, partial = ("█", "▏▎▍▌▋▊▉") if encoding.startswith("utf") else ("#", "")
+    steps = len(partial) + 1
+    filled = round(probability * BAR * steps)
+    tail = partial[filled % steps - 1] if filled % steps else ""
+    return (full * (filled // steps) + tail).ljust(BAR)
+
+
+def _length(metres: float) -> str:
+    return f"{'-':>9}" if math.isinf(metres) else f"{metres * 1e3:>9.4g}"
+
+
+def _direction(pose: StablePose) -> str:
+    return "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(pose.down, 3)) + ")"
+
+
+def _rest(poses: Sequence[StablePose]) -> list[str]:
+    hidden = poses[MOST_ROWS:]
+    if not hidden:
+        return []
+    together = sum(pose.probability for pose in hidden)
+    return [f"... and {len(hidden)} more poses, {_percent(together).strip()} together; "
+            "--json lists all"]
+
+
+def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
+    warnings = list(dict.fromkeys(line for each in found for line in each.warnings))
+    seconds = sum(each.seconds for each in found)
+    return ["", *warnings, f"computed in {seconds * 1e3:.3g} ms"]

@@ -1,0 +1,47 @@
+"""The one family of errors that this package raises on purpose.
+
+Each error is built from facts: what was expected, what came instead, and what to do
+about it. The message is written here, so that every refusal reads alike and fits in
+one line on a terminal, in a service response or in a diagnostic.
+"""
+
+from __future__ import annotations
+
+
+class PoseStatsError(ValueError):
+    """A refused input.
+
+    Parameters
+    ----------
+    expected : str
+        What would have been accepted, with the bound and its unit.
+    found : str
+        What came, with its value.
+    remedy : str
+        What the user can do.
+    """
+
+    def __init__(self, expected: str, found: str, remedy: str) -> None:
+        self.expected = expected
+        self.found = found
+        self.remedy = remedy
+        super().__init__(f"expected {expected}, got {found}; {remedy}")
+
+    def __reduce__(self) -> tuple[type[PoseStatsError], tuple[str, str, str]]:
+        return type(self), (self.expected, self.found, self.remedy)
+
+
+class MeshError(PoseStatsError):
+    """A mesh that does not describe a solid part."""
+
+
+class MassPropertiesError(PoseStatsError):
+    """Mass, centre of mass or inertia that no rigid part of this shape can have."""
+
+
+class RequestError(PoseStatsError):
+    """A method name, option or parameter out of its range."""
+
+
+class MeshFileError(PoseStatsError):
+    """A mesh file that cannot be read."""

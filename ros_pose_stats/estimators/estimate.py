@@ -1,0 +1,101 @@
+"""From a part to its pose statistics by an estimator."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from ..geometry.poses import RestingPoses, resting_poses
+from ..records import DropScene, Part, PoseStatistics, StablePose
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, LOW_DROP_RADII
+from ..version import VERSION
+from .estimator import Array, Estimator
+from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
+
+
+def estimate(part: Part, method: str = DEFAULT_METHOD, *,
+             restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
+             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+    """Estimate the resting probabilities of a part's stable poses.
+
+    Parameters
+    ----------
+    part : Part
+        As from `load_part` or `part_from_mesh`.
+    method : str
+        `area`, `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`, `meae` or `combined`.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1. The methods above ignore it.
+    drop_height : float, optional
+        Height of the centre of mass at release, metres. The methods above ignore it.
+    cluster_tolerance : float
+        Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+
+    Returns
+    -------
+    PoseStatistics
+        All stable poses, most probable first.
+
+    Raises
+    ------
+    RequestError
+        If the method is unknown or a value is out of its range.
+    MeshError
+        If the part's hull does not enclose its centre of mass.
+    """
+    begin = time.perf_counter()
+    chosen = estimator(method)
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    resting = resting_poses(part, scene.cluster_tolerance)
+    return _statistics(resting, chosen, scene, begin)
+
+
+def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
+                 drop_height: float | None = None,
+                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> list[PoseStatistics]:
+    """Estimate by every registered method, in the registry's order; see `estimate`."""
+    return [estimate(part, name, restitution=restitution, drop_height=drop_height,
+                     cluster_tolerance=cluster_tolerance) for name in ESTIMATORS]
+
+
+def _statistics(resting: RestingPoses, chosen: Estimator, scene: DropScene,
+                begin: float) -> PoseStatistics:
+    probability = chosen.function(resting)
+    height = scene.drop_height if chosen.knows_drop_height else None
+    return PoseStatistics(
+        part_id=resting.part.part_id,
+        part_digest=resting.part.digest,
+        radius=resting.body.radius,
+        method=chosen.name,
+        restitution=scene.restitution,
+        drop_height=math.nan if height is None else height,
+        cluster_tolerance=scene.cluster_tolerance,
+        poses=_ranked(resting.poses, probability),
+        seconds=time.perf_counter() - begin,
+        warnings=(*resting.part.warnings, *_warnings(resting, chosen, scene)),
+        version=VERSION,
+    )
+
+
+def _ranked(poses: tuple[StablePose, ...], probability: Array) -> tuple[StablePose, ...]:
+    """Most probable first; equal but for rounding: by index."""
+    order = np.lexsort((np.arange(len(poses)), -np.round(probability, 12)))
+    values = probability.tolist()
+    return tuple(poses[i].with_probability(values[i]) for i in order.tolist())
+
+
+def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene) -> list[str]:
+    warnings = []
+    merged = sum(len(pose.members) > 1 for pose in resting.poses)
+    if merged:
+        warnings.append(
+            f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces that "
+            f"low barriers part, as on a curved surface; their probabilities are added.")
+    radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
+    if radii < LOW_DROP_RADII and not chosen.knows_drop_height:
+        warnings.append(
+            f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
+            f"know the drop height; expect the pose at release to be more frequent.")
+    return warnings

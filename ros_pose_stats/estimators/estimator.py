@@ -1,0 +1,44 @@
+"""What an estimator is: a function from resting poses to probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.poses import RestingPoses
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """A registered estimator.
+
+    Attributes
+    ----------
+    name : str
+        As in the contract, lower case.
+    title : str
+        For tables and figures.
+    source : str
+        Where it comes from, with the equation.
+    function : callable
+        From `RestingPoses` to probabilities (P,), in the order of `index`, summing to 1.
+    knows_restitution, knows_drop_height : bool
+        Whether the scene changes its answer; the paper's estimators are blind to both.
+    """
+
+    name: str
+    title: str
+    source: str
+    function: Callable[[RestingPoses], Array]
+    knows_restitution: bool = False
+    knows_drop_height: bool = False
+
+
+def normalized(weights: Array) -> Array:
+    """Weights (P,) scaled to sum to 1."""
+    return np.asarray(weights / weights.sum())

@@ -1,0 +1,90 @@
+"""Quasi-static estimators: the part topples face by face until one is stable (4.B, 4.C)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.convex_body import ConvexBody
+from ..geometry.equilibria import Equilibria
+from ..geometry.poses import RestingPoses
+from ..kernels.equilibria import settle_on_stable
+from .coefficients import NQSE_COEFFICIENTS, PQSE_SHARE
+from .estimator import Array, normalized
+
+
+def qse(resting: RestingPoses) -> Array:
+    """Quasi-static estimator [26], section 4.B.
+
+    Every face starts with its centroid solid angle over 4 pi. An unstable face topples over
+    the side pierced by the segment from its centroid to the foot of the centre of mass, and
+    hands its probability to the neighbour there (half to each of two where the segment
+    leaves through a corner).
+    """
+    return normalized(resting.gather(_settled(resting.equilibria)))
+
+
+def nqse(resting: RestingPoses) -> Array:
+    """Nonlinear quasi-static estimator, Eq. 6 with the published coefficients.
+
+    Probabilities proportional to f(e_j), e_j the quasi-static estimate of pose j. For a
+    cluster e_j is the sum over its members: taken facet by facet, f would give a tessellated
+    curve the less the finer it is.
+    """
+    return normalized(nonlinear(qse(resting)))
+
+
+def pqse(resting: RestingPoses) -> Array:
+    """Perturbed quasi-static estimator [25], in this project's reading.
+
+    The redistribution rule of [25] is not given in the paper. Read here: the side between
+    faces i and j moves by an angle proportional to the difference of the tilts at which the
+    part topples over it from either face, and the strip that it sweeps changes hands. Face i
+    takes `share * arc / (4 pi) * (tilt_i - tilt_j)` from face j, where arc is the angle that
+    the side spans seen from the centre of mass. A face that would give more than it has
+    gives all it has, in proportion (the paper's remedy against negative probabilities).
+    The result then topples as in the quasi-static estimator; a share of 0 is exactly that.
+    """
+    return perturbed_quasi_static(resting, PQSE_SHARE)
+
+
+def perturbed_quasi_static(resting: RestingPoses, share: float) -> Array:
+    """`pqse` with a redistributed share of one's own; `share` >= 0, no unit."""
+    found = resting.equilibria
+    start = _redistributed(found, share)
+    arrays = found.arrays
+    settled = settle_on_stable(start, arrays.target, arrays.share)
+    return normalized(resting.gather(settled[found.faces]))
+
+
+def nonlinear(share: Array) -> Array:
+    """The function f of Eq. 6, never below 0; its argument is a probability."""
+    c0, c1, c2, c3 = NQSE_COEFFICIENTS
+    bend = c0 + share * (c1 + share * (c2 + share * c3))
+    return np.maximum(share + share * (1.0 - share) * bend, 0.0)
+
+
+def _settled(found: Equilibria) -> Array:
+    """Toppled share (S,) of each stable face, by rising height."""
+    return found.arrays.toppled[found.faces]
+
+
+def _redistributed(found: Equilibria, share: float) -> Array:
+    body = found.body
+    arrays = body.arrays
+    start = arrays.angle / arrays.angle.sum()
+    taker, giver = arrays.face, arrays.face[arrays.twin]
+    flow = share * _arcs(body) / (4.0 * np.pi) * (found.tilts - found.tilts[arrays.twin])
+    flow = np.maximum(flow, 0.0)
+    outflow = np.bincount(giver, flow, body.faces)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = np.where(outflow > start, start / outflow, 1.0)
+    flow *= limit[giver]
+    change = np.bincount(taker, flow, body.faces) - np.bincount(giver, flow, body.faces)
+    return np.asarray(np.maximum(start + change, 0.0))
+
+
+def _arcs(body: ConvexBody) -> Array:
+    """Angle (N,) that each polygon side spans seen from the centre of mass."""
+    arrays = body.arrays
+    return np.asarray(np.arctan2(arrays.start, arrays.reach)
+                      + np.arctan2(arrays.stop, arrays.reach))

@@ -1,0 +1,1 @@
+"""From mesh files to convex bodies, equilibria, poses and their splitting graph."""

@@ -1,0 +1,151 @@
+"""Equilibria of a part on a horizontal plate (sections 2.B, 2.C).
+
+Stable faces are numbered by rising height, ties by the components of `down`; nothing here
+depends on a method, a scene or a seed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.equilibria import EquilibriumArrays, find_equilibria
+from ..records import Part
+from ..tolerances import SAME_DOWN, SAME_HEIGHT
+from .convex_body import ConvexBody, convex_body
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """Stable, saddle and unstable equilibria of a convex body.
+
+    Attributes
+    ----------
+    body : ConvexBody
+    arrays : EquilibriumArrays
+        As the kernel left them: `arrays.stable` in the order of face numbers.
+    order : (S,) array
+        Positions in `arrays.stable` by rising height: the numbering of the stable faces.
+    """
+
+    body: ConvexBody
+    arrays: EquilibriumArrays
+    order: Index
+
+    @property
+    def faces(self) -> Index:
+        """Face (S,) of each stable face, by rising height."""
+        return self.arrays.stable[self.order]
+
+    @property
+    def heights(self) -> Array:
+        """Height (S,) of the centre of mass on each stable face, in radii."""
+        return self.body.arrays.distance[self.faces]
+
+    @property
+    def downs(self) -> Array:
+        """Direction (S, 3) that points down on each stable face."""
+        return self.body.arrays.normal[self.faces]
+
+    @cached_property
+    def rank(self) -> Index:
+        """Number (S,) of each entry of `arrays.stable`: the inverse of `order`."""
+        rank = np.empty_like(self.order)
+        rank[self.order] = np.arange(self.order.shape[0])
+        return rank
+
+    @property
+    def saddles(self) -> Index:
+        """Polygon sides (H,) whose edge carries a saddle of r and R."""
+        return self.arrays.saddle
+
+    @property
+    def unstable(self) -> Index:
+        """Hull points (U,) at a maximum of r and R."""
+        return self.arrays.unstable
+
+    @property
+    def poincare_hopf(self) -> int:
+        """S - H + U, which is 2 for a body without degenerate equilibria."""
+        return len(self.arrays.stable) - len(self.saddles) + len(self.unstable)
+
+    @cached_property
+    def tilts(self) -> Array:
+        """Tilt (N,) at which the part topples over each polygon side, radians."""
+        arrays = self.body.arrays
+        return np.arctan2(arrays.inset, arrays.distance[arrays.face])
+
+
+_found: WeakKeyDictionary[Part, Equilibria] = WeakKeyDictionary()
+
+
+def equilibria(part: Part) -> Equilibria:
+    """Equilibria of a part, found once and remembered while the part lives."""
+    found = _found.get(part)
+    if found is None:
+        body = convex_body(part)
+        arrays = find_equilibria(body.points, body.arrays)
+        heights = body.arrays.distance[arrays.stable]
+        order = pose_order(heights, body.arrays.normal[arrays.stable])
+        found = _found[part] = Equilibria(body, arrays, order)
+    return found
+
+
+def pose_order(heights: Array, downs: Array) -> Index:
+    """Order of poses by rising height, ties by the components of `down`.
+
+    Parameters
+    ----------
+    heights : (S,) array
+        In radii.
+    downs : (S, 3) array
+
+    Returns
+    -------
+    (S,) array of int
+    """
+    group = tied(heights, SAME_HEIGHT)
+    for axis in range(3):
+        group = tied(downs[:, axis], SAME_DOWN, group)
+    return np.argsort(group, kind="stable")
+
+
+def tied(values: Array, tolerance: float, group: Index | None = None) -> Index:
+    """Number ties by rising value, within the order of earlier groups.
+
+    A tie opens at its smallest value and takes in all within the tolerance of that, so that
+    rounding decides nothing among separate values and a dense run is not one long tie.
+
+    Parameters
+    ----------
+    values : (S,) array
+    tolerance : float
+    group : (S,) array of int, optional
+        Groups that come first in the order.
+
+    Returns
+    -------
+    (S,) array of int
+    """
+    if group is None:
+        group = np.zeros(values.shape[0], dtype=np.int64)
+    order = np.lexsort((values, group))
+    ranked, grouped = values[order], group[order]
+    opens = np.ones(values.shape[0], dtype=np.bool_)
+    opens[1:] = (np.diff(ranked) > tolerance) | (np.diff(grouped) > 0)
+    starts = np.append(np.flatnonzero(opens), values.shape[0])
+    wide = ranked[starts[1:] - 1] - ranked[starts[:-1]] > tolerance
+    for begin, end in zip(starts[:-1][wide].tolist(), starts[1:][wide].tolist(), strict=True):
+        while begin < end:
+            opens[begin] = True
+            begin += int(np.searchsorted(ranked[begin:end], ranked[begin] + tolerance, "right"))
+    numbers = np.empty(values.shape[0], dtype=np.int64)
+    numbers[order] = np.cumsum(opens) - 1
+    return numbers

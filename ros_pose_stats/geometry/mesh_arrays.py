@@ -1,0 +1,96 @@
+"""What counts as a triangle mesh: the checks at the library's door."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
+
+# Beyond these the fifth power of a length in the inertia leaves the range of float64.
+_SMALLEST_EXTENT = 1e-50
+_LARGEST_EXTENT = 1e50
+
+
+def checked_mesh(
+    vertices: ArrayLike, triangles: ArrayLike, unit: float
+) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    """Copy a mesh into arrays of its own, in metres.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        In `unit`.
+    triangles : (T, 3) array of int
+    unit : float
+        Metres.
+
+    Returns
+    -------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array of uint32
+
+    Raises
+    ------
+    MeshError
+        If the shapes are wrong, a number is NaN or infinite, an index is no integer or out
+        of range, or the size is beyond what can be computed with.
+    """
+    places = _numbers(vertices, "vertices") * unit
+    if places.ndim != 2 or places.shape[1] != 3:
+        raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",
+                        "give one x y z row a vertex")
+    if not np.isfinite(places).all():
+        row = int(np.flatnonzero(~np.isfinite(places).all(axis=1))[0])
+        raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
+                        "export the mesh again")
+    corners = _indices(triangles, len(places))
+    used = places[corners.ravel()]
+    extent = float(np.ptp(used, axis=0).max())
+    if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
+        raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
+                        f"{extent:g} m", "check the unit")
+    return places, corners
+
+
+def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Make a float64 array of whatever was given."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} as rows of three numbers", f"{type(values).__name__} ({error})",
+                        "give a list of rows or an array") from error
+
+
+def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
+    """Triangles (T, 3) as uint32, each number below `vertex_count`."""
+    try:
+        given = np.asarray(triangles)
+    except ValueError as error:
+        raise MeshError("triangles of shape (T, 3)", f"{error}",
+                        "split polygons into triangles") from error
+    if given.size == 0:
+        raise MeshError("at least four triangles", "none", "a point cloud is not a part")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise MeshError("triangles of shape (T, 3)", f"shape {given.shape}",
+                        "split polygons into triangles")
+    if given.dtype.kind not in "iu":
+        _check_integers(_numbers(given, "triangles"))
+        given = given.astype(np.float64)
+    if given.min() < 0 or given.max() >= vertex_count:
+        outside = (given < 0) | (given >= vertex_count)
+        row, column = (int(k[0]) for k in np.nonzero(outside))
+        raise MeshError(f"vertex numbers from 0 to {vertex_count - 1}",
+                        f"{int(given[row, column])} in triangle {row}",
+                        "count vertices from 0")
+    return given.astype(np.uint32)
+
+
+def _check_integers(given: NDArray[np.float64]) -> None:
+    """Refuse fractions, NaN and infinity as vertex numbers."""
+    whole = np.isfinite(given) & (np.floor(given) == given)
+    if not whole.all():
+        row, column = (int(k[0]) for k in np.nonzero(~whole))
+        raise MeshError("whole vertex numbers", f"{given[row, column]} in triangle {row}",
+                        "give integers")

@@ -1,0 +1,193 @@
+"""Mesh files: STL, OBJ, PLY, OFF and 3MF to plain arrays.
+
+trimesh parses; this module adds what it leaves open. Nothing is merged, reordered or
+repaired, so that a part's digest depends on the file alone; a file that says less than it
+announces (cut off by a full disk, say) is refused; and the objects of a scene are set in
+place by their transforms and joined into one mesh.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshFileError, RequestError
+
+if TYPE_CHECKING:
+    from trimesh import Scene
+
+SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf")
+
+METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+
+# The six units of the 3MF core specification.
+_3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
+                     "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+
+# Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
+_OBJ_GROUPS: Final = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
+
+
+def metres_per_unit(unit: str | float) -> float:
+    """Length of one mesh unit in metres.
+
+    Parameters
+    ----------
+    unit : str or float
+        `m`, `mm`, `cm` or `inch`, or a positive number of metres.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    RequestError
+        If it is neither.
+    """
+    if isinstance(unit, str) and unit in METRES_PER_UNIT:
+        return METRES_PER_UNIT[unit]
+    try:
+        length = math.nan if isinstance(unit, (str, bool)) else float(unit)
+    except (TypeError, ValueError):
+        length = math.nan
+    if not 0.0 < length < math.inf:
+        raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
+                           f"{unit!r}", "most CAD systems export millimetres: 'mm'")
+    return length
+
+
+def read_mesh(
+    file: str | os.PathLike[str],
+) -> tuple[NDArray[np.float64], NDArray[np.int64], float | None]:
+    """Vertices and triangles of a mesh file.
+
+    Parameters
+    ----------
+    file : path
+        `.stl` (ascii or binary), `.obj`, `.ply`, `.off` or `.3mf`, in any case.
+
+    Returns
+    -------
+    vertices : (V, 3) array
+        In the file's unit, in the order of the file, not merged.
+    triangles : (T, 3) array
+    declared_unit : float or None
+        Metres a unit where the file says so (3MF), else None.
+
+    Raises
+    ------
+    MeshFileError
+        If the file is missing, of an unknown format, damaged, or holds no triangles.
+    """
+    path = Path(file)
+    data = _bytes_of(path)
+    suffix = path.suffix.lower()
+    scene = _parsed(path, suffix, data)
+    vertices, triangles = _joined(scene)
+    announced = _announced_faces(suffix, data)
+    if len(triangles) < announced:
+        raise MeshFileError(f"{announced} faces as {path} announces", f"{len(triangles)}",
+                            "the file is cut off or damaged: export it again")
+    if len(triangles) == 0:
+        raise MeshFileError(f"triangles in {path}", "none",
+                            "the file is empty, cut off, or holds only points or curves")
+    return vertices, triangles, _declared_unit(scene) if suffix == ".3mf" else None
+
+
+def _bytes_of(path: Path) -> bytes:
+    """Read the whole file, or say in one line why not."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
+                            "export the part as STL or 3MF")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
+                            "check the path and its permissions") from error
+    if not data:
+        raise MeshFileError("a mesh file with content", f"{path}, which is empty",
+                            "export it again")
+    return data
+
+
+def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
+    """Parse the file into a trimesh scene."""
+    import trimesh  # 0.1 s to import, which arrays in memory need not pay
+
+    options: dict[str, Any] = {"process": False}
+    if suffix == ".obj":
+        data = _OBJ_GROUPS.sub(b"", data)
+        options |= {"skip_materials": True, "maintain_order": True}
+    elif suffix == ".ply":
+        options |= {"fix_texture": False}
+    try:
+        return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
+    except MemoryError:
+        raise
+    except Exception as error:  # each of the five parsers fails in its own ways
+        reason = (str(error).strip().splitlines() or [""])[0]
+        found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
+        raise MeshFileError(f"a readable {suffix[1:].upper()} file", found,
+                            "the file is damaged or of another format: export it again"
+                            ) from error
+
+
+def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """All meshes of a scene in place, in one index space; mirrored ones are turned back."""
+    vertices: list[NDArray[np.float64]] = [np.zeros((0, 3))]
+    triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
+    offset = 0
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        corners = getattr(mesh, "faces", None)
+        if corners is None or len(corners) == 0:
+            continue
+        points = np.array(mesh.vertices, dtype=np.float64)
+        corners = np.array(corners, dtype=np.int64)
+        if not np.array_equal(transform, np.eye(4)):
+            points = points @ transform[:3, :3].T + transform[:3, 3]
+            if np.linalg.det(transform[:3, :3]) < 0.0:
+                corners = corners[:, ::-1]
+        vertices.append(points)
+        triangles.append(corners + offset)
+        offset += len(points)
+    return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def _declared_unit(scene: Scene) -> float | None:
+    """Metres a unit; trimesh carries the model's unit in the metadata of each geometry."""
+    for mesh in scene.geometry.values():
+        name = str(mesh.metadata.get("units", "")).strip().lower().rstrip("s")
+        if name in _3MF_UNITS:
+            return _3MF_UNITS[name]
+    return None
+
+
+def _announced_faces(suffix: str, data: bytes) -> int:
+    """Count the faces that the file says it has; polygons give more triangles than that."""
+    if suffix == ".stl" and not _is_binary_stl(data):
+        return len(re.findall(rb"\bfacet[ \t]+normal\b", data, re.IGNORECASE))
+    if suffix == ".obj":
+        return len(re.findall(rb"^[ \t]*f[ \t]", data, re.MULTILINE))
+    if suffix == ".ply":
+        count = re.search(rb"^element[ \t]+face[ \t]+(\d+)", data, re.MULTILINE)
+        return int(count[1]) if count else 0
+    if suffix == ".off":
+        plain = re.sub(rb"#[^\n]*", b"", data)
+        count = re.search(rb"OFF\s+\d+\s+(\d+)", plain)
+        return int(count[1]) if count else 0
+    return 0
+
+
+def _is_binary_stl(data: bytes) -> bool:
+    """Whether the length fits the count in the header; `solid` may open either kind."""
+    return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")

@@ -1,0 +1,226 @@
+"""Whether bodies reach into each other.
+
+They do when an edge of one pierces a triangle of another by more than a tolerance. Edges and
+triangles are divided together by planes across the axes; in each division only what lies
+within the box around the other bodies is kept. Short lists are tested in one go.
+
+A passage through the rim of a triangle proves nothing by itself: bars laid across each other
+have it where they merely touch, a cross of two equal bars where they overlap. Such a passage
+counts when a point next to it, just inside the first body, is inside the second too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tolerances import OVERLAP
+from .crossings import crossings
+
+# Edge-triangle pairs tested at once: below this a division costs more than it saves.
+_AT_ONCE: Final = 40_000
+
+# A division that leaves more than this share of the pairs is not worth going on with.
+_WORTHWHILE: Final = 0.7
+
+# Handling one element in a division takes about as long as testing this many pairs.
+_DIVISION_COST: Final = 100
+
+# Most pairs looked at (a few seconds). Only meshes of long slivers that lie all along each
+# other get there; what is left then goes untested.
+_MOST_PAIRS: Final = 150_000_000
+
+# Passages through rims that are looked into; each costs a look at the whole mesh.
+_MOST_RIMS: Final = 64
+
+
+class _Elements(NamedTuple):
+    """Edges or triangles.
+
+    Attributes
+    ----------
+    low, high : (N, 3) arrays
+        Boxes around them.
+    corners : (N, 3) array
+        Vertex numbers; the third one of an edge is the far corner of a triangle at it.
+    body : (N,) array
+    """
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    corners: NDArray[np.int64]
+    body: NDArray[np.int64]
+
+    def pick(self, chosen: NDArray[np.bool_]) -> _Elements:
+        if chosen.all():
+            return self
+        return _Elements(self.low[chosen], self.high[chosen], self.corners[chosen],
+                         self.body[chosen])
+
+
+class _Passages(NamedTuple):
+    """Passages of edges through triangles: where, which way is in, and who takes part."""
+
+    place: NDArray[np.float64]
+    to_inner_end: NDArray[np.float64]
+    edge: NDArray[np.int64]
+    body: NDArray[np.int64]
+    in_rim: NDArray[np.bool_]
+
+
+def reach_into_each_other(
+    points: NDArray[np.float64], triangles: NDArray[np.int64], body: NDArray[np.int64]
+) -> bool:
+    """Whether bodies reach into each other by more than `OVERLAP`.
+
+    Parameters
+    ----------
+    points : (V, 3) array
+        Scaled to a largest extent of one.
+    triangles : (T, 3) array
+        Closed surfaces, normals out of the material.
+    body : (T,) array
+        Body of each triangle; intersections within a body do not count.
+
+    Returns
+    -------
+    bool
+    """
+    if (body == body[0]).all():
+        return False
+    begin, end, far = triangles.ravel(), triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]
+    once = begin < end.ravel()  # a closed surface runs along each edge both ways
+    corners = np.stack((begin, end.ravel(), far.ravel()), axis=1)[once]
+    waiting = [(_elements(points, corners, 2, np.repeat(body, 3)[once]),
+                _elements(points, triangles, 3, body))]
+    budget, rims = _MOST_PAIRS, _MOST_RIMS
+    while waiting and budget > 0:
+        edges, faces = waiting.pop()
+        faces = faces.pick(_near_others(faces, edges))
+        edges = edges.pick(_near_others(edges, faces))
+        pairs = len(edges.body) * len(faces.body)
+        budget -= _DIVISION_COST * (len(edges.body) + len(faces.body))
+        halves = None if pairs <= _AT_ONCE else _halves(edges, faces)
+        if halves is not None:
+            waiting += halves
+            continue
+        for tested, passages in _passages(points, edges, faces):
+            if not passages.in_rim.all():
+                return True
+            for k in range(min(rims, len(passages.body))):
+                if _meets_inside(points, triangles[body == passages.body[k]], passages, k):
+                    return True
+            rims -= min(rims, len(passages.body))
+            budget -= tested
+            if budget <= 0:
+                break
+    return False
+
+
+def _elements(
+    points: NDArray[np.float64], corners: NDArray[np.int64], count: int,
+    body: NDArray[np.int64],
+) -> _Elements:
+    """Elements with boxes around the first `count` of their corners."""
+    low = high = points[corners[:, 0]]
+    for k in range(1, count):
+        place = points[corners[:, k]]
+        low, high = np.minimum(low, place), np.maximum(high, place)
+    return _Elements(low, high, corners, body)
+
+
+def _near_others(own: _Elements, others: _Elements) -> NDArray[np.bool_]:
+    """Which of one list (N,) reach into the box around the others of other bodies."""
+    near = np.ones(len(own.body), dtype=bool)
+    if len(others.body) == 0:
+        return ~near
+    for axis in range(3):
+        for reach, limit in ((own.high[:, axis], others.low[:, axis]),
+                             (-own.low[:, axis], -others.high[:, axis])):
+            first = int(limit.argmin())
+            holder = others.body[first]
+            rest = limit[others.body != holder].min(initial=np.inf)
+            near &= reach > np.where(own.body == holder, rest, limit[first])
+    return near
+
+
+def _halves(edges: _Elements, faces: _Elements) -> list[tuple[_Elements, _Elements]] | None:
+    """Divide both lists by the best of three planes; None if none is worthwhile."""
+    best, outcome = _WORTHWHILE * len(edges.body) * len(faces.body), None
+    middle = np.median(0.5 * (faces.low + faces.high), axis=0)
+    for axis in range(3):
+        below = edges.low[:, axis] <= middle[axis], faces.low[:, axis] <= middle[axis]
+        above = edges.high[:, axis] >= middle[axis], faces.high[:, axis] >= middle[axis]
+        left = np.count_nonzero(below[0]) * np.count_nonzero(below[1])
+        right = np.count_nonzero(above[0]) * np.count_nonzero(above[1])
+        if left + right < best:
+            best, outcome = left + right, (below, above)
+    if outcome is None:
+        return None
+    return [(edges.pick(side[0]), faces.pick(side[1])) for side in outcome]
+
+
+def _passages(
+    points: NDArray[np.float64], edges: _Elements, faces: _Elements
+) -> Iterator[tuple[int, _Passages]]:
+    """Yield all passages between two lists, with the number of pairs tested for them."""
+    rows = max(1, _AT_ONCE // max(1, len(faces.body)))
+    for start in range(0, len(edges.body), rows):
+        some = slice(start, start + rows)
+        meet = edges.body[some, None] != faces.body
+        for axis in range(3):
+            meet &= edges.low[some, None, axis] < faces.high[:, axis]
+            meet &= edges.high[some, None, axis] > faces.low[:, axis]
+        edge, face = np.nonzero(meet)
+        yield meet.size, _through(points, edges.corners[edge + start], faces.corners[face],
+                                  faces.body[face])
+
+
+def _through(
+    points: NDArray[np.float64], edge: NDArray[np.int64], face: NDArray[np.int64],
+    body: NDArray[np.int64],
+) -> _Passages:
+    """Find the passages among pairs of edges (k, 3) and triangles (k, 3) of bodies (k,)."""
+    ends, corner = points[edge[:, :2]], points[face]
+    side = np.roll(corner, -1, axis=1) - corner
+    normal = np.cross(side[:, 0], side[:, 1])
+    length = np.linalg.norm(normal, axis=1)
+    normal = normal / np.where(length > 0.0, length, 1.0)[:, None]
+    depth = np.einsum("kei,ki->ke", ends - corner[:, :1], normal)
+    deep = (depth.min(axis=1) < -OVERLAP) & (depth.max(axis=1) > OVERLAP)
+    ends, corner, side, normal, depth = (x[deep] for x in (ends, corner, side, normal, depth))
+    share = (depth[:, 0] / (depth[:, 0] - depth[:, 1]))[:, None]
+    place = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
+    inward = np.cross(normal[:, None], side) / np.linalg.norm(side, axis=2, keepdims=True)
+    margin = np.einsum("kci,kci->kc", place[:, None] - corner, inward).min(axis=1)
+    inner = ends[np.arange(len(ends)), depth.argmin(axis=1)]
+    passes = margin > -OVERLAP
+    return _Passages(place[passes], (inner - place)[passes], edge[deep][passes],
+                     body[deep][passes], margin[passes] <= OVERLAP)
+
+
+def _meets_inside(
+    points: NDArray[np.float64], other: NDArray[np.int64], passages: _Passages, k: int
+) -> bool:
+    """Whether passage `k` leads to a point inside both bodies; `other` is the pierced one.
+
+    The point is a little way along the edge, then from the edge onto a triangle at it, then
+    through that triangle into the material.
+    """
+    begin, end, far = points[passages.edge[k]]
+    along = (end - begin) / np.linalg.norm(end - begin)
+    across = (far - begin) - ((far - begin) @ along) * along
+    width = np.linalg.norm(across)
+    if width <= 8.0 * OVERLAP:
+        return False  # a sliver: there is no way off its edge
+    across = across / width
+    step = passages.to_inner_end[k]
+    step = step * min(0.5, 20.0 * OVERLAP / float(np.linalg.norm(step)))
+    # The far corner is to the left of a directed edge as seen from outside.
+    into = -np.cross(along, across)
+    x, y, z = passages.place[k] + step + OVERLAP * (4.0 * across + into)
+    _, height, sign = crossings(points, other, x, y)
+    return bool(sign[height > z].sum() != 0)

@@ -1,0 +1,257 @@
+"""From a mesh to a part: check, weld, repair, orient, integrate."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MassPropertiesError, MeshError
+from ..records.part import Part
+from ..tolerances import FLATTEST, HOLLOW, ON_HULL
+from .hull import Hull, hull_of, keep_hull
+from .mass_properties import (
+    Solid,
+    given_center_of_mass,
+    given_inertia,
+    given_mass,
+    solid_of,
+)
+from .mesh_arrays import checked_mesh
+from .mesh_files import metres_per_unit, read_mesh
+from .shells import oriented_outward
+from .welding import weld, without_unused
+from .winding import closed_shells
+
+_LARGEST_USUAL = 2.0
+_SMALLEST_USUAL = 0.2e-3
+
+_OPEN_MESH = ("OPEN_MESH: the mesh has holes or encloses no solid, so its convex hull stands in "
+              "for it; mass properties that you do not give are the hull's.")
+_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
+                   "they share counts twice in the mass properties; unite them in CAD or give "
+                   "mass properties.")
+
+
+class Surface(NamedTuple):
+    """A welded closed surface with the solid in it.
+
+    Attributes
+    ----------
+    vertices : (W, 3) array
+        Metres.
+    triangles : (U, 3) array
+        Normals point out of the material.
+    solid : Solid
+    hull : Hull
+        Of `vertices`.
+    warnings : tuple of str
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    solid: Solid
+    hull: Hull
+    warnings: tuple[str, ...]
+
+
+def load_part(
+    file: str | os.PathLike[str],
+    unit: str | float | None = None,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    part_id: str = "",
+) -> Part:
+    """Load a part from a mesh file.
+
+    Parameters
+    ----------
+    file : path
+        STL, OBJ, PLY, OFF or 3MF.
+    unit : str or float, optional
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (3MF),
+        else metres.
+    center_of_mass, mass, inertia
+        See `part_from_mesh`.
+    part_id : str
+        Default: the file's name without its suffix.
+
+    Returns
+    -------
+    Part
+
+    Raises
+    ------
+    MeshFileError, MeshError, MassPropertiesError, RequestError
+        Each with one line that says what is wrong.
+    """
+    length = None if unit is None else metres_per_unit(unit)
+    vertices, triangles, declared = read_mesh(file)
+    return part_from_mesh(vertices, triangles, center_of_mass, mass, inertia,
+                          part_id=part_id or Path(file).stem, unit=length or declared or 1.0)
+
+
+def part_from_mesh(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    part_id: str = "",
+    unit: str | float = 1.0,
+) -> Part:
+    """Make a part from a triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        In `unit`, part frame.
+    triangles : (T, 3) array of int
+        Vertex numbers; either winding, repaired where it is inconsistent.
+    center_of_mass : (3,) array, optional
+        Metres, part frame, strictly inside the convex hull; default: uniform density. Given
+        alone, the uniform body's inertia about its own centroid is kept.
+    mass : float, optional
+        Kilograms; default 1.
+    inertia : (3, 3) array, optional
+        About the centre of mass in part axes, kg m²; needs `mass`. Default, or zeros:
+        uniform density.
+    part_id : str
+        Default: `mesh_` and twelve digits of the digest.
+    unit : str or float
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit.
+
+    Returns
+    -------
+    Part
+        With warnings `OPEN_MESH`, `BODIES_OVERLAP`, `UNIT_SUSPECT` where they apply.
+
+    Raises
+    ------
+    MeshError
+        If the arrays are no triangle mesh or span no volume.
+    MassPropertiesError
+        If no rigid part of this shape can have the given mass properties.
+    RequestError
+        If `unit` is not a unit.
+    """
+    kilograms = given_mass(mass)
+    tensor = given_inertia(inertia, kilograms)
+    center = given_center_of_mass(center_of_mass)
+    metres, corners = checked_mesh(vertices, triangles, metres_per_unit(unit))
+    surface = _surface(metres, corners.astype(np.int64))
+    if center is None:
+        center = surface.solid.centroid
+    else:
+        _check_inside(center, surface)
+    kilograms = 1.0 if kilograms is None else kilograms
+    if tensor is None:
+        tensor = surface.solid.inertia * (kilograms / surface.solid.volume)
+    part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
+                center, tensor, surface.warnings)
+    keep_hull(part, surface.hull)
+    return part
+
+
+def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
+    """Weld, close, orient and integrate; the convex hull where that leads to no solid."""
+    vertices, triangles = weld(vertices, triangles)
+    _check_spans_volume(vertices, triangles)
+    warnings = _unit_warning(vertices)
+    shells = closed_shells(vertices, triangles)
+    if shells is not None:
+        points, kept = without_unused(vertices, shells.triangles)
+        oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
+        solid, hull = solid_of(points, oriented), hull_of(points)
+        if _is_solid(solid, hull):
+            if overlapping:
+                warnings += (_BODIES_OVERLAP,)
+            return Surface(points, np.ascontiguousarray(oriented), solid, hull, warnings)
+    hull = hull_of(vertices)
+    around = _hull_triangles(vertices, hull)
+    return Surface(vertices, around, solid_of(vertices, around), hull, (*warnings, _OPEN_MESH))
+
+
+def _is_solid(solid: Solid, hull: Hull) -> bool:
+    """Whether volume, centroid and inertia are such as a solid in this hull can have."""
+    whole = float(hull.qhull.volume) * hull.scale**3
+    return bool(solid.volume > HOLLOW * whole
+                and _beyond_hull(solid.centroid, hull) < 0.0
+                and np.linalg.eigvalsh(solid.inertia)[0] > 0.0)
+
+
+def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
+    """Triangles of the hull, normals outward."""
+    triangles = hull.qhull.simplices.astype(np.int64)
+    shells = closed_shells(vertices, triangles)
+    if shells is not None:
+        return np.ascontiguousarray(oriented_outward(vertices, shells)[0])
+    # Qhull has split a merged facet into slivers that fold; its normals are right still.
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.qhull.equations[:, :3]) < 0.0
+    return np.where(inward[:, None], triangles[:, ::-1], triangles)
+
+
+def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
+    """How far a point is beyond the nearest hull plane, metres; negative inside."""
+    planes = hull.qhull.equations
+    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
+                 * hull.scale)
+
+
+def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
+    """Refuse a centre of mass on or outside the convex hull."""
+    beyond = _beyond_hull(center, surface.hull)
+    radius = math.sqrt(float(((surface.vertices - center) ** 2).sum(axis=1).max()))
+    if beyond < -ON_HULL * radius:
+        return
+    place = f"{center.tolist()} m"
+    where = "on its surface" if beyond <= ON_HULL * radius else f"{beyond:.3g} m outside"
+    raise MassPropertiesError("a centre of mass inside the part's convex hull",
+                              f"{place}, {where}", "give it in metres in the mesh's own frame")
+
+
+def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+    """Refuse points that are one point, a line or a plane to within `FLATTEST`.
+
+    The thickness is measured across the plane of the longest line and the point farthest
+    from it, so that it does not depend on how the part lies in its frame.
+    """
+    if len(triangles) == 0:
+        raise MeshError("triangles that span an area", "only triangles with coincident corners",
+                        "check the mesh's unit and export it again with more digits")
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    points = vertices - (low + 0.5 * (high - low))
+    points = points / float((high - low).max())
+    axis = int((high - low).argmax())
+    base = points[points[:, axis].argmin()]
+    line = points[points[:, axis].argmax()] - base
+    longest = math.sqrt(float(line @ line))
+    line = line / longest
+    aside = points - base
+    aside = aside - np.outer(aside @ line, line)
+    far = aside[(aside * aside).sum(axis=1).argmax()]
+    width = math.sqrt(float(far @ far))
+    normal = np.cross(line, far) / width if width > 0.0 else line
+    thickness = float(np.ptp(points @ normal))
+    thinnest = min(width, thickness) / longest
+    if thinnest < FLATTEST:
+        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
+                        f"one that is {thinnest:.2g} of its length thick",
+                        "give a flat part its real thickness")
+
+
+def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
+    """Warn about a part of an unlikely size."""
+    extent = float(np.ptp(vertices, axis=0).max())
+    if _SMALLEST_USUAL <= extent <= _LARGEST_USUAL:
+        return ()
+    return (f"UNIT_SUSPECT: the part is {extent:.3g} m long, unusual for a fed part; "
+            "check the mesh's unit (mm, cm, inch).",)

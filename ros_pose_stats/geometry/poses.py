@@ -1,0 +1,166 @@
+"""The stable poses of a part as records, before any probability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..kernels.silhouette import silhouette, tops
+from ..kernels.splits import split_probabilities
+from ..records import Part, StablePose
+from .clusters import Clusters, clusters
+from .convex_body import ConvexBody
+from .equilibria import Equilibria, equilibria
+from .orientation import resting_quaternions, rotation_matrices
+from .symmetry import symmetry_groups
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class RestingPoses:
+    """Stable poses of a part at one cluster tolerance, in the order of their `index`.
+
+    Attributes
+    ----------
+    part : Part
+    equilibria : Equilibria
+    clusters : Clusters
+    poses : tuple of StablePose
+        Without probabilities.
+    """
+
+    part: Part
+    equilibria: Equilibria
+    clusters: Clusters
+    poses: tuple[StablePose, ...]
+
+    @property
+    def body(self) -> ConvexBody:
+        """The convex body that rests."""
+        return self.equilibria.body
+
+    @cached_property
+    def passage_r(self) -> tuple[Array, Array]:
+        """Component areas and node probabilities for r; see `split_probabilities`."""
+        return self._passage(False)
+
+    @cached_property
+    def passage_R(self) -> tuple[Array, Array]:  # noqa: N802 - the paper's name
+        """Component areas and node probabilities for R; see `split_probabilities`."""
+        return self._passage(True)
+
+    def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
+        tree = self.equilibria.arrays.tree
+        return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
+
+    def gather(self, stable: Array) -> Array:
+        """Sum values of the stable faces (S,), by rising height, over the poses (P,)."""
+        sums = np.bincount(self.clusters.pose, stable, len(self.poses))
+        return sums.astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseShape:
+    """Contact polygon and outline of a body in one pose, drawn on demand."""
+
+    body: ConvexBody
+    face: int
+    rotation: Array
+
+    def support_polygon(self) -> Array:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
+        return np.asarray(seen * self.body.radius)
+
+    def outline(self) -> Array:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+        seen = silhouette(self.body.points, self.body.arrays, self.rotation)
+        return np.asarray(seen * self.body.radius)
+
+
+_known: WeakKeyDictionary[Part, dict[float, RestingPoses]] = WeakKeyDictionary()
+
+
+def resting_poses(part: Part, cluster_tolerance: float) -> RestingPoses:
+    """Stable poses of a part, found once a tolerance and remembered while the part lives.
+
+    Parameters
+    ----------
+    part : Part
+    cluster_tolerance : float
+        Fraction of the radius; 0 keeps every stable face.
+    """
+    known = _known.setdefault(part, {})
+    resting = known.get(cluster_tolerance)
+    if resting is None:
+        found = equilibria(part)
+        grouped = clusters(found, cluster_tolerance)
+        poses = _records(part, found, grouped)
+        resting = known[cluster_tolerance] = RestingPoses(part, found, grouped, poses)
+    return resting
+
+
+def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
+    body = found.body
+    every_down = found.downs
+    downs = every_down[grouped.lowest]
+    heights = found.heights[grouped.lowest] * body.radius
+    quaternions = resting_quaternions(downs)
+    rotations = rotation_matrices(quaternions)
+    positions = -rotations @ part.center_of_mass
+    positions[:, 2] += heights
+    top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
+    margins = _margins(found, grouped)
+    members = _members(grouped)
+    groups = symmetry_groups(part, found, grouped.pose)
+    faces = found.faces[grouped.lowest]
+    barriers = grouped.barrier * body.radius
+    for array in (downs, quaternions, positions):
+        array.flags.writeable = False
+    return tuple(
+        StablePose(
+            index=i, group=int(groups[i]), down=downs[i], height=float(heights[i]),
+            top=float(top[i]), margin=float(margins[i]), barrier=float(barriers[i]),
+            spread=_spread(every_down[members[i]]), members=tuple(members[i].tolist()),
+            orientation=quaternions[i], position=positions[i],
+            shape=PoseShape(body, int(faces[i]), rotations[i]),
+        )
+        for i in range(heights.shape[0])
+    )
+
+
+def _members(grouped: Clusters) -> list[Index]:
+    order = np.argsort(grouped.pose, kind="stable")
+    starts = np.flatnonzero(np.diff(grouped.pose[order])) + 1
+    return np.split(order, starts)
+
+
+def _margins(found: Equilibria, grouped: Clusters) -> Array:
+    """Smallest tilt over a side of a member that leads to a face outside the pose."""
+    arrays = found.body.arrays
+    pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
+    pose_of_face[found.faces] = grouped.pose
+    own = pose_of_face[arrays.face]
+    way_out = (own >= 0) & (own != pose_of_face[arrays.face[arrays.twin]])
+    margins = np.full(grouped.node.shape[0], np.pi / 2.0)
+    np.minimum.at(margins, own[way_out], found.tilts[way_out])
+    return margins
+
+
+def _spread(downs: Array) -> float:
+    """Largest angle between two of the directions, radians."""
+    if downs.shape[0] == 1:
+        return 0.0
+    # The farthest from a direction is the nearest to its opposite.
+    gap, partner = cKDTree(downs).query(-downs)
+    first = int(np.argmin(gap))
+    chord = float(np.linalg.norm(downs[first] - downs[partner[first]]))
+    return 2.0 * math.asin(min(1.0, 0.5 * chord))

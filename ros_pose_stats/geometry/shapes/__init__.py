@@ -1,0 +1,33 @@
+"""Shapes made by code: exact convex bodies here, the demo parts in `registry`.
+
+`registry` loads the solid modeller manifold3d, so it is imported only where the demo parts
+are made.
+"""
+
+from .closed_forms import (
+    box,
+    cylinder,
+    dodecahedron,
+    ellipsoid_points,
+    hull_mesh,
+    icosahedron,
+    octahedron,
+    prism,
+    sphere_points,
+    tetrahedron,
+)
+from .polytopes import Surface
+
+__all__ = [
+    "Surface",
+    "box",
+    "cylinder",
+    "dodecahedron",
+    "ellipsoid_points",
+    "hull_mesh",
+    "icosahedron",
+    "octahedron",
+    "prism",
+    "sphere_points",
+    "tetrahedron",
+]

@@ -1,0 +1,113 @@
+"""The splitting graph of section 4.D: how the reachable set falls apart as energy is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .poses import RestingPoses
+
+Array = NDArray[np.float64]
+Function = Literal["r", "R"]
+
+
+@dataclass(frozen=True)
+class SplittingNode:
+    """A connected component of the reachable set.
+
+    Attributes
+    ----------
+    poses : tuple of int
+        `index` of the stable poses that it holds.
+    probability : float
+        Of the part passing through this component.
+    level : float or None
+        Critical value at which it falls apart, metres; None for a single pose.
+    saddle : (3,) array or None
+        Direction, in the part frame, of the saddle where it does.
+    parts : tuple of SplittingNode
+        The two components that are left, empty for a single pose.
+    angles : tuple of float
+        Their centroid solid angles at that level, steradians (Omega in Eq. 8).
+    transitions : tuple of float
+        Their transition probabilities (Eq. 8).
+    """
+
+    poses: tuple[int, ...]
+    probability: float
+    level: float | None = None
+    saddle: Array | None = None
+    parts: tuple[SplittingNode, ...] = ()
+    angles: tuple[float, ...] = ()
+    transitions: tuple[float, ...] = ()
+
+    def walk(self) -> Iterator[SplittingNode]:
+        """Go through the node and all below it, from the top down."""
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting.extend(reversed(node.parts))
+
+    def __str__(self) -> str:
+        lines: list[str] = []
+        waiting: list[tuple[SplittingNode, int]] = [(self, 0)]
+        while waiting:
+            node, depth = waiting.pop()
+            names = " ".join(str(i) for i in node.poses)
+            text = f"{'  ' * depth}{{{names}}}  p = {node.probability:.4f}"
+            if node.level is not None:
+                sizes = " : ".join(f"{angle:.4f}" for angle in node.angles)
+                text += f"  splits at {node.level * 1e3:.4g} mm, {sizes} sr"
+            lines.append(text)
+            waiting.extend((part, depth + 1) for part in reversed(node.parts))
+        return "\n".join(lines)
+
+
+def splitting_graph(resting: RestingPoses, function: Function = "r") -> SplittingNode:
+    """Splitting graph of a part, from the component that holds every pose down.
+
+    Parameters
+    ----------
+    resting : RestingPoses
+    function : {'r', 'R'}
+        Whose level sets are measured: R gives the energy absorption estimator, r the
+        modified one. The splits and their levels are the same for both.
+
+    Returns
+    -------
+    SplittingNode
+        The root.
+    """
+    found, grouped = resting.equilibria, resting.clusters
+    tree = found.arrays.tree
+    leaves = found.order.shape[0]
+    areas, probability = resting.passage_R if function == "R" else resting.passage_r
+    pose_of = {int(node): i for i, node in enumerate(grouped.node)}
+    built: dict[int, SplittingNode] = {
+        node: SplittingNode((pose,), float(probability[node])) for node, pose in pose_of.items()}
+    for j in np.flatnonzero(grouped.split).tolist():
+        parts = tuple(built.pop(int(child)) for child in tree.child[j])
+        both = float(areas[j].sum())
+        shares = tuple(float(a) / both if both > 0.0 else 0.5 for a in areas[j])
+        built[leaves + j] = SplittingNode(
+            tuple(sorted(parts[0].poses + parts[1].poses)), float(probability[leaves + j]),
+            float(tree.level[j]) * resting.body.radius, _foot(resting, int(tree.side[j])),
+            parts, tuple(float(a) for a in areas[j]), shares)
+    (root,) = built.values()
+    return root
+
+
+def _foot(resting: RestingPoses, side: int) -> Array:
+    """Direction of the point of an edge that is nearest to the centre of mass."""
+    body = resting.body
+    first = body.points[body.arrays.corner[side]]
+    last = body.points[body.arrays.corner[body.arrays.twin[side]]]
+    along = (last - first) / np.linalg.norm(last - first)
+    length = float(np.linalg.norm(last - first))
+    foot = first + np.clip(-(first @ along), 0.0, length) * along
+    return np.asarray(foot / np.linalg.norm(foot))

@@ -1,0 +1,130 @@
+"""From hull triangles to a convex body: faces, sides and their distances from the origin.
+
+Everything that the estimators need of a side e of face f is three lengths. With the
+centre of mass at the origin, P the foot of the perpendicular on the face, Q the foot on
+the side's line and v the corner where the side starts:
+
+- inset  s: signed distance of P from the side, positive inside the polygon;
+- start  a: signed distance from v to Q along the side (`stop` for the far corner);
+- reach  q: distance |Q|, with q² = d² + s² and |v|² = q² + a².
+
+The triangle P Q v has its right angle at Q; projected on the unit sphere it is a right
+spherical triangle with corners n (normal of the face), Q/|Q| and v/|v|.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compilation import entry_kernel, kernel
+from .coplanar import orient, planar_regions, twins
+from .polygons import corner_loops, pair_sides, planes
+from .vectors import norm, solid_angle
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class BodyArrays(NamedTuple):
+    """A convex body about its centre of mass; lengths in units of the caller's points."""
+
+    face_start: Index  # (F + 1,) first side of each face
+    corner: Index      # (N,) hull point where a side starts, counter-clockwise
+    face: Index        # (N,) face of a side
+    twin: Index        # (N,) the same edge seen from the neighbour
+    normal: Array      # (F, 3) outward
+    distance: Array    # (F,) of the face's plane
+    area: Array        # (F,)
+    angle: Array       # (F,) centroid solid angle, steradians
+    inset: Array       # (N,) s
+    start: Array       # (N,) a at the side's first corner
+    stop: Array        # (N,) a at its last corner
+    reach: Array       # (N,) q
+    radius: Array      # (H,) |v| of every hull point
+
+
+@entry_kernel
+def build_body(points: Array, simplices: Index, adjacent: Index,
+               tolerance: float) -> tuple[bool, BodyArrays]:
+    """Merge coplanar hull triangles into faces and measure them.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+        Hull points relative to the centre of mass.
+    simplices, adjacent : (M, 3) arrays
+        Triangles of the hull; `adjacent[t, i]` lies opposite to vertex i.
+    tolerance : float
+        Coplanarity, in the unit of the points.
+
+    Returns
+    -------
+    valid : bool
+        False where merging at this tolerance gives no convex polyhedron around the origin.
+    body : BodyArrays
+    """
+    triangles, neighbors = simplices.copy(), adjacent.copy()
+    orient(points, triangles, neighbors)
+    opposite = twins(triangles, neighbors)
+    region = planar_regions(points, triangles, neighbors, tolerance)
+    valid, face_start, first, side_of = corner_loops(triangles, region, opposite, points.shape[0])
+    if not valid:
+        return False, _nothing()
+    corner = np.empty(first.shape[0], np.int64)
+    for k in range(first.shape[0]):
+        corner[k] = triangles[first[k] // 3, (first[k] + 1) % 3]
+    valid, twin, face = pair_sides(face_start, corner, first, side_of, opposite)
+    normal, distance, area = planes(points, face_start, corner)
+    if not valid or distance.min() <= 0.0:
+        return False, _nothing()
+    inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, normal)
+    angle = _face_angles(points, face_start, corner)
+    return True, BodyArrays(face_start, corner, face, twin, normal, distance, area, angle,
+                            inset, start, stop, reach, radius)
+
+
+@kernel
+def _nothing() -> BodyArrays:
+    index, number = np.zeros(0, np.int64), np.zeros(0)
+    return BodyArrays(index, index, index, index, np.zeros((0, 3)), number, number, number,
+                      number, number, number, number, number)
+
+
+@kernel
+def _side_lengths(points: Array, face_start: Index, corner: Index,
+                  normal: Array) -> tuple[Array, Array, Array, Array, Array]:
+    sides = corner.shape[0]
+    inset, start = np.empty(sides), np.empty(sides)
+    stop, reach = np.empty(sides), np.empty(sides)
+    radius = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        radius[i] = norm(points[i])
+    for f in range(face_start.shape[0] - 1):
+        n = normal[f]
+        for k in range(face_start[f], face_start[f + 1]):
+            v = points[corner[k]]
+            w = points[corner[k + 1 if k + 1 < face_start[f + 1] else face_start[f]]]
+            ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
+            length = math.sqrt(ex * ex + ey * ey + ez * ez)
+            ex, ey, ez = ex / length, ey / length, ez / length
+            start[k] = -(v[0] * ex + v[1] * ey + v[2] * ez)
+            stop[k] = w[0] * ex + w[1] * ey + w[2] * ez
+            cx, cy, cz = v[1] * ez - v[2] * ey, v[2] * ex - v[0] * ez, v[0] * ey - v[1] * ex
+            reach[k] = math.sqrt(cx * cx + cy * cy + cz * cz)
+            # n x e points into the polygon; n . (v x e) = -v . (n x e)
+            inset[k] = n[0] * cx + n[1] * cy + n[2] * cz
+    return inset, start, stop, reach, radius
+
+
+@kernel
+def _face_angles(points: Array, face_start: Index, corner: Index) -> Array:
+    angle = np.zeros(face_start.shape[0] - 1)
+    for f in range(angle.shape[0]):
+        p = points[corner[face_start[f]]]
+        for k in range(face_start[f] + 1, face_start[f + 1] - 1):
+            angle[f] += solid_angle(p, points[corner[k]], points[corner[k + 1]])
+    return angle

@@ -1,0 +1,74 @@
+"""How kernels are compiled and where the machine code is kept.
+
+numba's own cache keys a function by the time stamp of the file that defines it and does
+not notice an edit in a helper or a constant imported from elsewhere. The cache directory
+is therefore named after a digest of every source that a kernel can depend on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba import njit
+from numba.core import config as _config
+
+config: Any = _config  # its names are made at import and unknown to type checkers
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# No fastmath: "no event" is infinity, and it would be assumed away.
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+
+
+def source_digest() -> str:
+    """Digest of the sources that the compiled code depends on, and of the compiler."""
+    package = Path(__file__).resolve().parent
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted([*package.glob("*.py"), package.parent / "tolerances.py"]):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=1)
+def cache_directory() -> Path:
+    """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
+
+    Where neither can be written, a directory of the machine's temporary folder is used.
+    """
+    name = source_digest()
+    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    roots = [Path(home) if home else Path.home() / ".cache", Path(tempfile.gettempdir())]
+    for root in roots:
+        directory = root / "ros_pose_stats" / name
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(directory, os.W_OK):
+            return directory
+    return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
+
+
+def kernel(function: Function) -> Function:
+    """Compile a helper into the kernels that call it."""
+    compiled: Function = njit(**OPTIONS)(function)
+    return compiled
+
+
+def entry_kernel(function: Function) -> Function:
+    """Compile an outermost kernel and keep its machine code on disk."""
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(cache_directory())
+    try:
+        compiled: Function = njit(cache=True, **OPTIONS)(function)
+    finally:
+        config.CACHE_DIR = previous
+    return compiled

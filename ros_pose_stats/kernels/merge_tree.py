@@ -1,0 +1,123 @@
+"""The splitting graph's skeleton: at which levels the basins of stable faces join.
+
+Sides between two basins are sorted by their distance from the centre of mass and joined
+by Kruskal's rule. The saddles of r and of R are the same points with the same values, so
+one tree serves both (section 4.D); read downwards it is the paper's splitting graph.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .body import BodyArrays
+from .compilation import kernel
+from .descent import side_level
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class MergeTree(NamedTuple):
+    """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
+
+    child: Index       # (S - 1, 2) nodes joined
+    level: Array       # (S - 1,) distance from the centre of mass at which they join
+    side: Index        # (S - 1,) polygon side where they join
+    leaf_order: Index  # (S,) leaves from left to right: each node covers a range of it
+    leaf_range: Index  # (2S - 1, 2) that range
+    face_order: Index  # (F,) faces, gathered by leaf in that order
+    face_range: Index  # (S + 1,) start of each position's faces
+
+
+@kernel
+def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
+    """Join basins bottom-up; the result does not depend on how ties are ordered."""
+    leaves = stable.shape[0]
+    sides, levels = _borders(body, basin)
+    child = np.full((max(leaves - 1, 0), 2), -1, np.int64)
+    level = np.zeros(max(leaves - 1, 0))
+    where = np.full(max(leaves - 1, 0), -1, np.int64)
+    link = np.arange(leaves)
+    node = np.arange(leaves)
+    joins = 0
+    for i in np.argsort(levels):
+        if joins == leaves - 1:
+            break
+        k = sides[i]
+        a = _root(link, basin[body.face[k]])
+        b = _root(link, basin[body.face[body.twin[k]]])
+        if a == b:
+            continue
+        child[joins, 0], child[joins, 1] = node[a], node[b]
+        level[joins], where[joins] = levels[i], k
+        link[b] = a
+        node[a] = leaves + joins
+        joins += 1
+    leaf_order, leaf_range = _lay_out(child, leaves)
+    face_order, face_range = _gather_faces(basin, leaf_order)
+    return MergeTree(child, level, where, leaf_order, leaf_range, face_order, face_range)
+
+
+@kernel
+def _borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+    count = 0
+    for k in range(body.twin.shape[0]):
+        if k < body.twin[k] and basin[body.face[k]] != basin[body.face[body.twin[k]]]:
+            count += 1
+    sides, levels = np.empty(count, np.int64), np.empty(count)
+    count = 0
+    for k in range(body.twin.shape[0]):
+        if k < body.twin[k] and basin[body.face[k]] != basin[body.face[body.twin[k]]]:
+            sides[count], levels[count] = k, side_level(body, k)
+            count += 1
+    return sides, levels
+
+
+@kernel
+def _root(link: Index, a: int) -> int:
+    while link[a] != a:
+        link[a] = link[link[a]]
+        a = link[a]
+    return a
+
+
+@kernel
+def _lay_out(child: Index, leaves: int) -> tuple[Index, Index]:
+    size = np.ones(2 * leaves - 1, np.int64)
+    for j in range(leaves - 1):
+        size[leaves + j] = size[child[j, 0]] + size[child[j, 1]]
+    spans = np.zeros((2 * leaves - 1, 2), np.int64)
+    spans[2 * leaves - 2, 1] = leaves
+    for j in range(leaves - 2, -1, -1):
+        begin = spans[leaves + j, 0]
+        for c in range(2):
+            n = child[j, c]
+            spans[n, 0], spans[n, 1] = begin, begin + size[n]
+            begin += size[n]
+    order = np.empty(leaves, np.int64)
+    for s in range(leaves):
+        order[spans[s, 0]] = s
+    return order, spans
+
+
+@kernel
+def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
+    leaves = leaf_order.shape[0]
+    place = np.empty(leaves, np.int64)
+    for i in range(leaves):
+        place[leaf_order[i]] = i
+    begin = np.zeros(leaves + 1, np.int64)
+    for f in range(basin.shape[0]):
+        begin[place[basin[f]] + 1] += 1
+    for i in range(leaves):
+        begin[i + 1] += begin[i]
+    free = begin.copy()
+    order = np.empty(basin.shape[0], np.int64)
+    for f in range(basin.shape[0]):
+        i = place[basin[f]]
+        order[free[i]] = f
+        free[i] += 1
+    return order, begin

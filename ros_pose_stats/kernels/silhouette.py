@@ -1,0 +1,78 @@
+"""Outline and top of a body resting on a plate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .body import BodyArrays
+from .compilation import entry_kernel, kernel
+
+Array = NDArray[np.float64]
+
+
+@entry_kernel
+def tops(points: Array, downs: Array) -> Array:
+    """Extent (P,) of the points against each direction (P, 3) from the origin."""
+    result = np.empty(downs.shape[0])
+    for p in range(downs.shape[0]):
+        least = np.inf
+        for i in range(points.shape[0]):
+            least = min(least, points[i, 0] * downs[p, 0] + points[i, 1] * downs[p, 1]
+                        + points[i, 2] * downs[p, 2])
+        result[p] = -least
+    return result
+
+
+@entry_kernel
+def silhouette(points: Array, body: BodyArrays, rotation: Array) -> Array:
+    """Convex outline seen along the plate's normal.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+    body : BodyArrays
+    rotation : (3, 3) array
+        Part axes to plate axes.
+
+    Returns
+    -------
+    (k, 2) array
+        In the unit of the points, counter-clockwise, without collinear points.
+    """
+    up = rotation[2]
+    on_outline = np.zeros(points.shape[0], np.bool_)
+    for k in range(body.twin.shape[0]):
+        n, m = body.normal[body.face[k]], body.normal[body.face[body.twin[k]]]
+        facing = n[0] * up[0] + n[1] * up[1] + n[2] * up[2]
+        turned = m[0] * up[0] + m[1] * up[1] + m[2] * up[2]
+        if facing >= -1e-9 and turned <= 1e-9:
+            on_outline[body.corner[k]] = True
+            on_outline[body.corner[body.twin[k]]] = True
+    seen = points[on_outline] @ np.ascontiguousarray(rotation[:2].T)
+    return _hull_2d(seen)
+
+
+@kernel
+def _hull_2d(points: Array) -> Array:
+    """Counter-clockwise hull by Andrew's monotone chain."""
+    count = points.shape[0]
+    by_y = points[np.argsort(points[:, 1], kind="mergesort")]
+    ordered = by_y[np.argsort(by_y[:, 0], kind="mergesort")]
+    chain = np.empty((2 * count, 2))
+    size = 0
+    for sweep in range(2):
+        floor = size + 1
+        for i in range(count):
+            p = ordered[i] if sweep == 0 else ordered[count - 1 - i]
+            while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 1e-12:
+                size -= 1
+            chain[size] = p
+            size += 1
+        size -= 1
+    return chain[:size].copy()
+
+
+@kernel
+def _turn(a: Array, b: Array, c: Array) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

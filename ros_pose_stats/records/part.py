@@ -1,0 +1,97 @@
+"""A rigid part: the mesh as received, the repaired surface and the mass properties."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def part_digest(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.uint32],
+    mass: float,
+    center_of_mass: NDArray[np.float64],
+    inertia: NDArray[np.float64],
+) -> str:
+    """SHA-256 (hex) that identifies a part.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        In metres, as received.
+    triangles : (T, 3) array
+        As received.
+    mass : float
+        Kilograms, as used.
+    center_of_mass : (3,) array
+        Metres, part frame, as used.
+    inertia : (3, 3) array
+        About the centre of mass in part axes, kg m², as used.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits over little-endian float64 vertices, uint32 triangles and
+        float64 mass, centre of mass and inertia (row by row).
+    """
+    digest = hashlib.sha256(np.ascontiguousarray(vertices, dtype="<f8").data)
+    digest.update(np.ascontiguousarray(triangles, dtype="<u4").data)
+    digest.update(np.asarray([mass], dtype="<f8").data)
+    digest.update(np.ascontiguousarray(center_of_mass, dtype="<f8").data)
+    digest.update(np.ascontiguousarray(inertia, dtype="<f8").data)
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A rigid part in its own frame, SI units.
+
+    Attributes
+    ----------
+    part_id : str
+        Name for people; `mesh_` and twelve digits of the digest when none was given.
+    vertices : (V, 3) array, read-only
+        Metres, as received.
+    triangles : (T, 3) array of uint32, read-only
+        As received.
+    surface_vertices : (W, 3) array, read-only
+        Metres; vertices welded.
+    surface_triangles : (U, 3) array of int64, read-only
+        Closed surface with normals pointing out of the material (the convex hull's when
+        the mesh was open).
+    mass : float
+        Kilograms; 1 when nothing was given.
+    center_of_mass : (3,) array, read-only
+        Metres.
+    inertia : (3, 3) array, read-only
+        About the centre of mass in part axes, kg m².
+    warnings : tuple of str
+        Each `CODE: sentence`.
+    digest : str
+        See `part_digest`.
+    """
+
+    part_id: str
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.uint32]
+    surface_vertices: NDArray[np.float64]
+    surface_triangles: NDArray[np.int64]
+    mass: float
+    center_of_mass: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+    warnings: tuple[str, ...] = ()
+    digest: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
+                     "center_of_mass", "inertia"):
+            getattr(self, name).flags.writeable = False
+        if not self.digest:
+            digest = part_digest(self.vertices, self.triangles, self.mass,
+                                 self.center_of_mass, self.inertia)
+            object.__setattr__(self, "digest", digest)
+        if not self.part_id:
+            object.__setattr__(self, "part_id", f"mesh_{self.digest[:12]}")

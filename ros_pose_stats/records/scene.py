@@ -1,0 +1,50 @@
+"""The scene that a part is dropped into."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..errors import RequestError
+
+GRAVITY = 9.80665
+DEFAULT_RESTITUTION = 0.5
+DEFAULT_CLUSTER_TOLERANCE = 0.005
+DEFAULT_DROP_RADII = 20.0
+LOW_DROP_RADII = 5.0
+
+
+@dataclass(frozen=True)
+class DropScene:
+    """How a part meets the plate, and how finely its poses are told apart.
+
+    Attributes
+    ----------
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    drop_height : float or None
+        Height of the centre of mass above the plate at release, metres; None stands for
+        20 part radii, as in the paper (section 3.B).
+    cluster_tolerance : float
+        Poses merge below this barrier, as a fraction of the radius; 0 keeps every stable face.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    """
+
+    restitution: float = DEFAULT_RESTITUTION
+    drop_height: float | None = None
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.restitution < 1.0:
+            raise RequestError("a coefficient of restitution from 0 to below 1",
+                               f"{self.restitution}", "0.5 is a hard plate")
+        if self.drop_height is not None and not 0.0 < self.drop_height < math.inf:
+            raise RequestError("a drop height above 0 m", f"{self.drop_height} m",
+                               "leave it out for 20 part radii")
+        if not 0.0 <= self.cluster_tolerance < 1.0:
+            raise RequestError("a cluster tolerance from 0 to below 1 part radius",
+                               f"{self.cluster_tolerance}", "0.005 merges the facets of a curve")

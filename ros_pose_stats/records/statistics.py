@@ -1,0 +1,173 @@
+"""Stable poses and their probabilities: what every method answers with."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class RestingShape(Protocol):
+    """What a part looks like from above in one of its poses."""
+
+    def support_polygon(self) -> NDArray[np.float64]:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
+
+    def outline(self) -> NDArray[np.float64]:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+
+
+@dataclass(frozen=True, eq=False)
+class StablePose:
+    """One stable pose of a part, with its resting probability.
+
+    Attributes
+    ----------
+    index : int
+        Number of the pose by geometry alone (rising height); equal for every method.
+    group : int
+        Poses carried into each other by a proper rotation of the part share it.
+    down : (3,) array
+        Unit vector in the part frame that points vertically down at rest.
+    height : float
+        Of the centre of mass above the plate, metres.
+    top : float
+        Of the highest point above the plate, metres.
+    margin : float
+        Smallest tilt of the plate that topples the part out of this pose, radians.
+    barrier : float
+        Rise of the centre of mass needed to leave the pose, metres; infinite for a single pose.
+    spread : float
+        Largest angle between the `down` of two members, radians.
+    members : tuple of int
+        The stable faces that are this pose, numbered by rising height over the whole part.
+    orientation : (4,) array
+        Quaternion x y z w of the part frame in the plate frame (smallest rotation).
+    position : (3,) array
+        Origin of the part frame in the plate frame, metres; the centre of mass is above (0, 0).
+    shape : RestingShape
+        Draws the contact polygon and the outline when they are asked for.
+    probability : float
+    probability_low, probability_high : float
+        Bounds of the 90 % interval; NaN where none is known.
+    standard_error : float
+        NaN where none is known.
+    count : int
+        Drops that came to rest here.
+    """
+
+    index: int
+    group: int
+    down: NDArray[np.float64]
+    height: float
+    top: float
+    margin: float
+    barrier: float
+    spread: float
+    members: tuple[int, ...]
+    orientation: NDArray[np.float64]
+    position: NDArray[np.float64]
+    shape: RestingShape = field(repr=False)
+    probability: float = math.nan
+    probability_low: float = math.nan
+    probability_high: float = math.nan
+    standard_error: float = math.nan
+    count: int = 0
+
+    @cached_property
+    def support_polygon(self) -> NDArray[np.float64]:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        return self.shape.support_polygon()
+
+    @cached_property
+    def outline(self) -> NDArray[np.float64]:
+        """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
+        return self.shape.outline()
+
+    def with_probability(self, probability: float) -> StablePose:
+        """The same pose with a probability, nothing more known about it."""
+        pose = copy.copy(self)
+        object.__setattr__(pose, "probability", probability)
+        return pose
+
+    def as_dict(self) -> dict[str, Any]:
+        """The pose as plain values under the keys of the JSON contract."""
+        plain = ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
+                 "probability_low", "probability_high", "standard_error", "count")
+        entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry["down"] = self.down.tolist()
+        entry["orientation"] = self.orientation.tolist()
+        entry["members"] = list(self.members)
+        return entry
+
+
+@dataclass(frozen=True, eq=False)
+class PoseStatistics:
+    """The stable poses of a part, most probable first, and how they were found.
+
+    Attributes
+    ----------
+    part_id, part_digest : str
+    radius : float
+        Largest distance from the centre of mass to a vertex, metres.
+    method : str
+        Name of the estimator, or `simulation`.
+    restitution : float
+        Of the scene that was asked for.
+    drop_height : float
+        Metres; NaN where the method ignores it.
+    cluster_tolerance : float
+        Fraction of the radius.
+    poses : tuple of StablePose
+        All of them, also those with probability 0.
+    drops, unsettled, seed : int
+    expected_error : float
+        Root mean square over the poses against the model's own limit; NaN until measured.
+    plate_error : float
+        Expected root mean square against a real plate; no number of drops lowers it.
+    seconds : float
+        From mass properties to statistics, without reading files and imports.
+    warnings : tuple of str
+        Each `CODE: sentence`.
+    version : str
+        Of this package.
+    """
+
+    part_id: str
+    part_digest: str
+    radius: float
+    method: str
+    restitution: float
+    drop_height: float
+    cluster_tolerance: float
+    poses: tuple[StablePose, ...]
+    drops: int = 0
+    unsettled: int = 0
+    seed: int = 0
+    expected_error: float = math.nan
+    plate_error: float = 0.05
+    seconds: float = math.nan
+    warnings: tuple[str, ...] = ()
+    version: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The statistics as plain values under the keys of the JSON contract."""
+        plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+                 "cluster_tolerance", "drops", "unsettled", "seed", "expected_error",
+                 "plate_error", "seconds", "version")
+        entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry["warnings"] = list(self.warnings)
+        entry["poses"] = [pose.as_dict() for pose in self.poses]
+        return entry
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN and no infinity: both become null."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,77 @@
+"""Every tolerance of the numeric core, each with its reason.
+
+Unless said otherwise a tolerance is relative to the part's radius (the largest distance
+from the centre of mass to a vertex), so that no answer depends on units.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+WELD: Final = 1e-8
+"""Vertices closer than this, as a fraction of the largest extent, are one vertex.
+
+Files repeat a vertex for each triangle, at times with a last digit of difference; float32
+rounds at 6e-8, but a file rounds equal numbers alike, so nothing wider is needed.
+"""
+
+FLATTEST: Final = 1e-7
+"""Smallest extent of an acceptable point set, as a fraction of the largest.
+
+A needle of 1 : 1e-4 is a part; below 1e-7 float32 coordinates are pure noise.
+"""
+
+HOLLOW: Final = 1e-9
+"""Smallest enclosed volume, as a fraction of the hull's, that still counts as a solid."""
+
+TRIANGLE_INEQUALITY: Final = 1e-6
+"""Relative slack when checking that principal moments satisfy I1 + I2 >= I3.
+
+A flat plate meets it with equality and CAD systems print six or seven digits.
+"""
+
+OVERLAP: Final = 1e-5
+"""Bodies that reach into each other by less than this fraction of the size only touch."""
+
+ON_HULL: Final = 1e-12
+"""A centre of mass this close to a face of the hull (relative to radius) counts as on it.
+
+Below it the sign of the distance is decided by rounding.
+"""
+
+COPLANAR: Final = 1e-6
+"""Hull triangles whose vertices lie this close to one plane form one face.
+
+STL stores float32: a coordinate is off by up to 6e-8 of its size, a plane through a few
+such points by some 3e-7. Facets of a tessellated curve bulge by 1e-4 or more.
+"""
+
+COPLANAR_OF_THICKNESS: Final = 1e-3
+"""Upper bound of COPLANAR as a fraction of the smallest extent: thin plates keep two sides."""
+
+TIP_MARGIN: Final = 1e-9
+"""A face is stable when the foot of the centre of mass lies this deep inside its polygon.
+
+Between -1e-9 and 1e-9 rounding after a rotation would decide; the pose is then not listed.
+Its probability by EAE and MEAE would be zero to that order anyway.
+"""
+
+SAME_EDGE: Final = 1e-5
+"""A toppling direction that passes a corner this closely is shared by the two sides there.
+
+On a symmetric part float32 noise would otherwise choose one of them; it moves the foot of
+the centre of mass on a small face by some 1e-6.
+"""
+
+SAME_HEIGHT: Final = 1e-6
+"""Heights this close are a tie in the numbering of poses; float32 noise is below it."""
+
+SAME_DOWN: Final = 1e-5
+"""Components of `down` this close are a tie in the numbering of poses (radians)."""
+
+SYMMETRY: Final = 1e-5
+"""A rotation carries the part into itself when every feature lands this close to its image.
+
+A smaller asymmetry cannot be told from float32 noise of a part some way off its origin,
+and changes probabilities by no more than its own order.
+"""

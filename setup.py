@@ -1,0 +1,39 @@
+"""Build of the ROS 2 Python package `ros_pose_stats`."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = "ros_pose_stats"
+here = Path(__file__).resolve().parent
+version: dict[str, str] = {}
+exec((here / PACKAGE / "version.py").read_text(encoding="utf-8"), version)
+
+setup(
+    name=PACKAGE,
+    version=version["VERSION"],
+    description="Stable poses of parts on a feeder plate and their resting probabilities.",
+    license="Apache-2.0",
+    maintainer="ros_pose_stats maintainers",
+    maintainer_email="maintainers@users.noreply.github.com",
+    python_requires=">=3.10",
+    packages=find_packages(exclude=["tests", "tests.*", "benchmarks", "benchmarks.*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    install_requires=[
+        "setuptools",
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.60",
+        "trimesh>=4.4",
+        "lxml",
+        "networkx",
+        "manifold3d>=3.0",
+        "matplotlib>=3.7",
+    ],
+    extras_require={"test": ["pytest", "hypothesis"]},
+    entry_points={"console_scripts": [f"{PACKAGE} = {PACKAGE}.cli:main"]},
+    zip_safe=False,
+)
