@@ -56,6 +56,9 @@ Between -1e-9 and 1e-9 rounding after a rotation would decide; the pose is then 
 Its probability by EAE and MEAE would be zero to that order anyway.
 """
 
+SAME_LEVEL: Final = 1e-10
+"""Saddles this close in level are a tie: on a symmetric part only rounding parts them."""
+
 SAME_EDGE: Final = 1e-5
 """A toppling direction that passes a corner this closely is shared by the two sides there.
 

@@ -49,7 +49,7 @@ def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
 
 def _heading(part: Part, found: PoseStatistics) -> str:
     size = np.ptp(part.surface_vertices, axis=0) * 1e3
-    center = part.center_of_mass * 1e3
+    center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
     extents = " x ".join(f"{x:.4g}" for x in size)
     return (f"{part.part_id}: {len(found.poses)} stable pose{'s'[:len(found.poses) > 1]}, "
             f"{len(part.triangles)} triangles, {extents} mm\n"

@@ -49,7 +49,7 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
     chosen = estimator(method)
     scene = DropScene(restitution, drop_height, cluster_tolerance)
     resting = resting_poses(part, scene.cluster_tolerance)
-    return _statistics(resting, chosen, scene, begin)
+    return _statistics(part, resting, chosen, scene, begin)
 
 
 def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
@@ -60,13 +60,13 @@ def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
                      cluster_tolerance=cluster_tolerance) for name in ESTIMATORS]
 
 
-def _statistics(resting: RestingPoses, chosen: Estimator, scene: DropScene,
+def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
                 begin: float) -> PoseStatistics:
     probability = chosen.function(resting)
     height = scene.drop_height if chosen.knows_drop_height else None
     return PoseStatistics(
-        part_id=resting.part.part_id,
-        part_digest=resting.part.digest,
+        part_id=part.part_id,
+        part_digest=part.digest,
         radius=resting.body.radius,
         method=chosen.name,
         restitution=scene.restitution,
@@ -74,7 +74,7 @@ def _statistics(resting: RestingPoses, chosen: Estimator, scene: DropScene,
         cluster_tolerance=scene.cluster_tolerance,
         poses=_ranked(resting.poses, probability),
         seconds=time.perf_counter() - begin,
-        warnings=(*resting.part.warnings, *_warnings(resting, chosen, scene)),
+        warnings=(*part.warnings, *_warnings(resting, chosen, scene)),
         version=VERSION,
     )
 

@@ -69,7 +69,7 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     for j, (a, b) in enumerate(tree.child.tolist()):
         parent[a] = parent[b] = leaves + j
         bottom[leaves + j] = min(bottom[a], bottom[b])
-        shallow = tree.level[j] - max(bottom[a], bottom[b]) < tolerance
+        shallow = tree.level[j] - bottom[leaves + j] < tolerance
         merged[leaves + j] = tolerance > 0.0 and shallow and merged[a] and merged[b]
     nodes = np.flatnonzero(merged & ((parent < 0) | ~merged[parent]))
     return _number(found, tolerance, nodes, parent, ~merged[leaves:])

@@ -30,14 +30,12 @@ class RestingPoses:
 
     Attributes
     ----------
-    part : Part
     equilibria : Equilibria
     clusters : Clusters
     poses : tuple of StablePose
         Without probabilities.
     """
 
-    part: Part
     equilibria: Equilibria
     clusters: Clusters
     poses: tuple[StablePose, ...]
@@ -86,6 +84,7 @@ class PoseShape:
         return np.asarray(seen * self.body.radius)
 
 
+# Nothing that is kept here may refer to the part, or it would never be let go.
 _known: WeakKeyDictionary[Part, dict[float, RestingPoses]] = WeakKeyDictionary()
 
 
@@ -104,7 +103,7 @@ def resting_poses(part: Part, cluster_tolerance: float) -> RestingPoses:
         found = equilibria(part)
         grouped = clusters(found, cluster_tolerance)
         poses = _records(part, found, grouped)
-        resting = known[cluster_tolerance] = RestingPoses(part, found, grouped, poses)
+        resting = known[cluster_tolerance] = RestingPoses(found, grouped, poses)
     return resting
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..tolerances import SAME_LEVEL
 from .body import BodyArrays
 from .compilation import kernel
 from .descent import side_level
@@ -42,10 +43,16 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     where = np.full(max(leaves - 1, 0), -1, np.int64)
     link = np.arange(leaves)
     node = np.arange(leaves)
+    bottom = body.distance[stable]
+    order = np.argsort(levels)
+    tie = 0
     joins = 0
-    for i in np.argsort(levels):
+    for place in range(order.shape[0]):
         if joins == leaves - 1:
             break
+        if place == tie:
+            tie = _shallow_first(body, basin, sides, levels, link, bottom, order, place)
+        i = order[place]
         k = sides[i]
         a = _root(link, basin[body.face[k]])
         b = _root(link, basin[body.face[body.twin[k]]])
@@ -54,11 +61,33 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         child[joins, 0], child[joins, 1] = node[a], node[b]
         level[joins], where[joins] = levels[i], k
         link[b] = a
+        bottom[a] = min(bottom[a], bottom[b])
         node[a] = leaves + joins
         joins += 1
     leaf_order, leaf_range = _lay_out(child, leaves)
     face_order, face_range = _gather_faces(basin, leaf_order)
     return MergeTree(child, level, where, leaf_order, leaf_range, face_order, face_range)
+
+
+@kernel
+def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, link: Index,
+                   bottom: Array, order: Index, begin: int) -> int:
+    """Put the borders that tie with the one at `begin` in order; return where the tie ends.
+
+    Shallow regions join each other before a deep one takes them in, so that rounding does
+    not decide which of them can be one pose.
+    """
+    end = begin + 1
+    while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL:
+        end += 1
+    if end - begin > 1:
+        depth = np.empty(end - begin)
+        for j in range(begin, end):
+            k = sides[order[j]]
+            depth[j - begin] = -min(bottom[_root(link, basin[body.face[k]])],
+                                    bottom[_root(link, basin[body.face[body.twin[k]]])])
+        order[begin:end] = order[begin:end][np.argsort(depth)]
+    return end
 
 
 @kernel
