@@ -101,10 +101,11 @@ class ConvexBody:
         return areas_below(self.arrays, level, False)
 
     def angles_below_R(self, level: float) -> Array:  # noqa: N802 - the paper's name
-        """Centroid solid angle (F,) of {R < level} next to each face's normal, steradians.
+        """Centroid solid angle (F,) of {R < level} counted with each face, steradians.
 
-        The parts are bounded by the meridians from the normals through the edges; their sum
-        is the reachable set's solid angle at the energy m g level (Eq. 7).
+        The sum over the faces of a connected component is the component's solid angle at the
+        energy m g level (Eq. 7), the sum over all faces that of the whole reachable set; how
+        it is shared among the faces of one component has no meaning of its own.
         """
         return areas_below(self.arrays, level, True)
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from .compilation import entry_kernel, kernel
 from .coplanar import orient, planar_regions, twins
 from .polygons import corner_loops, pair_sides, planes
-from .vectors import norm, solid_angle
+from .vectors import dot, norm, solid_angle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -81,7 +81,8 @@ def build_body(points: Array, simplices: Index, adjacent: Index,
     normal, distance, area = planes(points, face_start, corner)
     if not valid or distance.min() <= 0.0:
         return False, _nothing()
-    inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, normal)
+    inset, start, stop, reach, radius = _side_lengths(points, corner, face, twin, normal,
+                                                       distance)
     angle = _face_angles(points, face_start, corner)
     return True, BodyArrays(face_start, corner, face, twin, normal, distance, area, angle,
                             inset, start, stop, reach, radius)
@@ -95,28 +96,42 @@ def _nothing() -> BodyArrays:
 
 
 @kernel
-def _side_lengths(points: Array, face_start: Index, corner: Index,
-                  normal: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _side_lengths(points: Array, corner: Index, face: Index, twin: Index, normal: Array,
+                  distance: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Inset, start, stop and reach of every side, and the radius of every point.
+
+    An edge lies along the difference of its corners, and along the line where its two planes
+    meet. Coordinates with an error eta turn the first by eta over its length and the second
+    by eta over the sine of the planes' angle, so the better of the two is taken. (Of two
+    corners 1e-7 apart the difference says nothing, and a foot far away would be put on the
+    wrong side.)
+    """
     sides = corner.shape[0]
     inset, start = np.empty(sides), np.empty(sides)
     stop, reach = np.empty(sides), np.empty(sides)
     radius = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         radius[i] = norm(points[i])
-    for f in range(face_start.shape[0] - 1):
-        n = normal[f]
-        for k in range(face_start[f], face_start[f + 1]):
-            v = points[corner[k]]
-            w = points[corner[k + 1 if k + 1 < face_start[f + 1] else face_start[f]]]
-            ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-            length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    for k in range(sides):
+        n, m = normal[face[k]], normal[face[twin[k]]]
+        v, w = points[corner[k]], points[corner[twin[k]]]
+        ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        lx, ly, lz = n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]
+        sine = math.sqrt(lx * lx + ly * ly + lz * lz)
+        if sine > length:
+            ex, ey, ez = lx / sine, ly / sine, lz / sine
+            d, other = distance[face[k]], distance[face[twin[k]]]
+            inset[k] = (other - dot(n, m) * d) / sine
+            reach[k] = math.sqrt(d * d + inset[k] * inset[k])
+        else:
             ex, ey, ez = ex / length, ey / length, ez / length
-            start[k] = -(v[0] * ex + v[1] * ey + v[2] * ez)
-            stop[k] = w[0] * ex + w[1] * ey + w[2] * ez
             cx, cy, cz = v[1] * ez - v[2] * ey, v[2] * ex - v[0] * ez, v[0] * ey - v[1] * ex
             reach[k] = math.sqrt(cx * cx + cy * cy + cz * cz)
             # n x e points into the polygon; n . (v x e) = -v . (n x e)
             inset[k] = n[0] * cx + n[1] * cy + n[2] * cz
+        start[k] = -(v[0] * ex + v[1] * ey + v[2] * ez)
+        stop[k] = w[0] * ex + w[1] * ey + w[2] * ez
     return inset, start, stop, reach, radius
 
 

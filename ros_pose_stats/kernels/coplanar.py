@@ -146,7 +146,7 @@ def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, are
                 n = neighbors[t, i]
                 if region[n] >= 0:
                     continue
-                if not _near_plane(points, triangles, vectors, plane, total, n, tolerance):
+                if not _near_plane(points, triangles, plane, total, n, tolerance):
                     continue
                 total = _gather(points, triangles, vectors, areas, plane, total, n)
                 region[n] = number
@@ -167,13 +167,15 @@ def _gather(points: Array, triangles: Index, vectors: Array, areas: Array, plane
 
 
 @kernel
-def _near_plane(points: Array, triangles: Index, vectors: Array, plane: Array, total: float,
-                t: int, tolerance: float) -> bool:
+def _near_plane(points: Array, triangles: Index, plane: Array, total: float, t: int,
+                tolerance: float) -> bool:
+    """Whether a triangle lies in the plane gathered so far.
+
+    Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
+    are slivers and some fold back, and their area vectors still sum up to the facet's.
+    """
     length = math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
     if length == 0.0 or total == 0.0:
-        return False
-    along = vectors[t, 0] * plane[0] + vectors[t, 1] * plane[1] + vectors[t, 2] * plane[2]
-    if along < 0.0:  # the far side of something thin
         return False
     for j in range(3):
         p = points[triangles[t, j]]

@@ -1,0 +1,101 @@
+"""The documents say what is true: their code runs and nothing is left out."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ros_pose_stats.cli import parser
+from ros_pose_stats.estimators import ESTIMATORS
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def demo_directory(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("readme")
+    command = [sys.executable, "-m", "ros_pose_stats", "shapes", "demo"]
+    subprocess.run(command, cwd=directory, check=True, stdout=subprocess.DEVNULL)
+    return directory
+
+
+def shell_lines() -> list[str]:
+    lines = [line for block in blocks("sh") for line in block.splitlines()]
+    return [line for line in lines if line.startswith("ros_pose_stats")]
+
+
+def test_readme_has_code_to_run():
+    assert len(shell_lines()) >= 4
+    assert blocks("python")
+
+
+@pytest.mark.parametrize("line", shell_lines())
+def test_shell_lines_of_the_readme_run(line, demo_directory):
+    command = [sys.executable, "-m", *shlex.split(line)]
+    done = subprocess.run(command, cwd=demo_directory, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+@pytest.mark.parametrize("code", blocks("python"))
+def test_python_of_the_readme_runs(code, demo_directory):
+    done = subprocess.run([sys.executable, "-c", code], cwd=demo_directory, capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+def test_every_method_is_in_the_readme():
+    for name in ESTIMATORS:
+        assert f"| `{name}` |" in README
+
+
+def test_every_command_and_option_is_in_the_readme():
+    (commands,) = (action for action in parser()._actions if action.dest == "command")
+    assert commands.choices
+    for name, command in commands.choices.items():
+        assert f"| `{name} " in README
+        for action in command._actions:
+            for option in action.option_strings:
+                if option.startswith("--") and option != "--help":
+                    assert f"`{option}" in README, f"{name} {option}"
+
+
+def test_command_lists_the_registered_methods():
+    from ros_pose_stats.commands.estimate import DEFAULT_METHOD, METHODS
+    from ros_pose_stats.estimators import DEFAULT_METHOD as REGISTERED_DEFAULT
+
+    assert list(METHODS) == list(ESTIMATORS)
+    assert DEFAULT_METHOD == REGISTERED_DEFAULT
+
+
+def test_every_warning_code_is_explained_and_every_explained_one_exists():
+    sources = "".join(path.read_text(encoding="utf-8")
+                      for path in (ROOT / "ros_pose_stats").rglob("*.py"))
+    raised = set(re.findall(r'"([A-Z][A-Z_]{4,}): ', sources))
+    explained = set(re.findall(r"^\| `([A-Z_]+)` \|",
+                               (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
+                               re.MULTILINE))
+    assert raised
+    assert raised == explained
+
+
+def test_version_stands_in_one_place():
+    from ros_pose_stats.version import VERSION
+
+    assert f"<version>{VERSION}</version>" in (ROOT / "package.xml").read_text(encoding="utf-8")
+
+
+def test_documents_name_files_that_exist():
+    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        text = document.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#:]+)\)", text):
+            assert (document.parent / target).exists(), f"{document.name}: {target}"
