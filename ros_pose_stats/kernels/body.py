@@ -117,7 +117,8 @@ def _side_lengths(points: Array, corner: Index, face: Index, twin: Index, normal
         v, w = points[corner[k]], points[corner[twin[k]]]
         ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
         length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        lx, ly, lz = n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]
+        lx, ly = n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2]
+        lz = n[0] * m[1] - n[1] * m[0]
         sine = math.sqrt(lx * lx + ly * ly + lz * lz)
         if sine > length:
             ex, ey, ez = lx / sine, ly / sine, lz / sine

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from ..tolerances import TIP_MARGIN
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
-from .descent import basins, descend, settle, toppling
+from .descent import basins, descend
 from .merge_tree import MergeTree, merge_tree
+from .toppling import settle, toppling
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

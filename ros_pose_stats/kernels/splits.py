@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .body import BodyArrays
-from .cap_areas import Flags, faces_below, make_flags
+from .cap_areas import faces_below
 from .compilation import entry_kernel, kernel
+from .flags import Flags, make_flags
 from .level_sums import ORDER, add_bend, chebyshev, collect, tree_nodes
 from .merge_tree import MergeTree
 
