@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import SAME_HEIGHT
-from .equilibria import Equilibria, tied
+from .equilibria import Equilibria, ties
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -85,9 +85,8 @@ def _number(found: Equilibria, tolerance: float, nodes: Index, parent: Index,
         owner[found.rank[tree.leaf_order[begin:end]]] = i
     # By rising height, then falling area, then number; heights and areas with a tolerance.
     areas = found.body.arrays.area[found.faces]
-    height_rank = tied(found.heights, SAME_HEIGHT)
-    area_rank = tied(-areas / areas.max(), SAME_HEIGHT)
-    preferred = np.lexsort((np.arange(leaves), area_rank, height_rank))
+    rank = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
+    preferred = np.argsort(rank, kind="stable")
     first = np.full(nodes.shape[0], -1, dtype=np.int64)
     first[owner[preferred[::-1]]] = preferred[::-1]
     order = np.argsort(first, kind="stable")

@@ -111,41 +111,51 @@ def pose_order(heights: Array, downs: Array) -> Index:
     -------
     (S,) array of int
     """
-    group = tied(heights, SAME_HEIGHT)
-    for axis in range(3):
-        group = tied(downs[:, axis], SAME_DOWN, group)
+    group = ties((heights, SAME_HEIGHT), *((down, SAME_DOWN) for down in downs.T))
     return np.argsort(group, kind="stable")
 
 
-def tied(values: Array, tolerance: float, group: Index | None = None) -> Index:
-    """Number ties by rising value, within the order of earlier groups.
+def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
+    """Number ties by rising value of the first key, then of the next, and so on.
 
     A tie opens at its smallest value and takes in all within the tolerance of that, so that
     rounding decides nothing among separate values and a dense run is not one long tie.
 
     Parameters
     ----------
-    values : (S,) array
-    tolerance : float
-    group : (S,) array of int, optional
-        Groups that come first in the order.
+    *keys : pairs of (S,) array and float
+        Values and their tolerance, the most important first.
+    within : (S,) array of int, optional
+        Groups that come before all keys in the order.
 
     Returns
     -------
     (S,) array of int
     """
-    if group is None:
-        group = np.zeros(values.shape[0], dtype=np.int64)
+    count = keys[0][0].shape[0]
+    group = np.zeros(count, dtype=np.int64) if within is None else within
+    for values, tolerance in keys:
+        if int(group.max()) + 1 == count:  # nothing is tied any more
+            break
+        group = _divide(values, tolerance, group)
+    return group
+
+
+def _divide(values: Array, tolerance: float, group: Index) -> Index:
+    """Split groups into ties of one key."""
     order = np.lexsort((values, group))
     ranked, grouped = values[order], group[order]
     opens = np.ones(values.shape[0], dtype=np.bool_)
-    opens[1:] = (np.diff(ranked) > tolerance) | (np.diff(grouped) > 0)
-    starts = np.append(np.flatnonzero(opens), values.shape[0])
-    wide = ranked[starts[1:] - 1] - ranked[starts[:-1]] > tolerance
-    for begin, end in zip(starts[:-1][wide].tolist(), starts[1:][wide].tolist(), strict=True):
-        while begin < end:
-            opens[begin] = True
-            begin += int(np.searchsorted(ranked[begin:end], ranked[begin] + tolerance, "right"))
+    opens[1:] = (ranked[1:] - ranked[:-1] > tolerance) | (grouped[1:] > grouped[:-1])
+    starts = np.flatnonzero(opens)
+    ends = np.concatenate([starts[1:], [values.shape[0]]])
+    wide = ranked[ends - 1] - ranked[starts] > tolerance
+    if wide.any():
+        for begin, end in zip(starts[wide].tolist(), ends[wide].tolist(), strict=True):
+            while begin < end:
+                opens[begin] = True
+                begin += int(np.searchsorted(ranked[begin:end], ranked[begin] + tolerance,
+                                             "right"))
     numbers = np.empty(values.shape[0], dtype=np.int64)
     numbers[order] = np.cumsum(opens) - 1
     return numbers

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..records import Part
 from ..tolerances import SYMMETRY
 from .convex_body import ConvexBody
-from .equilibria import Equilibria, tied
+from .equilibria import Equilibria, ties
 from .features import Features, surface_features
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class SurfaceTrial:
         facing = self.features.regions[:, 3:6] * self.features.regions[:, 6:7] * area
         pairs = _squares(regions)
         crossed = (facing[:, :, None] * regions[:, None, :]).reshape(-1, 9)
-        for moment in (
+        moments = (
             square @ (pairs.T @ area[:, 0]),
             ((square @ ((area * pairs).T @ regions)) * along).sum(axis=1),
             ((square @ ((area * pairs).T @ pairs)) * square).sum(axis=1),
@@ -64,9 +64,8 @@ class SurfaceTrial:
             ((along @ (facing.T @ regions)) * along).sum(axis=1),
             ((along @ (facing.T @ pairs)) * square).sum(axis=1),
             ((square @ (crossed.T @ pairs)) * square).sum(axis=1),
-        ):
-            kind = tied(moment, 10.0 * SYMMETRY, kind)
-        return kind
+        )
+        return ties(*((moment, 10.0 * SYMMETRY) for moment in moments), within=kind)
 
     def holds(self, rotation: Array) -> bool:
         """Whether the rotation carries surface and inertia into themselves."""

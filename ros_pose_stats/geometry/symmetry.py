@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from ..records import Part
 from ..tolerances import SYMMETRY
-from .equilibria import Equilibria, tied
+from .equilibria import Equilibria, ties
 from .surface_trial import SurfaceTrial
 
 Array = NDArray[np.float64]
@@ -77,14 +77,15 @@ def _renumber(group: Index) -> Index:
 def _kinds(found: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
     arrays, faces = found.body.arrays, found.faces
-    kind = tied(found.heights, SYMMETRY)
-    kind = tied(np.diff(arrays.face_start)[faces].astype(np.float64), 0.5, kind)
-    kind = tied(arrays.area[faces], SYMMETRY, kind)
-    return tied(arrays.angle[faces], SYMMETRY, kind)
+    corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(np.float64)
+    return ties((found.heights, SYMMETRY), (corners, 0.5), (arrays.area[faces], SYMMETRY),
+                (arrays.angle[faces], SYMMETRY))
 
 
 def _shared(kind: Index, pose: Index) -> Index:
     """Stable faces whose kind has members in two poses at least."""
+    if int(kind.max()) + 1 == kind.shape[0]:
+        return np.empty(0, dtype=np.int64)
     pairs = np.unique(np.column_stack([kind, pose]), axis=0)
     return np.flatnonzero((np.bincount(pairs[:, 0]) > 1)[kind])
 

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-# Okabe and Ito's colours for the colour-blind, dark to light, each with its own dash and
-# marker so that nothing hangs on the colour.
+# Okabe and Ito's colours for the colour-blind, each with its own marker so that nothing
+# hangs on the colour.
 STYLES = (
     ("#000000", "-", "o"),
     ("#0072B2", "--", "s"),
@@ -25,7 +25,7 @@ STYLES = (
     ("#E69F00", "-", "P"),
 )
 LABEL_GAP = 0.052  # of the axes' height
-REFERENCE = "#767676"
+INK, REFERENCE = "#222222", "#767676"
 
 
 def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
@@ -106,9 +106,9 @@ def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
     for number, (label, _) in enumerate(times):
         axes.annotate(label, (1.0, ends[number]), xycoords="axes fraction",
                       xytext=(1.03, heights[number]), textcoords="axes fraction",
-                      color=STYLES[number][0], fontsize=10, va="center",
+                      color=INK, fontsize=10, va="center",
                       arrowprops={"arrowstyle": "-", "color": STYLES[number][0],
-                                  "linewidth": 0.7, "shrinkA": 0.0, "shrinkB": 0.0})
+                                  "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})
 
 
 def _apart(heights: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -91,8 +90,8 @@ class StablePose:
 
     def with_probability(self, probability: float) -> StablePose:
         """The same pose with a probability, nothing more known about it."""
-        pose = copy.copy(self)
-        object.__setattr__(pose, "probability", probability)
+        pose = object.__new__(StablePose)
+        pose.__dict__.update(self.__dict__, probability=probability)
         return pose
 
     def as_dict(self) -> dict[str, Any]:
