@@ -49,12 +49,24 @@ such points by some 3e-7. Facets of a tessellated curve bulge by 1e-4 or more.
 COPLANAR_OF_THICKNESS: Final = 1e-3
 """Upper bound of COPLANAR as a fraction of the smallest extent: thin plates keep two sides."""
 
+COPLANAR_ROUNDINGS: Final = 8.0
+"""Hull triangles also form one face within this many times the rounding of the coordinates.
+
+A part in float32 ten sizes off its origin has its corners off by 6e-7 of its size.
+"""
+
+COPLANAR_MOST: Final = 1e-4
+"""But never wider than this: beyond it facets of a tessellated curve would merge."""
+
 TIP_MARGIN: Final = 1e-9
 """A face is stable when the foot of the centre of mass lies this deep inside its polygon.
 
 Between -1e-9 and 1e-9 rounding after a rotation would decide; the pose is then not listed.
 Its probability by EAE and MEAE would be zero to that order anyway.
 """
+
+SAME_POINT: Final = 1e-9
+"""Corners of an outline this close are one, and closer to a straight line than this none."""
 
 SAME_LEVEL: Final = 1e-10
 """Saddles this close in level are a tie: on a symmetric part only rounding parts them."""

@@ -17,7 +17,12 @@ from ..errors import MeshError
 from ..kernels.body import BodyArrays, build_body
 from ..kernels.cap_areas import areas_below
 from ..records import Part
-from ..tolerances import COPLANAR, COPLANAR_OF_THICKNESS
+from ..tolerances import (
+    COPLANAR,
+    COPLANAR_MOST,
+    COPLANAR_OF_THICKNESS,
+    COPLANAR_ROUNDINGS,
+)
 from .hull import hull_of_part
 
 Array = NDArray[np.float64]
@@ -140,7 +145,8 @@ def _build(part: Part) -> ConvexBody:
     neighbors = hull.neighbors.astype(np.int64)
     moment = np.linalg.eigvalsh(np.cov(points.T))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
-    widest = min(COPLANAR, COPLANAR_OF_THICKNESS * thickness)
+    rounding = min(COPLANAR_ROUNDINGS * part.rounding / (radius * scale), COPLANAR_MOST)
+    widest = min(max(COPLANAR, rounding), COPLANAR_OF_THICKNESS * thickness)
     for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
         valid, arrays = build_body(points, triangles, neighbors, tolerance)
         if valid:

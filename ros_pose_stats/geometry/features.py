@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from ..kernels.coplanar import surface_regions
 from ..records import Part
-from ..tolerances import COPLANAR
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -37,7 +35,7 @@ class Features:
     corners: Array
 
 
-def surface_features(part: Part, radius: float) -> Features:
+def surface_features(part: Part, radius: float, tolerance: float) -> Features:
     """Planar regions and corners of a part's surface.
 
     Parameters
@@ -45,13 +43,15 @@ def surface_features(part: Part, radius: float) -> Features:
     part : Part
     radius : float
         Metres.
+    tolerance : float
+        Coplanarity, as a fraction of the radius.
     """
     points = (part.surface_vertices - part.center_of_mass) / radius
     triangles = part.surface_triangles
     a, b, c = (points[triangles[:, i]] for i in range(3))
     vectors = np.asarray(0.5 * np.cross(b - a, c - a), dtype=np.float64)
     areas = np.asarray(np.sqrt((vectors * vectors).sum(axis=1)), dtype=np.float64)
-    region = _regions(points, triangles, vectors, areas)
+    region = surface_regions(points, triangles, _neighbours(triangles), tolerance)
     count = int(region.max()) + 1
     size = np.bincount(region, areas, count)
     solid = size > 0.0
@@ -66,32 +66,18 @@ def _sums(group: Index, values: Array, count: int) -> Array:
     return np.stack([np.bincount(group, values[:, i], count) for i in range(3)], axis=1)
 
 
-def _regions(points: Array, triangles: Index, vectors: Array, areas: Array) -> Index:
-    """Number the connected planar regions; triangles without area stay apart."""
-    first, second = _neighbours(triangles)
-    together = (vectors[first] * vectors[second]).sum(axis=1) > 0.0
-    for near, far in ((first, second), (second, first)):
-        start = points[triangles[near, 0]]
-        for i in range(3):
-            off = ((points[triangles[far, i]] - start) * vectors[near]).sum(axis=1)
-            together &= np.abs(off) <= COPLANAR * areas[near]
-    pairs = (first[together], second[together])
-    links = coo_matrix((np.ones(pairs[0].shape[0], np.int8), pairs),
-                       shape=(len(triangles), len(triangles)))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
-
-
-def _neighbours(triangles: Index) -> tuple[Index, Index]:
-    """Pairs of triangles that alone share an edge."""
-    count = len(triangles)
-    ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+def _neighbours(triangles: Index) -> Index:
+    """Triangle (T, 3) across the side opposite to each vertex; -1 where several meet."""
+    ends = np.sort(triangles[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
     key = ends[:, 0] * (int(triangles.max()) + 1) + ends[:, 1]
     order = np.argsort(key, kind="stable")
     key = key[order]
-    owner = np.repeat(np.arange(count), 3)[order]
     same = np.concatenate([[False], key[1:] == key[:-1], [False]])
     pair = np.flatnonzero(same[1:-1] & ~same[:-2] & ~same[2:])
-    return owner[pair], owner[pair + 1]
+    first, second = order[pair], order[pair + 1]
+    across = np.full(triangles.size, -1, dtype=np.int64)
+    across[first], across[second] = second // 3, first // 3
+    return across.reshape(-1, 3)
 
 
 def _corners(triangles: Index, region: Index) -> Index:

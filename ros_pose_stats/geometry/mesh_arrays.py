@@ -94,3 +94,28 @@ def _check_integers(given: NDArray[np.float64]) -> None:
         row, column = (int(k[0]) for k in np.nonzero(~whole))
         raise MeshError("whole vertex numbers", f"{given[row, column]} in triangle {row}",
                         "give integers")
+
+
+def coordinate_rounding(vertices: ArrayLike) -> float:
+    """By how much coordinates may be off for the way they were stored.
+
+    Coordinates that are all float32 numbers are taken to come from a file that stores no
+    more (STL, mostly); the rounding then is 6e-8 of the largest, however far the part lies
+    from its origin.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Finite, in the mesh's unit.
+
+    Returns
+    -------
+    float
+        In the mesh's unit.
+    """
+    points = np.asarray(vertices, dtype=np.float64)
+    largest = float(np.abs(points).max())
+    if largest < float(np.finfo(np.float32).max) and np.array_equal(
+            points, points.astype(np.float32)):
+        return largest * 2.0**-24
+    return largest * 2.0**-53

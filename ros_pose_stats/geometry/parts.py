@@ -21,7 +21,7 @@ from .mass_properties import (
     given_mass,
     solid_of,
 )
-from .mesh_arrays import checked_mesh
+from .mesh_arrays import checked_mesh, coordinate_rounding
 from .mesh_files import metres_per_unit, read_mesh
 from .shells import oriented_outward
 from .welding import weld, without_unused
@@ -155,7 +155,8 @@ def part_from_mesh(
     if tensor is None:
         tensor = surface.solid.inertia * (kilograms / surface.solid.volume)
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
-                center, tensor, surface.warnings)
+                center, tensor, surface.warnings,
+                coordinate_rounding(vertices) * metres_per_unit(unit))
     keep_hull(part, surface.hull)
     return part
 

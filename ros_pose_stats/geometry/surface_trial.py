@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..records import Part
-from ..tolerances import SYMMETRY
+from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, ties
 from .features import Features, surface_features
@@ -40,7 +40,8 @@ class SurfaceTrial:
     """
 
     def __init__(self, part: Part, body: ConvexBody) -> None:
-        self.features: Features = surface_features(part, body.radius)
+        self.features: Features = surface_features(
+            part, body.radius, max(COPLANAR, body.tolerance))
         self.regions = cKDTree(self.features.regions)
         self.corners = cKDTree(self.features.corners) if len(self.features.corners) else None
         self.inertia = part.inertia / np.trace(part.inertia)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compilation import kernel
+from .compilation import entry_kernel, kernel
 from .vectors import area_vector
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
     ----------
     points : (H, 3) array
     triangles, neighbors : (M, 3) arrays
-        Oriented, as `orient` leaves them.
+        Oriented, as `orient` leaves them; a neighbour of -1 is none.
     tolerance : float
         Distance of a vertex from its region's plane; 0 keeps every triangle apart.
 
@@ -115,10 +115,11 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
             continue
         if areas[seed] == 0.0:
             # A triangle without area has no plane of its own; its largest neighbour takes it.
-            best = neighbors[seed, 0]
-            for i in range(1, 3):
-                if areas[neighbors[seed, i]] > areas[best]:
-                    best = neighbors[seed, i]
+            best = seed
+            for i in range(3):
+                n = neighbors[seed, i]
+                if n >= 0 and areas[n] > areas[best]:
+                    best = n
             if region[best] >= 0:
                 region[seed] = region[best]
                 continue
@@ -144,7 +145,7 @@ def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, are
             k += 1
             for i in range(3):
                 n = neighbors[t, i]
-                if region[n] >= 0:
+                if n < 0 or region[n] >= 0:
                     continue
                 if not _near_plane(points, triangles, plane, total, n, tolerance):
                     continue
@@ -184,3 +185,9 @@ def _near_plane(points: Array, triangles: Index, plane: Array, total: float, t: 
         if abs(off) > tolerance * length:
             return False
     return True
+
+
+@entry_kernel
+def surface_regions(points: Array, triangles: Index, neighbors: Index, tolerance: float) -> Index:
+    """`planar_regions` of any closed surface, convex or not, for callers outside the kernels."""
+    return planar_regions(points, triangles, neighbors, tolerance)

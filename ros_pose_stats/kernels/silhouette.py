@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..tolerances import COPLANAR, SAME_POINT
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 
@@ -46,7 +47,8 @@ def silhouette(points: Array, body: BodyArrays, rotation: Array) -> Array:
         n, m = body.normal[body.face[k]], body.normal[body.face[body.twin[k]]]
         facing = n[0] * up[0] + n[1] * up[1] + n[2] * up[2]
         turned = m[0] * up[0] + m[1] * up[1] + m[2] * up[2]
-        if facing >= -1e-9 and turned <= 1e-9:
+        # Wider than any edge-on face is off, by rounding or merging: more points do no harm.
+        if facing >= -10.0 * COPLANAR and turned <= 10.0 * COPLANAR:
             on_outline[body.corner[k]] = True
             on_outline[body.corner[body.twin[k]]] = True
     seen = points[on_outline] @ np.ascontiguousarray(rotation[:2].T)
@@ -55,7 +57,7 @@ def silhouette(points: Array, body: BodyArrays, rotation: Array) -> Array:
 
 @kernel
 def _hull_2d(points: Array) -> Array:
-    """Counter-clockwise hull by Andrew's monotone chain."""
+    """Counter-clockwise hull by Andrew's monotone chain, exact first, then thinned out."""
     count = points.shape[0]
     by_y = points[np.argsort(points[:, 1], kind="mergesort")]
     ordered = by_y[np.argsort(by_y[:, 0], kind="mergesort")]
@@ -65,12 +67,38 @@ def _hull_2d(points: Array) -> Array:
         floor = size + 1
         for i in range(count):
             p = ordered[i] if sweep == 0 else ordered[count - 1 - i]
-            while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 1e-12:
+            while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 0.0:
                 size -= 1
             chain[size] = p
             size += 1
         size -= 1
-    return chain[:size].copy()
+    return _thinned(chain[:size])
+
+
+@kernel
+def _thinned(chain: Array) -> Array:
+    """Drop corners that are doubled or on a straight line, but for rounding."""
+    apart = np.empty_like(chain)
+    size = 0
+    for i in range(chain.shape[0]):
+        if _gap(chain[i], chain[i - 1]) >= SAME_POINT:
+            apart[size] = chain[i]
+            size += 1
+    kept = np.empty_like(chain)
+    left = 0
+    for i in range(size):
+        last = kept[left - 1] if left > 0 else apart[(i - 1) % size]
+        following = apart[(i + 1) % size]
+        length = _gap(last, apart[i]) + _gap(apart[i], following)
+        if _turn(last, apart[i], following) >= SAME_POINT * length:
+            kept[left] = apart[i]
+            left += 1
+    return kept[:left].copy()
+
+
+@kernel
+def _gap(a: Array, b: Array) -> float:
+    return float(max(abs(a[0] - b[0]), abs(a[1] - b[1])))
 
 
 @kernel

@@ -70,6 +70,9 @@ class Part:
         About the centre of mass in part axes, kg m².
     warnings : tuple of str
         Each `CODE: sentence`.
+    rounding : float
+        Metres by which the coordinates may be off for having been stored as float32 or
+        float64; grows with the distance from the origin.
     digest : str
         See `part_digest`.
     """
@@ -83,6 +86,7 @@ class Part:
     center_of_mass: NDArray[np.float64]
     inertia: NDArray[np.float64]
     warnings: tuple[str, ...] = ()
+    rounding: float = 0.0
     digest: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
