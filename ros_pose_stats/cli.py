@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .commands import estimate, shapes
 from .errors import PoseStatsError
@@ -19,7 +20,11 @@ FAILED = 1
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose refusals are one line, as all others of this command."""
+    """A parser whose refusals are one line, and for whom -1e-3 is a number, not an option."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with status 2."""

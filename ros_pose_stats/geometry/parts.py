@@ -216,7 +216,8 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
     place = f"{center.tolist()} m"
     where = "on its surface" if beyond <= ON_HULL * radius else f"{beyond:.3g} m outside"
     raise MassPropertiesError("a centre of mass inside the part's convex hull",
-                              f"{place}, {where}", "give it in metres in the mesh's own frame")
+                              f"{place}, {where}",
+                              "check its unit, and that it is in the mesh's own frame")
 
 
 def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:

@@ -258,7 +258,7 @@ class TestWriting:
 
     def test_a_failed_write_leaves_nothing(self, tmp_path, monkeypatch):
         def full_disk(path, content):
-            with open(path, "wb") as file:
+            with path.open("wb") as file:
                 file.write(content[:100])
             raise OSError(28, "No space left on device")
 
