@@ -1,0 +1,1 @@
+"""Benchmarks of the numeric core: bodies, timing, rows and the report."""

@@ -1,0 +1,89 @@
+"""From mesh arrays to all nine answers, beside scipy's hull and trimesh's stable poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import trimesh
+from scipy.spatial import ConvexHull
+from trimesh.poses import compute_stable_poses
+
+from ros_pose_stats import Part, PoseStatistics, estimate_all, part_from_mesh, resting_poses
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
+
+from .bodies import Body
+from .results import Row, Section, Target
+from .timing import Contender, Pace, Timings, race
+
+TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
+HULLS_FROM = 2000
+"""Vertices from which on scipy's hull is the yardstick; below it fixed costs dominate."""
+FEW_POSES = 20
+MOST_HULLS = 5.0
+NEAR_SPHERE_SECONDS = 1.0
+
+TIMED = (
+    "`nine`: `part_from_mesh` (checks, welding, winding, mass properties, hull) and "
+    "`estimate_all` on a new part each time, so nothing is remembered. `hull`: "
+    "`scipy.spatial.ConvexHull` of the same vertices and nothing else. `trimesh`: "
+    "`trimesh.poses.compute_stable_poses(mesh, n_samples=1)` on a new `Trimesh` of the same "
+    "arrays, whose construction is not timed. `stable` counts stable faces, `poses` what they "
+    "merge into at the row's cluster tolerance. Ratios are medians of the ratios round by round; "
+    "a contender stops after some seconds, so trimesh has one round on the largest sphere. The "
+    "garbage collector is off but for trimesh, whose copies would fill the memory.")
+
+
+def all_nine(bodies: Sequence[Body], pace: Pace, name: str = "all_nine",
+             title: str = "All nine estimators from the mesh") -> Section:
+    """Rows for each body at both cluster tolerances, demanded to beat trimesh."""
+    rows = [row for body in bodies for row in _rows(body, pace)]
+    return Section(name, title, TIMED, tuple(rows))
+
+
+def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
+    """Rows for bodies with many stable poses, demanded to take less than a second."""
+    rows = [row for body in bodies for row in _rows(body, pace, NEAR_SPHERE_SECONDS)]
+    return Section("near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows))
+
+
+def nine(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
+    """Part and the nine answers, from the mesh arrays."""
+    part = part_from_mesh(body.vertices, body.triangles, unit="mm")
+    return part, estimate_all(part, cluster_tolerance=tolerance)
+
+
+def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
+    def mesh() -> trimesh.Trimesh:
+        return trimesh.Trimesh(body.vertices, body.triangles, process=False)
+
+    timings = race([
+        *(Contender(f"{tolerance:g}", lambda _, t=tolerance: nine(body, t))
+          for tolerance in TOLERANCES),
+        Contender("hull", lambda _: ConvexHull(body.vertices)),
+        Contender("trimesh", lambda made: compute_stable_poses(made, n_samples=1), mesh,
+                  collected=True),
+    ], pace)
+    part = part_from_mesh(body.vertices, body.triangles, unit="mm")
+    return [_row(body, part, tolerance, timings, seconds) for tolerance in TOLERANCES]
+
+
+def _row(body: Body, part: Part, tolerance: float, timings: Timings,
+         seconds: float | None) -> Row:
+    own = f"{tolerance:g}"
+    resting = resting_poses(part, tolerance)
+    stable = len(resting.equilibria.order)
+    hulls, trimeshes = timings.ratio(own, "hull"), timings.ratio(own, "trimesh")
+    targets = [Target("nine / trimesh", trimeshes, 1.0)]
+    if stable <= FEW_POSES and len(body.vertices) >= HULLS_FROM:
+        targets.append(Target("nine / hull", hulls, MOST_HULLS))
+    if seconds is not None:
+        targets.append(Target("nine, s", timings.median(own), seconds))
+    return Row(f"{body.name}, {len(body.vertices)} vertices, tolerance {own}", {
+        "stable": stable,
+        "poses": len(resting.poses),
+        "nine, ms": timings.milliseconds(own),
+        "hull, ms": timings.milliseconds("hull"),
+        "trimesh, ms": timings.milliseconds("trimesh"),
+        "nine / hull": hulls,
+        "trimesh / nine": timings.ratio("trimesh", own),
+    }, tuple(targets))

@@ -1,0 +1,92 @@
+"""The page on speed, from stored results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ros_pose_stats.plots.cost import cost_figure, save_figure
+
+from .growth import STAGES, family
+from .results import Results, Row, Section, load, shown
+
+STORED = ("core", "start")
+FIGURE = Path("figures") / "cost_against_vertices"
+
+INTRODUCTION = """# Speed
+
+Written by `python -m benchmarks.core --write` and `python -m benchmarks.start --write` from
+`docs/benchmarks/*.json`; edits here are lost. The machine was shared while these ran:
+contenders took turns within one run, so the ratios are what counts, and times are there to
+give an idea. Kernels were compiled before, unless said otherwise. Figures are medians. The
+load at the start is given with each run: in trials on a busier machine a near-sphere with 725
+stable faces took 1.6 times as long and more, scipy's hull much the same. With one thread for
+linear algebra (`OPENBLAS_NUM_THREADS=1`) most of that went away.
+"""
+
+
+def write_page(docs: Path) -> Path:
+    """Render `benchmarks.md` and the figure from what is stored under `docs`.
+
+    Parameters
+    ----------
+    docs : Path
+        Folder that holds `benchmarks/*.json`.
+    """
+    stored = [docs / "benchmarks" / f"{name}.json" for name in STORED]
+    found = [load(file) for file in stored if file.exists()]
+    for results in found:
+        if any(section.name == "growth" for section in results.sections):
+            draw(results.section("growth"), docs / FIGURE)
+    page = docs / "benchmarks.md"
+    page.write_text(rendered(found), encoding="utf-8")
+    return page
+
+
+def draw(growth: Section, stem: Path) -> list[Path]:
+    """Draw the first family of bodies in the rows."""
+    first = family(growth.rows[0])
+    cells = [row.cells for row in growth.rows if family(row) == first]
+    stages = [(stage, [float(each[stage]) for each in cells]) for stage in STAGES]
+    figure = cost_figure([int(each["vertices"]) for each in cells], stages, growth.title)
+    return save_figure(figure, stem)
+
+
+def rendered(runs: Sequence[Results]) -> str:
+    """Whole page."""
+    parts = [INTRODUCTION, _misses(runs)]
+    for run in runs:
+        where = ", ".join(f"{name} {value}" for name, value in run.machine.items())
+        parts.append(f"Measured on: {where}.\n")
+        for section in run.sections:
+            parts.append(f"## {section.title}\n\n{section.timed}\n\n{table(section)}\n")
+            if section.name == "growth":
+                parts.append(f"![Time of each stage against hull vertices, log-log]"
+                             f"({FIGURE.as_posix()}.png)\n")
+    return "\n".join(parts)
+
+
+def table(section: Section) -> str:
+    """Markdown table: names, cells, and verdicts where there are targets."""
+    columns = list(section.rows[0].cells)
+    judged = any(row.targets for row in section.rows)
+    lines = [["", *columns, *(["target"] * judged)]]
+    lines.append(["---", *(["---:"] * len(columns)), *(["---"] * judged)])
+    for row in section.rows:
+        lines.append([row.name, *(shown(row.cells[column]) for column in columns),
+                      *([_judged(row)] * judged)])
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _judged(row: Row) -> str:
+    """Each target with its value and limit; a miss in bold."""
+    return "; ".join(f"{target}: PASS" if target.met else f"**{target}: short of target**"
+                     for target in row.targets)
+
+
+def _misses(runs: Sequence[Results]) -> str:
+    """What falls short, first thing on the page."""
+    targets = [(row, target) for run in runs for row in run.rows for target in row.targets]
+    short = [f"- {row.name}: {target}" for row, target in targets if not target.met]
+    met = f"{len(targets) - len(short)} of {len(targets)} targets are met"
+    return f"{met}.\n" if not short else "\n".join([f"{met}; short of target:\n", *short, ""])

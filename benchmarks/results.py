@@ -1,0 +1,113 @@
+"""What a benchmark found: sections of rows, and their JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+Cell = float | int | str
+
+
+@dataclass(frozen=True)
+class Target:
+    """A demand: `value` below `limit`.
+
+    Attributes
+    ----------
+    name : str
+        What the value is, with its unit.
+    value, limit : float
+    """
+
+    name: str
+    value: float
+    limit: float
+
+    @property
+    def met(self) -> bool:
+        """Whether the value is below the limit."""
+        return self.value < self.limit
+
+    def __str__(self) -> str:
+        return f"{self.name} {shown(self.value)}, limit {self.limit:g}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: a name, a cell for each column, and the demands on it."""
+
+    name: str
+    cells: dict[str, Cell]
+    targets: tuple[Target, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table.
+
+    Attributes
+    ----------
+    name : str
+        Key.
+    title : str
+    timed : str
+        What exactly the figures are times of.
+    rows : tuple of Row
+        All with the same columns.
+    """
+
+    name: str
+    title: str
+    timed: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Results:
+    """A run: where, and what it found."""
+
+    machine: dict[str, str]
+    sections: tuple[Section, ...]
+
+    @property
+    def rows(self) -> Iterator[Row]:
+        """Rows of all sections."""
+        for section in self.sections:
+            yield from section.rows
+
+    def section(self, name: str) -> Section:
+        """Section of that name."""
+        return next(section for section in self.sections if section.name == name)
+
+
+def shown(value: Cell) -> str:
+    """Cell as text: three significant digits, thousands apart."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", " ")
+    if not math.isfinite(value) or value == 0.0:
+        return f"{value:g}"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    return f"{value:,.{digits}f}".replace(",", " ")
+
+
+def save(results: Results, file: Path) -> None:
+    """Write as JSON."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(asdict(results), indent=1, allow_nan=False) + "\n",
+                    encoding="utf-8")
+
+
+def load(file: Path) -> Results:
+    """Read what `save` wrote."""
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return Results(found["machine"], tuple(
+        Section(**{**section, "rows": tuple(
+            Row(row["name"], row["cells"], tuple(Target(**one) for one in row["targets"]))
+            for row in section["rows"])})
+        for section in found["sections"]))

@@ -1,0 +1,94 @@
+"""Contenders timed in turn, so that what else the machine does hits all of them alike."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Contender:
+    """Something to time.
+
+    Attributes
+    ----------
+    name : str
+    call : callable
+        What is timed; takes what `prepare` returns.
+    prepare : callable
+        Runs before each call, untimed: makes what the call uses up.
+    collected : bool
+        Whether the garbage collector runs during the call. trimesh copies the hull for each
+        pose, in cycles; uncollected, the copies of a large body fill the memory.
+    """
+
+    name: str
+    call: Callable[[Any], object]
+    prepare: Callable[[], Any] = lambda: None
+    collected: bool = False
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How long to measure: up to `rounds`, each contender for about `patience` seconds."""
+
+    rounds: int
+    patience: float
+
+
+class Timings:
+    """Seconds of each contender, round by round."""
+
+    def __init__(self, seconds: dict[str, list[float]]) -> None:
+        self.seconds = seconds
+
+    def median(self, name: str) -> float:
+        """Median seconds."""
+        return median(self.seconds[name])
+
+    def milliseconds(self, name: str) -> float:
+        """Median milliseconds."""
+        return 1e3 * self.median(name)
+
+    def ratio(self, name: str, other: str) -> float:
+        """Median over the rounds of one contender's time by another's in the same round."""
+        pairs = zip(self.seconds[name], self.seconds[other], strict=False)
+        return median(own / theirs for own, theirs in pairs)
+
+
+def race(contenders: Sequence[Contender], pace: Pace) -> Timings:
+    """Time the contenders A B C, A B C, ... and leave out those whose patience is used up.
+
+    As in `timeit`, the garbage collector is off during a call: a full collection walks all
+    that the compiler holds and takes tens of milliseconds, in every round in the same call.
+    """
+    seconds: dict[str, list[float]] = {one.name: [] for one in contenders}
+    gc.collect()
+    gc.freeze()
+    try:
+        for _ in range(pace.rounds):
+            for one in contenders:
+                if sum(seconds[one.name]) < pace.patience:
+                    seconds[one.name].append(_once(one))
+    finally:
+        gc.unfreeze()
+    return Timings(seconds)
+
+
+def _once(one: Contender) -> float:
+    ready = one.prepare()
+    gc.collect()
+    if not one.collected:
+        gc.disable()
+    try:
+        begin = time.perf_counter()
+        result = one.call(ready)
+        elapsed = time.perf_counter() - begin
+    finally:
+        gc.enable()
+    del result  # freeing it is not timed
+    return elapsed

@@ -1,0 +1,121 @@
+"""Which modules a package imports, read from its sources without running them."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Import:
+    """One imported module: by whom, at which line, and its full dotted name."""
+
+    importer: str
+    line: int
+    target: str
+
+    def __str__(self) -> str:
+        return f"{self.importer}:{self.line} imports {self.target}"
+
+
+class Sources:
+    """A package's modules and what they import.
+
+    `if TYPE_CHECKING:` blocks are left out; imports inside functions count.
+    """
+
+    def __init__(self, package: Path) -> None:
+        self.name = package.name
+        self.files = {self._dotted(package, file): file for file in package.rglob("*.py")}
+        self.imports = [found for module in sorted(self.files) for found in self._read(module)]
+
+    @staticmethod
+    def _dotted(package: Path, file: Path) -> str:
+        parts = file.relative_to(package.parent).with_suffix("").parts
+        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+    def room(self, module: str) -> str:
+        """First name below the package; empty for the package's own `__init__`."""
+        return module.partition(".")[2].partition(".")[0]
+
+    @property
+    def internal(self) -> list[Import]:
+        """Imports of the package's own modules."""
+        return [one for one in self.imports if one.target in self.files]
+
+    @property
+    def third_party(self) -> list[Import]:
+        """Imports from outside the package and the standard library."""
+        return [one for one in self.imports if one.target not in self.files
+                and one.target.partition(".")[0] not in sys.stdlib_module_names]
+
+    def _read(self, module: str) -> Iterator[Import]:
+        tree = ast.parse(self.files[module].read_text(encoding="utf-8"))
+        for statement in _executed(tree):
+            if isinstance(statement, ast.Import):
+                for alias in statement.names:
+                    yield Import(module, statement.lineno, alias.name)
+            elif isinstance(statement, ast.ImportFrom):
+                for target in self._targets(module, statement):
+                    yield Import(module, statement.lineno, target)
+
+    def _targets(self, module: str, statement: ast.ImportFrom) -> set[str]:
+        """The submodules among the imported names, and the module itself for all others."""
+        base = statement.module or ""
+        if statement.level:
+            is_package = self.files[module].name == "__init__.py"
+            parts = module.split(".")
+            parts = parts[:len(parts) - statement.level + is_package]
+            base = ".".join([*parts, base] if base else parts)
+        names = {f"{base}.{alias.name}" for alias in statement.names}
+        modules = names & self.files.keys()
+        return modules | ({base} if names - modules else set())
+
+    def cycles(self) -> list[list[str]]:
+        """Groups of modules that import each other (Tarjan's strong components)."""
+        onward: dict[str, set[str]] = {module: set() for module in self.files}
+        for one in self.internal:
+            onward[one.importer].add(one.target)
+        number: dict[str, int] = {}
+        lowest: dict[str, int] = {}
+        stack: list[str] = []
+        found: list[list[str]] = []
+
+        def visit(module: str) -> None:
+            number[module] = lowest[module] = len(number)
+            stack.append(module)
+            for target in sorted(onward[module]):
+                if target not in number:
+                    visit(target)
+                if target in stack:
+                    lowest[module] = min(lowest[module], lowest[target])
+            if lowest[module] == number[module]:
+                group = stack[stack.index(module):]
+                del stack[stack.index(module):]
+                if len(group) > 1 or module in onward[module]:
+                    found.append(sorted(group))
+
+        for module in sorted(self.files):
+            if module not in number:
+                visit(module)
+        return found
+
+
+def _executed(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements below a node but those under `if TYPE_CHECKING:`."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and _is_type_checking(child.test):
+            for statement in child.orelse:
+                yield statement
+                yield from _executed(statement)
+            continue
+        yield child
+        yield from _executed(child)
+
+
+def _is_type_checking(test: ast.expr) -> bool:
+    return ((isinstance(test, ast.Name) and test.id == "TYPE_CHECKING")
+            or (isinstance(test, ast.Attribute) and test.attr == "TYPE_CHECKING"))

@@ -1,0 +1,145 @@
+"""Compiled and plain kernels agree, and an edit of any of them changes the cache's name."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats.kernels import compilation
+
+PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
+
+ANSWERS = """
+import json, sys
+import numba
+from ros_pose_stats import estimate_all, part_from_mesh
+from ros_pose_stats.geometry.convex_body import convex_body
+from ros_pose_stats.geometry.equilibria import equilibria
+from tests.bodies import oblique_prism, random_polyhedron
+
+found = []
+for surface in (random_polyhedron(9, 5), oblique_prism(1.2, 2.0)):
+    part = part_from_mesh(*surface)
+    body = convex_body(part)
+    for statistics in estimate_all(part, cluster_tolerance=0.0):
+        for pose in statistics.poses:
+            found.append([pose.probability, pose.height, pose.margin, pose.top, pose.spread])
+            found.append(pose.support_polygon.ravel().tolist() + pose.outline.ravel().tolist())
+    # The order of equal faces is the sorting routine's own.
+    for level in (0.3, 0.5, 0.7, 0.9):
+        found.append(sorted(body.angles_below_r(level)))
+        found.append(sorted(body.angles_below_R(level)))
+    found.append([body.faces, len(equilibria(part).saddles), len(equilibria(part).unstable)])
+json.dump([bool(numba.config.DISABLE_JIT), found], sys.stdout)
+"""
+
+
+def answers(**environment):
+    """What a fresh process answers, and whether its kernels were plain Python."""
+    done = subprocess.run([sys.executable, "-c", ANSWERS], capture_output=True, text=True,
+                          cwd=PACKAGE.parent, env=os.environ | environment)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_plain_python_gives_the_same_numbers():
+    plainly, plain = answers(NUMBA_DISABLE_JIT="1")
+    compiled_plainly, compiled = answers(NUMBA_DISABLE_JIT="0")
+    assert (plainly, compiled_plainly) == (True, False)
+    assert [len(row) for row in plain] == [len(row) for row in compiled]
+    for one, other in zip(plain, compiled, strict=True):
+        assert one == pytest.approx(other, rel=1e-14, abs=1e-14)
+
+
+def test_the_options_keep_infinities_and_release_the_interpreter():
+    assert compilation.OPTIONS["nogil"] is True
+    assert "fastmath" not in compilation.OPTIONS
+
+
+def load_copy(package):
+    """The module `compilation` of a copied package."""
+    spec = importlib.util.spec_from_file_location(
+        "copied_compilation", package / "kernels" / "compilation.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def copied(tmp_path):
+    """A copy of the package's sources that may be edited."""
+    target = tmp_path / "ros_pose_stats"
+    shutil.copytree(PACKAGE, target, ignore=shutil.ignore_patterns("__pycache__"))
+    return target
+
+
+class TestCacheName:
+    def test_a_copy_has_the_same(self, copied):
+        assert load_copy(copied).source_digest() == compilation.source_digest()
+
+    @pytest.mark.parametrize("source", [
+        "tolerances.py",
+        *(f"kernels/{file.name}" for file in sorted((PACKAGE / "kernels").glob("*.py"))),
+    ])
+    def test_an_edit_of_a_kernel_or_tolerance_changes_it(self, copied, source):
+        with (copied / source).open("a") as file:
+            file.write("# edited\n")
+        assert load_copy(copied).source_digest() != compilation.source_digest()
+
+    @pytest.mark.parametrize("source", ["geometry/poses.py", "errors.py", "cli.py"])
+    def test_an_edit_elsewhere_does_not(self, copied, source):
+        with (copied / source).open("a") as file:
+            file.write("# edited\n")
+        assert load_copy(copied).source_digest() == compilation.source_digest()
+
+    def test_another_compiler_changes_it(self, copied, monkeypatch):
+        here = compilation.source_digest()
+        monkeypatch.setattr(numba, "__version__", "0.0.1")
+        assert load_copy(copied).source_digest() != here
+
+    def test_every_module_that_compiles_is_covered(self):
+        # Kernels import constants from `tolerances` and nothing else outside their folder.
+        for file in (PACKAGE / "kernels").glob("*.py"):
+            outside = [line for line in file.read_text().splitlines()
+                       if line.startswith("from ..")]
+            assert all(line.startswith("from ..tolerances import") for line in outside)
+
+
+class TestCacheDirectory:
+    def test_is_named_after_the_digest(self, copied, tmp_path, monkeypatch):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+        module = load_copy(copied)
+        directory = module.cache_directory()
+        assert directory == tmp_path / "cache" / "ros_pose_stats" / module.source_digest()
+        assert directory.is_dir()
+
+    def test_elsewhere_where_the_place_cannot_be_written(self, copied, tmp_path, monkeypatch):
+        (tmp_path / "file").write_text("in the way")
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+        directory = load_copy(copied).cache_directory()
+        assert directory.is_dir()
+        assert directory.is_relative_to(tmp_path)
+
+    def test_holds_the_outermost_kernels_after_use(self):
+        from ros_pose_stats.kernels.body import build_body
+        from ros_pose_stats.kernels.equilibria import find_equilibria
+
+        part = ros_pose_stats.part_from_mesh(np.vstack((np.eye(3), np.zeros(3))),
+                                             [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+        ros_pose_stats.estimate(part)
+        stored = {file.name.split("-")[0] for file in
+                  compilation.cache_directory().rglob("*.nbi")}
+        for kernel in (build_body, find_equilibria):
+            assert f"{kernel.py_func.__module__.split('.')[-1]}.{kernel.__name__}" in stored

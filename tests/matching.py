@@ -1,0 +1,29 @@
+"""Poses of differently given parts, matched by the direction that points down."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+
+def downs(poses):
+    """Directions (P, 3)."""
+    return np.array([pose.down for pose in poses])
+
+
+def values(poses, name):
+    """One field of every pose (P,)."""
+    return np.array([getattr(pose, name) for pose in poses])
+
+
+def matched(poses, others, turn=None, angle=1e-6):
+    """`others` in the order of `poses`, where `turn` carries the first part to the second.
+
+    Fails unless the poses match one to one within an angle.
+    """
+    expected = downs(poses) if turn is None else downs(poses) @ np.asarray(turn).T
+    gap, partner = cKDTree(downs(others)).query(expected)
+    assert len(poses) == len(others), f"{len(poses)} poses became {len(others)}"
+    assert gap.max() < angle
+    assert len(np.unique(partner)) == len(others)
+    return [others[i] for i in partner]

@@ -1,0 +1,170 @@
+"""Every room imports lower floors only, and heavy libraries stay in the rooms that need them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats.geometry import shapes
+from tests.bodies import write_stl
+from tests.imports import Sources
+
+PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
+
+FLOORS = (
+    {"errors", "tolerances", "version"},
+    {"records"},
+    {"kernels", "statistics"},
+    {"geometry"},
+    {"estimators", "simulation"},
+    {"planning"},
+    {"recording"},
+    {"plots"},
+    {"report"},
+    {"ros", "benchmark", "commands", "cli", "__main__"},
+)
+FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+FLOOR[""] = len(FLOORS)  # the package's own __init__, which no module may import
+
+NEIGHBOURS = {("cli", "commands"), ("__main__", "cli")}
+"""Rooms of one floor that may be imported all the same."""
+
+ROOMS_OF = {
+    "numpy": set(FLOOR),
+    "numba": {"kernels"},
+    "scipy": {"statistics", "geometry"},
+    "trimesh": {"geometry"},
+    "manifold3d": {"geometry"},
+    "mcap": {"recording"},
+    "matplotlib": {"plots"},
+    "rclpy": {"ros"},
+    "dask": {"benchmark"},
+}
+"""Where a library may be imported; one that is missing here, only in `ros`."""
+
+
+def climbing(sources: Sources) -> list[str]:
+    """Imports that go up, or sideways into another room."""
+    found = []
+    for one in sources.internal:
+        here, there = sources.room(one.importer), sources.room(one.target)
+        if here == there or (here, there) in NEIGHBOURS:
+            continue
+        if FLOOR[there] >= FLOOR[here]:
+            found.append(str(one))
+    return found
+
+
+def misplaced(sources: Sources) -> list[str]:
+    """Imports of a library outside its rooms."""
+    return [str(one) for one in sources.third_party
+            if sources.room(one.importer)
+            not in ROOMS_OF.get(one.target.partition(".")[0], {"ros"})]
+
+
+@pytest.fixture(scope="module")
+def sources() -> Sources:
+    return Sources(PACKAGE)
+
+
+class TestThisPackage:
+    def test_every_room_has_a_floor(self, sources):
+        assert {sources.room(module) for module in sources.files} <= FLOOR.keys()
+
+    def test_no_room_imports_a_higher_floor_or_a_sibling(self, sources):
+        assert climbing(sources) == []
+
+    def test_no_import_cycles(self, sources):
+        assert sources.cycles() == []
+
+    def test_libraries_stay_in_their_rooms(self, sources):
+        assert misplaced(sources) == []
+
+    def test_the_walk_sees_the_package(self, sources):
+        seen = {(one.importer, one.target) for one in sources.imports}
+        assert ("ros_pose_stats.cli", "ros_pose_stats.commands.estimate") in seen
+        assert ("ros_pose_stats.commands.estimate", "ros_pose_stats.estimators") in seen
+        assert ("ros_pose_stats.kernels.compilation", "numba") in seen
+
+
+class TestTheWalkItself:
+    """On small packages that break each rule once."""
+
+    @staticmethod
+    def package(folder: Path, modules: dict[str, str]) -> Sources:
+        root = folder / "sample"
+        for name, text in modules.items():
+            file = root / f"{name}.py"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            (file.parent / "__init__.py").touch()
+            file.write_text(text)
+        return Sources(root)
+
+    @pytest.mark.parametrize("text", [
+        "from ..report import page", "from sample.report import page", "from .. import report",
+        "import sample.report.page", "def late():\n    from ..report.page import write",
+        "try:\n    import sample.report\nexcept ImportError:\n    pass",
+    ])
+    def test_climbing_is_found(self, tmp_path, text):
+        found = self.package(tmp_path, {"geometry/hull": text, "report/page": ""})
+        assert len(climbing(found)) == 1
+
+    def test_a_sibling_room_is_found(self, tmp_path):
+        found = self.package(tmp_path, {"kernels/fast": "from ..statistics import t",
+                                        "statistics/t": ""})
+        assert len(climbing(found)) == 1
+
+    def test_own_room_lower_floors_and_type_checking_pass(self, tmp_path):
+        found = self.package(tmp_path, {
+            "errors": "", "report/page": "", "geometry/a": "from . import b",
+            "geometry/b": "from ..errors import E\nfrom typing import TYPE_CHECKING\n"
+                          "if TYPE_CHECKING:\n    from ..report import page"})
+        assert climbing(found) == []
+        assert found.cycles() == []
+
+    def test_cycles_are_found(self, tmp_path):
+        found = self.package(tmp_path, {
+            "geometry/a": "from .b import y", "geometry/b": "from .c import z",
+            "geometry/c": "def f():\n    from . import a",
+            "geometry/d": "import sample.geometry.a"})
+        assert found.cycles() == [["sample.geometry.a", "sample.geometry.b",
+                                   "sample.geometry.c"]]
+
+    @pytest.mark.parametrize(("room", "text"), [
+        ("geometry", "import numba"), ("estimators", "from scipy import stats"),
+        ("report", "import matplotlib.pyplot as plt"), ("commands", "import rclpy.node"),
+        ("commands", "import trimesh"), ("kernels", "import pandas"),
+        ("statistics", "def f():\n    from mcap.writer import Writer"),
+    ])
+    def test_misplaced_libraries_are_found(self, tmp_path, room, text):
+        assert len(misplaced(self.package(tmp_path, {f"{room}/a": text}))) == 1
+
+
+@pytest.fixture(scope="module")
+def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
+    """Modules in memory after `estimate` has answered for a small STL file."""
+    file = write_stl(tmp_path_factory.mktemp("layering") / "box.stl",
+                     shapes.box(0.01, 0.02, 0.03))
+    code = (
+        "import sys\n"
+        "from ros_pose_stats.cli import main\n"
+        f"status = main(['estimate', {str(file)!r}, '--json'])\n"
+        "print(*sys.modules, file=sys.stderr)\n"
+        "sys.exit(status)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          cwd=PACKAGE.parent)
+    assert done.returncode == 0, done.stderr
+    return set(done.stderr.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("library", [
+    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask",
+])
+def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
+    assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate
+    assert library not in loaded_by_an_estimate

@@ -1,0 +1,105 @@
+"""The library's front door: the names of the contract and how they are called."""
+
+from __future__ import annotations
+
+import importlib
+import pickle
+
+import numpy as np
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats import errors
+from ros_pose_stats.geometry import shapes
+from tests.bodies import METHODS, write_stl
+
+
+def test_names_of_the_contract():
+    from ros_pose_stats import estimate, load_part, part_from_mesh
+
+    assert callable(load_part)
+    assert callable(part_from_mesh)
+    assert callable(estimate)
+
+
+def test_every_public_name_exists_and_is_what_its_module_has():
+    for name, home in ros_pose_stats._HOMES.items():
+        module = importlib.import_module(f"ros_pose_stats.{home}")
+        assert getattr(ros_pose_stats, name) is getattr(module, name)
+    assert set(ros_pose_stats.__all__) == {*ros_pose_stats._HOMES, "__version__"}
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'estimator_of_everything'"):
+        ros_pose_stats.estimator_of_everything  # noqa: B018
+
+
+def test_the_examples_of_the_contract(tmp_path):
+    file = write_stl(tmp_path / "clamp.stl", shapes.box(20.0, 30.0, 40.0))
+    part = ros_pose_stats.load_part(file, unit="mm")
+    found = ros_pose_stats.estimate(part, method="combined", restitution=0.3, drop_height=0.5,
+                                    cluster_tolerance=0.01)
+    assert 0.0 < found.poses[0].probability < 1.0
+    assert isinstance(found.poses[0].down, np.ndarray)
+    vertices, triangles = shapes.box(0.02, 0.03, 0.04)
+    other = ros_pose_stats.part_from_mesh(vertices, triangles, center_of_mass=(0.001, 0.0, 0.0),
+                                          mass=0.2, inertia=np.diag((2e-5, 2e-5, 2e-5)))
+    assert other.center_of_mass.tolist() == [0.001, 0.0, 0.0]
+
+
+class TestEstimate:
+    part = ros_pose_stats.part_from_mesh(*shapes.box(0.02, 0.03, 0.04))
+
+    def test_defaults(self):
+        found = ros_pose_stats.estimate(self.part)
+        assert found.method == "combined"
+        assert found.restitution == 0.5
+        assert found.cluster_tolerance == 0.005
+        assert np.isnan(found.drop_height)
+        assert np.isnan(found.expected_error)
+        assert found.plate_error == 0.05
+        assert (found.drops, found.unsettled, found.seed) == (0, 0, 0)
+        assert found.warnings == ()
+        assert found.version == ros_pose_stats.__version__
+        assert found.part_digest == self.part.digest
+        assert 0.0 < found.seconds < 60.0
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_methods_ignore_what_they_are_blind_to(self, method):
+        plain = ros_pose_stats.estimate(self.part, method)
+        other = ros_pose_stats.estimate(self.part, method, restitution=0.9, drop_height=3.0)
+        assert [pose.probability for pose in other.poses] == [
+            pose.probability for pose in plain.poses]
+        assert np.isnan(other.drop_height)
+
+    def test_low_drops_are_warned_about(self):
+        found = ros_pose_stats.estimate(self.part, drop_height=4.9 * 0.0269)
+        (warning,) = found.warnings
+        assert warning.startswith("LOW_DROP: ")
+        assert ros_pose_stats.estimate(self.part, drop_height=5.1 * 0.0270).warnings == ()
+
+    @pytest.mark.parametrize("method", ["", "MEAE", "simulation", None])
+    def test_unknown_methods_are_refused(self, method):
+        with pytest.raises(errors.RequestError, match=r"a method out of area, csae, .*combined"):
+            ros_pose_stats.estimate(self.part, method)
+
+    @pytest.mark.parametrize("options", [
+        {"restitution": 1.0}, {"restitution": -0.01}, {"restitution": float("nan")},
+        {"drop_height": 0.0}, {"drop_height": float("inf")}, {"drop_height": float("nan")},
+        {"cluster_tolerance": -1e-9}, {"cluster_tolerance": 1.0},
+        {"cluster_tolerance": float("nan")},
+    ])
+    def test_options_out_of_range_are_refused(self, options):
+        with pytest.raises(errors.RequestError, match=r"expected a .*, got .*; "):
+            ros_pose_stats.estimate(self.part, **options)
+
+
+@pytest.mark.parametrize("kind", [errors.PoseStatsError, errors.MeshError, errors.RequestError,
+                                  errors.MassPropertiesError, errors.MeshFileError])
+def test_errors_tell_facts_and_survive_pickling(kind):
+    error = kind("one thing", "another", "try again")
+    assert isinstance(error, ValueError)
+    assert str(error) == "expected one thing, got another; try again"
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is kind
+    assert (again.expected, again.found, again.remedy) == ("one thing", "another", "try again")
