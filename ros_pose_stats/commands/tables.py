@@ -36,14 +36,12 @@ def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
              f"probability in %, ordered by {leading.method}, "
              f"cluster tolerance {leading.cluster_tolerance:g}", "",
              f"{'pose':>4} {'group':>5} " + "".join(f"{each.method:>9}" for each in found)
-             + f"  {'':<{BAR}} {'height':>9} {'barrier':>9} {'margin':>7}",
-             f"{'':>4} {'':>5} " + " " * (9 * len(found))
-             + f"  {'':<{BAR}} {'mm':>9} {'mm':>9} {'deg':>7}"]
+             + f" {'height':>9} {'barrier':>9} {'margin':>7}",
+             f"{'':>4} {'':>5} " + " " * (9 * len(found)) + f" {'mm':>9} {'mm':>9} {'deg':>7}"]
     for pose in leading.poses[:MOST_ROWS]:
         values = "".join(f"{100.0 * each[pose.index]:>9.2f}" for each in by_index)
-        lines.append(f"{pose.index:>4} {pose.group:>5} {values}  {_bar(pose.probability)} "
-                     f"{_length(pose.height)} {_length(pose.barrier)} "
-                     f"{math.degrees(pose.margin):>7.2f}")
+        lines.append(f"{pose.index:>4} {pose.group:>5} {values} {_length(pose.height)} "
+                     f"{_length(pose.barrier)} {math.degrees(pose.margin):>7.2f}")
     return "\n".join([*lines, *_rest(leading.poses), *_remarks(found)])
 
 
@@ -90,4 +88,5 @@ def _rest(poses: Sequence[StablePose]) -> list[str]:
 def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
     warnings = list(dict.fromkeys(line for each in found for line in each.warnings))
     seconds = sum(each.seconds for each in found)
-    return ["", *warnings, f"computed in {seconds * 1e3:.3g} ms"]
+    duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+    return ["", *warnings, f"computed in {duration}"]
