@@ -5,6 +5,7 @@ A surface is a pair of vertices (V, 3) and outward triangles (T, 3).
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -119,9 +120,21 @@ def fanned(surface, seed):
     return vertices, np.array(triangles)
 
 
-def convex_part(surface, **properties):
-    """Part of a surface in metres."""
-    return part_from_mesh(*surface, **properties)
+@lru_cache(maxsize=1)
+def convex_parts():
+    """Parts of many kinds by name: regular, random, leaning, loaded, thin."""
+    return {
+        **{name: part_from_mesh(*surface) for name, surface in REGULAR_SOLIDS.items()},
+        "box": part_from_mesh(*shapes.box(1.0, 2.0, 3.0)),
+        "box, shifted centre": part_from_mesh(*shapes.box(1.0, 2.0, 3.0),
+                                              center_of_mass=(0.1, -0.6, 1.2)),
+        "prism": part_from_mesh(*shapes.prism(7, 1.0, 0.4)),
+        "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
+        "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
+        "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
+        **{f"random {seed}": part_from_mesh(*random_polyhedron(5 + 2 * seed, seed))
+           for seed in range(8)},
+    }
 
 
 def write_stl(path: Path, surface) -> Path:

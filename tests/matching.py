@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ros_pose_stats import part_from_mesh, resting_poses
+
 
 def downs(poses):
     """Directions (P, 3)."""
@@ -27,3 +29,16 @@ def matched(poses, others, turn=None, angle=1e-6):
     assert gap.max() < angle
     assert len(np.unique(partner)) == len(others)
     return [others[i] for i in partner]
+
+
+def groups(part, tolerance=0.0):
+    """Poses by group, as sorted lists of rounded directions."""
+    found = {}
+    for pose in resting_poses(part, tolerance).poses:
+        found.setdefault(pose.group, []).append(tuple(np.round(pose.down, 5) + 0.0))
+    return sorted(sorted(directions) for directions in found.values())
+
+
+def group_sizes(surface, tolerance=0.0, **properties):
+    """Numbers of poses in each group."""
+    return sorted(map(len, groups(part_from_mesh(*surface, **properties), tolerance)))

@@ -115,6 +115,10 @@ def _bytes_of(path: Path) -> bytes:
     if not data:
         raise MeshFileError("a mesh file with content", f"{path}, which is empty",
                             "export it again")
+    if path.suffix.lower() == ".stl" and b"\0" in data and not _is_binary_stl(data):
+        raise MeshFileError("a readable STL file of the length that its header announces",
+                            f"{path} of {len(data)} bytes",
+                            "the file is cut off or damaged: export it again")
     return data
 
 

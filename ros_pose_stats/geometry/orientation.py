@@ -27,7 +27,9 @@ def resting_quaternions(downs: Array) -> Array:
     """
     x, y, z = downs.T
     at_pole = (z > 0.0) & (np.hypot(x, y) < POLE)
-    quaternion = np.stack([-y, x, np.zeros_like(x), 1.0 - z], axis=1)
+    # 1 - z without losing digits near +z
+    turn = np.where(z > 0.0, (x * x + y * y) / (1.0 + np.abs(z)), 1.0 - z)
+    quaternion = np.stack([-y, x, np.zeros_like(x), turn], axis=1)
     # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
     tilt = np.stack([y, x, np.zeros_like(x), 1.0 + z], axis=1)
     half_turn = np.stack([tilt[:, 3], tilt[:, 2], -tilt[:, 1], -tilt[:, 0]], axis=1)

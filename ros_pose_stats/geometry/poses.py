@@ -148,7 +148,11 @@ def _margins(found: Equilibria, grouped: Clusters) -> Array:
     pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
     pose_of_face[found.faces] = grouped.pose
     own = pose_of_face[arrays.face]
-    way_out = (own >= 0) & (own != pose_of_face[arrays.face[arrays.twin]])
+    beyond = arrays.face[arrays.twin]
+    way_out = (own >= 0) & (own != pose_of_face[beyond])
+    # A foot outside of a side by rounding, with a higher face beyond it that comes back.
+    basin = found.arrays.basin
+    way_out &= (arrays.inset > 0.0) | (basin[beyond] != basin[arrays.face])
     margins = np.full(grouped.node.shape[0], np.pi / 2.0)
     np.minimum.at(margins, own[way_out], found.tilts[way_out])
     return margins

@@ -107,7 +107,7 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
     region = np.full(count, -1, np.int64)
     if tolerance <= 0.0:
         return np.arange(count)
-    order = np.argsort(-areas)
+    order = np.argsort(-areas, kind="mergesort")
     queue = np.empty(count, np.int64)
     number = 0
     for seed in order:

@@ -21,10 +21,17 @@ Index = NDArray[np.int64]
 
 @kernel
 def side_level(body: BodyArrays, k: int) -> float:
-    """Smallest distance of a polygon side (a segment) from the origin."""
+    """Smallest distance of a polygon side (a segment) from the origin.
+
+    It is no smaller than that of either plane; where corners lie off their planes by what
+    still counts as coplanar, this is enforced.
+    """
     if body.start[k] > 0.0 and body.stop[k] > 0.0:
-        return float(body.reach[k])
-    return float(min(body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]]))
+        level = body.reach[k]
+    else:
+        level = min(body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]])
+    planes = max(body.distance[body.face[k]], body.distance[body.face[body.twin[k]]])
+    return float(max(level, planes))
 
 
 @kernel
@@ -98,3 +105,45 @@ def basins(parent: Index) -> tuple[Index, Index]:
             basin[walk] = found
             walk = parent[walk]
     return stable[:count].copy(), basin
+
+
+@kernel
+def without_barrier(body: BodyArrays, parent: Index) -> bool:
+    """Let stable faces that nothing keeps in place descend further; tell whether any did.
+
+    Among faces that are coplanar but for rounding, one can be the lowest of its neighbours
+    and still have its foot outside, or a way out that does not rise at all. Each such step
+    leaves one stable face less and must not lead back.
+    """
+    stable, basin = basins(parent)
+    lowest = np.full(stable.shape[0], math.inf)
+    way_out = np.full(stable.shape[0], -1, np.int64)
+    for k in range(body.twin.shape[0]):
+        own = basin[body.face[k]]
+        if own == basin[body.face[body.twin[k]]]:
+            continue
+        level = side_level(body, k)
+        if level < lowest[own]:
+            lowest[own], way_out[own] = level, k
+    moved = False
+    for i in range(stable.shape[0]):
+        f = stable[i]
+        beyond = -1
+        if lowest[i] <= body.distance[f]:
+            beyond = body.face[body.twin[way_out[i]]]
+        for k in range(body.face_start[f], body.face_start[f + 1]):
+            across = body.face[body.twin[k]]
+            if body.inset[k] <= 0.0 and basin[across] != i:
+                beyond = across
+        if beyond >= 0 and end_of(parent, beyond) != f:
+            parent[f] = beyond
+            moved = True
+    return moved
+
+
+@kernel
+def end_of(parent: Index, f: int) -> int:
+    """Stable face that a face descends to."""
+    while parent[f] != f:
+        f = parent[f]
+    return f

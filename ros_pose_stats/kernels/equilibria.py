@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..tolerances import TIP_MARGIN
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
-from .descent import basins, descend
+from .descent import basins, descend, without_barrier
 from .merge_tree import MergeTree, merge_tree
 from .toppling import settle, toppling
 
@@ -43,6 +43,8 @@ def find_equilibria(points: Array, body: BodyArrays) -> EquilibriumArrays:
     body : BodyArrays
     """
     parent = descend(body)
+    while without_barrier(body, parent):
+        pass
     stable, basin = basins(parent)
     target, share = toppling(points, body, parent)
     toppled = settle(body.angle / body.angle.sum(), target, share)

@@ -44,7 +44,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     link = np.arange(leaves)
     node = np.arange(leaves)
     bottom = body.distance[stable]
-    order = np.argsort(levels)
+    order = np.argsort(levels, kind="mergesort")
     tie = 0
     joins = 0
     for place in range(order.shape[0]):
@@ -86,7 +86,7 @@ def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, 
             k = sides[order[j]]
             depth[j - begin] = -min(bottom[_root(link, basin[body.face[k]])],
                                     bottom[_root(link, basin[body.face[body.twin[k]]])])
-        order[begin:end] = order[begin:end][np.argsort(depth)]
+        order[begin:end] = order[begin:end][np.argsort(depth, kind="mergesort")]
     return end
 
 

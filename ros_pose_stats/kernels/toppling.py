@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..tolerances import SAME_EDGE, TIP_MARGIN
 from .body import BodyArrays
 from .compilation import kernel
-from .descent import is_lower
+from .descent import end_of, is_lower
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -43,7 +43,7 @@ def toppling(points: Array, body: BodyArrays, parent: Index) -> tuple[Index, Arr
             continue
         _pierced(points, body, f, target)
         if target[f, 0] < 0:
-            target[f, 0] = parent[f]
+            target[f, 0] = end_of(parent, f)
         if target[f, 1] < 0:
             share[f, 0] = 1.0
         else:

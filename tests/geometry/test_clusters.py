@@ -7,7 +7,6 @@ import pytest
 
 from ros_pose_stats import (
     estimate,
-    estimate_all,
     part_from_mesh,
     resting_poses,
     splitting_graph,
@@ -17,16 +16,11 @@ from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes import registry
 from tests.bodies import (
     METHODS,
-    REGULAR_SOLIDS,
     clamp_hull,
-    in_float32,
-    moved,
     oblique_prism,
     random_polyhedron,
-    rotation,
-    size,
 )
-from tests.matching import downs, values
+from tests.matching import downs
 from tests.reference.clustering import merged_regions
 
 DEMO = {name: make() for name, make in registry.DEMO_PARTS.items()}
@@ -200,50 +194,3 @@ def test_of_tied_members_the_largest_face_stands_for_the_pose():
     area = found.body.arrays.area[found.faces]
     own = [i for i in side.members if np.array_equal(found.downs[i], side.down)]
     assert area[own[0]] == pytest.approx(max(area[i] for i in side.members), rel=1e-9)
-
-
-FLOATED = {
-    **REGULAR_SOLIDS, **DEMO,
-    "box": shapes.box(1.0, 2.0, 3.0), "triangular prism": shapes.prism(3, 1.0, 2.0),
-    "flat cylinder": shapes.cylinder(48, 1.0, 0.2),
-    "fine cylinder": shapes.cylinder(100, 1.0, 1.0),
-    "odd cylinder": shapes.cylinder(33, 9.0, 22.0), "clamp hull": clamp_hull(),
-    **{f"random {seed}": random_polyhedron(8 + seed, seed) for seed in range(5)},
-}
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("surface", FLOATED.values(), ids=FLOATED)
-class TestInFloat32:
-    """As an STL file stores the part, also in the frame of an assembly."""
-
-    @staticmethod
-    def rounded(surface, sizes_away, seed):
-        way = rotation(seed)[0] * sizes_away * size(surface)
-        return in_float32(moved(surface, rotation(seed + 7) if seed else None, way))
-
-    @pytest.mark.parametrize("sizes_away", [0.0, 1.0, 10.0])
-    def test_the_same_poses(self, surface, sizes_away, seed):
-        exact = estimate_all(part_from_mesh(*surface))
-        rough = estimate_all(part_from_mesh(*self.rounded(surface, sizes_away, seed)))
-        for one, other in zip(exact, rough, strict=True):
-            assert len(other.poses) == len(one.poses)
-            assert np.sort(values(other.poses, "probability")) == pytest.approx(
-                np.sort(values(one.poses, "probability")), abs=3e-4)
-            for name in ("height", "top", "barrier"):
-                assert np.sort(values(other.poses, name)) == pytest.approx(
-                    np.sort(values(one.poses, name)), abs=1e-5 * one.radius)
-
-    @pytest.mark.parametrize("sizes_away", [0.0, 1.0])
-    def test_the_same_faces(self, surface, sizes_away, seed):
-        exact = poses_of(surface, 0.0)
-        rough = poses_of(self.rounded(surface, sizes_away, seed), 0.0)
-        assert len(rough) == len(exact)
-
-
-@pytest.mark.parametrize("name", ["box", "cube", "flat cylinder", "fine cylinder"])
-def test_without_clusters_the_same_faces_ten_sizes_off_the_origin_in_float32(name):
-    surface = FLOATED[name]
-    counts = [len(poses_of(TestInFloat32.rounded(surface, 10.0, seed), 0.0))
-              for seed in range(1, 7)]
-    assert counts == [len(poses_of(surface, 0.0))] * 6
