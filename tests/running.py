@@ -20,7 +20,7 @@ def command(*arguments):
 
 def complaints(error):
     """What standard error holds besides the word that kernels are being compiled."""
-    return [line for line in error.splitlines() if "compiling for this machine" not in line]
+    return [line for line in error.splitlines() if "compiling kernels" not in line]
 
 
 def answer(*arguments):

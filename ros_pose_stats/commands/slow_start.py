@@ -14,7 +14,7 @@ PATIENCE = 2.5  # seconds; a warm start takes about half of it
 def announce_slow_start() -> Iterator[None]:
     """Say what is going on when the body takes longer than a warm start."""
     def announce() -> None:
-        print("ros_pose_stats: compiling for this machine, once; later starts are quick",
+        print("ros_pose_stats: compiling kernels for this machine; later starts are quick",
               file=sys.stderr)
 
     timer = threading.Timer(PATIENCE, announce)

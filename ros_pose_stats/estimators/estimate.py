@@ -92,7 +92,7 @@ def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene) -> lis
     if merged:
         warnings.append(
             f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces that "
-            f"low barriers part, as on a curved surface; their probabilities are added.")
+            f"low barriers part, as on a curve or a slender bar; their probabilities are added.")
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
     if radii < LOW_DROP_RADII and not chosen.knows_drop_height:
         warnings.append(

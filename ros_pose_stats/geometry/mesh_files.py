@@ -87,9 +87,12 @@ def read_mesh(
     MeshFileError
         If the file is missing, of an unknown format, damaged, or holds no triangles.
     """
+    if not isinstance(file, (str, os.PathLike)):
+        raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
+                            "give arrays to part_from_mesh instead")
     path = Path(file)
-    data = _bytes_of(path)
     suffix = path.suffix.lower()
+    data = _plain(path, suffix, _bytes_of(path))
     scene = _parsed(path, suffix, data)
     vertices, triangles = _joined(scene)
     announced = _announced_faces(suffix, data)
@@ -104,6 +107,8 @@ def read_mesh(
 
 def _bytes_of(path: Path) -> bytes:
     """Read the whole file, or say in one line why not."""
+    if path.is_dir():
+        raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
                             "export the part as STL or 3MF")
@@ -115,10 +120,25 @@ def _bytes_of(path: Path) -> bytes:
     if not data:
         raise MeshFileError("a mesh file with content", f"{path}, which is empty",
                             "export it again")
-    if path.suffix.lower() == ".stl" and b"\0" in data and not _is_binary_stl(data):
-        raise MeshFileError("a readable STL file of the length that its header announces",
-                            f"{path} of {len(data)} bytes",
-                            "the file is cut off or damaged: export it again")
+    return data
+
+
+def _plain(path: Path, suffix: str, data: bytes) -> bytes:
+    """The file without what the parsers stumble over: a tail, or text that is not UTF-8."""
+    if suffix == ".stl" and b"\0" in data:
+        count = int.from_bytes(data[80:84], "little")
+        length = 84 + 50 * count
+        if len(data) < 84 or len(data) < length or (len(data) > length and count == 0):
+            raise MeshFileError("a readable STL file of the length that its header announces",
+                                f"{path} of {len(data)} bytes where {count} triangles take "
+                                f"{length}", "the file is cut off or damaged: export it again")
+        return data[:length]
+    if suffix in (".stl", ".obj", ".off"):
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError:
+            # Names and comments in a national encoding; any single-byte one will do for them.
+            return data.decode("latin-1").encode("utf-8")
     return data
 
 

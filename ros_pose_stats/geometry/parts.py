@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError, MeshError
 from ..records.part import Part
-from ..tolerances import FLATTEST, HOLLOW, ON_HULL
+from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
 from .hull import Hull, hull_of, keep_hull
 from .mass_properties import (
     Solid,
@@ -154,8 +154,9 @@ def part_from_mesh(
     kilograms = 1.0 if kilograms is None else kilograms
     if tensor is None:
         tensor = surface.solid.inertia * (kilograms / surface.solid.volume)
+    warnings = surface.warnings + _inertia_warning(tensor, kilograms, center, surface)
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
-                center, tensor, surface.warnings,
+                center, tensor, warnings,
                 coordinate_rounding(vertices) * metres_per_unit(unit))
     keep_hull(part, surface.hull)
     return part
@@ -257,3 +258,14 @@ def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
         return ()
     return (f"UNIT_SUSPECT: the part is {extent:.3g} m long, unusual for a fed part; "
             "check the mesh's unit (mm, cm, inch).",)
+
+
+def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
+                     surface: Surface) -> tuple[str, ...]:
+    """Warn about an inertia that no material inside the convex hull can have."""
+    limit = mass * float(((surface.vertices - center) ** 2).sum(axis=1).max())
+    largest = float(np.linalg.eigvalsh(inertia)[-1])
+    if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):
+        return ()
+    return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
+            f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",)

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ..errors import RequestError
 from ..kernels.silhouette import silhouette, tops
 from ..kernels.splits import split_probabilities
-from ..records import Part, StablePose
+from ..records import DropScene, Part, StablePose
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
 from .clusters import Clusters, clusters
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
@@ -88,7 +90,8 @@ class PoseShape:
 _known: WeakKeyDictionary[Part, dict[float, RestingPoses]] = WeakKeyDictionary()
 
 
-def resting_poses(part: Part, cluster_tolerance: float) -> RestingPoses:
+def resting_poses(part: Part,
+                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> RestingPoses:
     """Stable poses of a part, found once a tolerance and remembered while the part lives.
 
     Parameters
@@ -96,7 +99,16 @@ def resting_poses(part: Part, cluster_tolerance: float) -> RestingPoses:
     part : Part
     cluster_tolerance : float
         Fraction of the radius; 0 keeps every stable face.
+
+    Raises
+    ------
+    RequestError
+        If this is no part, or the tolerance is not from 0 to below 1.
     """
+    if not isinstance(part, Part):
+        raise RequestError("a Part", f"{type(part).__name__}",
+                           "make one with load_part or part_from_mesh")
+    cluster_tolerance = DropScene(cluster_tolerance=cluster_tolerance).cluster_tolerance
     known = _known.setdefault(part, {})
     resting = known.get(cluster_tolerance)
     if resting is None:

@@ -10,8 +10,9 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -41,18 +42,20 @@ def source_digest() -> str:
 def cache_directory() -> Path:
     """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
 
-    Where neither can be written, a directory of the machine's temporary folder is used.
+    Where none can be written, a folder for this process alone is used. The code is unpickled,
+    so a directory that somebody else owns is not taken.
     """
     name = source_digest()
-    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
-    roots = [Path(home) if home else Path.home() / ".cache", Path(tempfile.gettempdir())]
+    roots = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
     for root in roots:
-        directory = root / "ros_pose_stats" / name
+        if not root:
+            continue
+        directory = Path(root).expanduser() / "ros_pose_stats" / name
         try:
             directory.mkdir(parents=True, exist_ok=True)
-        except OSError:
+        except (OSError, RuntimeError):
             continue
-        if os.access(directory, os.W_OK):
+        if os.access(directory, os.W_OK) and directory.stat().st_uid == os.getuid():
             return directory
     return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
 
@@ -71,4 +74,20 @@ def entry_kernel(function: Function) -> Function:
         compiled: Function = njit(cache=True, **OPTIONS)(function)
     finally:
         config.CACHE_DIR = previous
-    return compiled
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        nonlocal compiled
+        try:
+            return compiled(*arguments)
+        except Exception as error:
+            # Kernels raise nothing: what comes here is a damaged cache or a full disk. A real
+            # fault comes again below.
+            warnings.warn(f"kernel cache in {cache_directory()} is of no use "
+                          f"({type(error).__name__}: {error}); delete it",
+                          RuntimeWarning, stacklevel=2)
+            compiled = njit(**OPTIONS)(function)
+            return compiled(*arguments)
+
+    kept: Function = call  # type: ignore[assignment]
+    return kept

@@ -45,7 +45,7 @@ def part_digest(
     return digest.hexdigest()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Part:
     """A rigid part in its own frame, SI units.
 
@@ -90,12 +90,24 @@ class Part:
     digest: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
-                     "center_of_mass", "inertia"):
-            getattr(self, name).flags.writeable = False
+        self._freeze()
         if not self.digest:
             digest = part_digest(self.vertices, self.triangles, self.mass,
                                  self.center_of_mass, self.inertia)
             object.__setattr__(self, "digest", digest)
         if not self.part_id:
             object.__setattr__(self, "part_id", f"mesh_{self.digest[:12]}")
+
+    def __repr__(self) -> str:
+        return (f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "
+                f"digest {self.digest[:12]}…)")
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self._freeze()
+
+    def _freeze(self) -> None:
+        """Make the arrays read-only, also after unpickling: the digest stands for them."""
+        for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
+                     "center_of_mass", "inertia"):
+            getattr(self, name).flags.writeable = False

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..errors import RequestError
 
 GRAVITY = 9.80665
@@ -39,6 +41,11 @@ class DropScene:
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
 
     def __post_init__(self) -> None:
+        for name in ("restitution", "drop_height", "cluster_tolerance"):
+            value = getattr(self, name)
+            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+            if not number and not (value is None and name == "drop_height"):
+                raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
         if not 0.0 <= self.restitution < 1.0:
             raise RequestError("a coefficient of restitution from 0 to below 1",
                                f"{self.restitution}", "0.5 is a hard plate")

@@ -164,7 +164,7 @@ def test_a_missing_file_and_a_directory_are_refused(tmp_path):
     with pytest.raises(MeshFileError, match="No such file"):
         read_mesh(tmp_path / "missing.stl")
     (tmp_path / "folder.stl").mkdir()
-    with pytest.raises(MeshFileError, match="Is a directory"):
+    with pytest.raises(MeshFileError, match="got the directory"):
         read_mesh(tmp_path / "folder.stl")
 
 

@@ -127,6 +127,8 @@ class TestCacheDirectory:
     def test_elsewhere_where_the_place_cannot_be_written(self, copied, tmp_path, monkeypatch):
         (tmp_path / "file").write_text("in the way")
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+        monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+        monkeypatch.setenv("HOME", str(tmp_path / "file"))
         monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
         directory = load_copy(copied).cache_directory()
         assert directory.is_dir()
@@ -142,4 +144,4 @@ class TestCacheDirectory:
         stored = {file.name.split("-")[0] for file in
                   compilation.cache_directory().rglob("*.nbi")}
         for kernel in (build_body, find_equilibria):
-            assert f"{kernel.py_func.__module__.split('.')[-1]}.{kernel.__name__}" in stored
+            assert f"{kernel.__module__.split('.')[-1]}.{kernel.__name__}" in stored
