@@ -19,9 +19,8 @@ Written by `python -m benchmarks.core --write` and `python -m benchmarks.start -
 `docs/benchmarks/*.json`; edits here are lost. The machine was shared while these ran:
 contenders took turns within one run, so the ratios are what counts, and times are there to
 give an idea. Kernels were compiled before, unless said otherwise. Figures are medians. The
-load at the start is given with each run: in trials on a busier machine a near-sphere with 725
-stable faces took 1.6 times as long and more, scipy's hull much the same. With one thread for
-linear algebra (`OPENBLAS_NUM_THREADS=1`) most of that went away.
+load at the start is given with each run; on a busy machine the threads of the linear algebra
+library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoids.
 """
 
 
