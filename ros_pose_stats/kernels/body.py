@@ -122,15 +122,14 @@ def _side_lengths(points: Array, corner: Index, face: Index, twin: Index, normal
         sine = math.sqrt(lx * lx + ly * ly + lz * lz)
         if sine > length:
             ex, ey, ez = lx / sine, ly / sine, lz / sine
-            d, other = distance[face[k]], distance[face[twin[k]]]
-            inset[k] = (other - dot(n, m) * d) / sine
-            reach[k] = math.sqrt(d * d + inset[k] * inset[k])
+            inset[k] = (distance[face[twin[k]]] - dot(n, m) * distance[face[k]]) / sine
         else:
             ex, ey, ez = ex / length, ey / length, ez / length
             cx, cy, cz = v[1] * ez - v[2] * ey, v[2] * ex - v[0] * ez, v[0] * ey - v[1] * ex
-            reach[k] = math.sqrt(cx * cx + cy * cy + cz * cz)
             # n x e points into the polygon; n . (v x e) = -v . (n x e)
             inset[k] = n[0] * cx + n[1] * cy + n[2] * cz
+        # From the plane, so that no side of a merged face comes closer than the face itself.
+        reach[k] = math.sqrt(distance[face[k]] ** 2 + inset[k] ** 2)
         start[k] = -(v[0] * ex + v[1] * ey + v[2] * ez)
         stop[k] = w[0] * ex + w[1] * ey + w[2] * ez
     return inset, start, stop, reach, radius

@@ -23,15 +23,14 @@ Index = NDArray[np.int64]
 def side_level(body: BodyArrays, k: int) -> float:
     """Smallest distance of a polygon side (a segment) from the origin.
 
-    It is no smaller than that of either plane; where corners lie off their planes by what
-    still counts as coplanar, this is enforced.
+    It is no smaller than the line's distance seen from either face; where corners lie off
+    their planes by what still counts as coplanar, this is enforced.
     """
+    level = max(body.reach[k], body.reach[body.twin[k]])
     if body.start[k] > 0.0 and body.stop[k] > 0.0:
-        level = body.reach[k]
-    else:
-        level = min(body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]])
-    planes = max(body.distance[body.face[k]], body.distance[body.face[body.twin[k]]])
-    return float(max(level, planes))
+        return float(level)
+    ends = min(body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]])
+    return float(max(level, ends))
 
 
 @kernel

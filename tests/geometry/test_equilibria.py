@@ -124,3 +124,19 @@ class TestPoseOrder:
         noisy = pose_order(heights + random.uniform(-2e-7, 2e-7, 6),
                            downs + random.uniform(-2e-6, 2e-6, (6, 3)))
         assert noisy.tolist() == pose_order(heights, downs).tolist()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_faces_merged_within_the_tolerance_stay_stable(seed):
+    # Among thousands of facets some pairs are coplanar to 1e-7; their merged face has corners
+    # off its plane by more than a shallow pose is deep.
+    points = shapes.ellipsoid_points(4000, seed, (1.0, 0.995, 0.99))
+    found = equilibria(part_from_mesh(*shapes.hull_mesh(points)))
+    arrays = found.body.arrays
+    margin = np.minimum.reduceat(arrays.inset, arrays.face_start[:-1])
+    assert set(np.flatnonzero(margin > 1e-6)) <= set(arrays_stable(found))
+    assert found.poincare_hopf == 2
+
+
+def arrays_stable(found):
+    return found.arrays.stable.tolist()
