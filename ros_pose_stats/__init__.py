@@ -19,25 +19,39 @@ if TYPE_CHECKING:
     from .geometry.parts import load_part, part_from_mesh
     from .geometry.poses import resting_poses
     from .geometry.splitting_graph import splitting_graph
-    from .records import DropScene, Part, PoseStatistics, StablePose
+    from .records import (
+        DropEvent,
+        DropProgress,
+        DropScene,
+        Part,
+        PoseStatistics,
+        StablePose,
+        Trajectory,
+    )
+    from .simulation import record_drop, simulate
 
 _HOMES = {
+    "DropEvent": "records",
+    "DropProgress": "records",
     "DropScene": "records",
     "Part": "records",
     "PoseStatistics": "records",
     "PoseStatsError": "errors",
     "StablePose": "records",
+    "Trajectory": "records",
     "estimate": "estimators",
     "estimate_all": "estimators",
     "load_part": "geometry.parts",
     "part_from_mesh": "geometry.parts",
+    "record_drop": "simulation",
     "resting_poses": "geometry.poses",
+    "simulate": "simulation",
     "splitting_graph": "geometry.splitting_graph",
 }
 
-__all__ = ["DropScene", "Part", "PoseStatistics", "PoseStatsError", "StablePose", "__version__",
-           "estimate", "estimate_all", "load_part", "part_from_mesh", "resting_poses",
-           "splitting_graph"]
+__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "PoseStatsError",
+           "StablePose", "Trajectory", "__version__", "estimate", "estimate_all", "load_part",
+           "part_from_mesh", "record_drop", "resting_poses", "simulate", "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

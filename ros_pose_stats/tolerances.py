@@ -90,3 +90,46 @@ SYMMETRY: Final = 1e-5
 A smaller asymmetry cannot be told from float32 noise of a part some way off its origin,
 and changes probabilities by no more than its own order.
 """
+
+TOUCHING: Final = 1e-9
+"""A vertex this close to the plate takes part in what happens there (appendix B)."""
+
+SLOW: Final = 1e-5
+"""An infinite series of impacts is cut off when no touching vertex approaches faster.
+
+In units of sqrt(g radius), as in appendix B; the energy that is dropped is below 1e-10 m g radius.
+"""
+
+SOFT: Final = 1e-9
+"""Most energy, in m g radius, that bringing one slow vertex to rest may cost.
+
+Two corners 1e-6 apart on a body that turns are both slow, but stopping both would stop the
+turn; the second one goes on to bounce instead.
+"""
+
+AT_REST: Final = 1e-13
+"""A vertex that approaches more slowly than this is at rest; rounding stays below it."""
+
+TRUNCATION: Final = 1e-16
+"""Terms of a power series of the motion below this are left out."""
+
+DEPENDENT: Final = 1e-9
+"""A contact adds nothing to those before it when only this share of it is new."""
+
+PULL: Final = 1e-12
+"""Contact forces, in weights, count as zero down to this below it."""
+
+SINKING: Final = 1e-9
+"""Downward acceleration, in g, of a vertex beside the contact that is put down to rounding."""
+
+JUST_TOUCHING: Final = 1e-13
+"""A vertex just hit or released that is no higher starts its way up from exactly 0."""
+
+TRAP: Final = 1e-9
+"""A drop is decided when its energy is this far (in m g radius) below the saddle out."""
+
+MOST_STEPS: Final = 100_000
+"""Impacts and steps after which a drop is given up as unsettled, about 40 ms.
+
+Only a body balanced on an unstable equilibrium and restitutions above 0.99 come near it.
+"""

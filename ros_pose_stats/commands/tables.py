@@ -28,6 +28,25 @@ def report(part: Part, found: PoseStatistics) -> str:
     return "\n".join([*lines, *_rest(found.poses), *_remarks([found])])
 
 
+def drop_report(part: Part, found: PoseStatistics) -> str:
+    """A simulation's answer: a row a pose, most frequent first."""
+    lines = [_heading(part, found), "",
+             f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
+             f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
+             f"cluster tolerance {found.cluster_tolerance:g}, "
+             f"expected error {100.0 * found.expected_error:.2f} points", "",
+             f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'90 % interval':>16} "
+             f"{'drops':>9} {'height':>9} {'barrier':>9} {'margin':>7}",
+             f"{'':>4} {'':>5}  {'':<{BAR + 8}} {'%':>16} {'':>9} {'mm':>9} {'mm':>9} {'deg':>7}"]
+    for pose in found.poses[:MOST_ROWS]:
+        interval = f"{100.0 * pose.probability_low:.2f} - {100.0 * pose.probability_high:.2f}"
+        lines.append(f"{pose.index:>4} {pose.group:>5}  {_percent(pose.probability)} "
+                     f"{_bar(pose.probability)} {interval:>16} {pose.count:>9} "
+                     f"{_length(pose.height)} {_length(pose.barrier)} "
+                     f"{math.degrees(pose.margin):>7.2f}")
+    return "\n".join([*lines, *_rest(found.poses), *_remarks([found])])
+
+
 def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
     """Every method's answer side by side: a row a pose, in the last method's order."""
     leading = found[-1]
@@ -55,6 +74,10 @@ def _heading(part: Part, found: PoseStatistics) -> str:
             f"radius {found.radius * 1e3:.4g} mm")
 
 
+def _metric(metres: float) -> str:
+    return f"{metres * 1e3:.4g} mm" if metres < 1.0 else f"{metres:.4g} m"
+
+
 def _percent(probability: float) -> str:
     return f"{100.0 * probability:6.2f}%"
 
@@ -63,6 +86,7 @@ def _bar(probability: float) -> str:
     encoding = (sys.stdout.encoding or "ascii").lower()
     full, partial = ("█", "▏▎▍▌▋▊▉") if encoding.startswith("utf") else ("#", "")
     steps = len(partial) + 1
+    probability = 0.0 if math.isnan(probability) else probability
     filled = round(probability * BAR * steps)
     tail = partial[filled % steps - 1] if filled % steps else ""
     return (full * (filled // steps) + tail).ljust(BAR)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import time
 
-import numpy as np
-
-from ..geometry.poses import RestingPoses, resting_poses
-from ..records import DropScene, Part, PoseStatistics, StablePose
+from ..geometry.poses import RestingPoses, clustered, resting_poses
+from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, LOW_DROP_RADII
+from ..records.statistics import ranked
 from ..version import VERSION
-from .estimator import Array, Estimator
+from .estimator import Estimator
 from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
 
 
@@ -72,27 +71,16 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         restitution=scene.restitution,
         drop_height=math.nan if height is None else height,
         cluster_tolerance=scene.cluster_tolerance,
-        poses=_ranked(resting.poses, probability),
+        poses=ranked([pose.with_probability(p) for pose, p in
+                      zip(resting.poses, probability.tolist(), strict=True)]),
         seconds=time.perf_counter() - begin,
         warnings=(*part.warnings, *_warnings(resting, chosen, scene)),
         version=VERSION,
     )
 
 
-def _ranked(poses: tuple[StablePose, ...], probability: Array) -> tuple[StablePose, ...]:
-    """Most probable first; equal but for rounding: by index."""
-    order = np.lexsort((np.arange(len(poses)), -np.round(probability, 12)))
-    values = probability.tolist()
-    return tuple(poses[i].with_probability(values[i]) for i in order.tolist())
-
-
 def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene) -> list[str]:
-    warnings = []
-    merged = sum(len(pose.members) > 1 for pose in resting.poses)
-    if merged:
-        warnings.append(
-            f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces that "
-            f"low barriers part, as on a curve or a slender bar; their probabilities are added.")
+    warnings = clustered(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
     if radii < LOW_DROP_RADII and not chosen.knows_drop_height:
         warnings.append(

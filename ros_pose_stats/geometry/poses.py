@@ -119,6 +119,15 @@ def resting_poses(part: Part,
     return resting
 
 
+def clustered(resting: RestingPoses) -> list[str]:
+    """Warning, if any, that poses gather several stable faces."""
+    merged = sum(len(pose.members) > 1 for pose in resting.poses)
+    if not merged:
+        return []
+    return [f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces that "
+            f"low barriers part, as on a curve or a slender bar; their probabilities are added."]
+
+
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
     body = found.body
     every_down = found.downs

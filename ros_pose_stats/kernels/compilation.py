@@ -27,12 +27,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # No fastmath: "no event" is infinity, and it would be assumed away.
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
+# Without the run time of numba a helper counts no references, and can make no arrays.
+INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
+
 
 def source_digest() -> str:
     """Digest of the sources that the compiled code depends on, and of the compiler."""
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted([*package.glob("*.py"), package.parent / "tolerances.py"]):
+    for source in sorted([*package.rglob("*.py"), package.parent / "tolerances.py"]):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
@@ -63,6 +66,16 @@ def cache_directory() -> Path:
 def kernel(function: Function) -> Function:
     """Compile a helper into the kernels that call it."""
     compiled: Function = njit(**OPTIONS)(function)
+    return compiled
+
+
+def inlined(function: Function) -> Function:
+    """Compile a helper that is merged into its caller and borrows the arrays it is handed.
+
+    Counting their references would cost more than a short helper's arithmetic. It cannot
+    make arrays of its own.
+    """
+    compiled: Function = njit(**INLINED, **OPTIONS)(function)
     return compiled
 
 

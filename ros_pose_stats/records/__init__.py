@@ -1,7 +1,10 @@
 """Frozen records that travel between the rooms."""
 
 from .part import Part
+from .progress import DropProgress
 from .scene import DropScene
 from .statistics import PoseStatistics, StablePose
+from .trajectory import DropEvent, Trajectory
 
-__all__ = ["DropScene", "Part", "PoseStatistics", "StablePose"]
+__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "StablePose",
+           "Trajectory"]

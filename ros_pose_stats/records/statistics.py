@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -88,10 +89,13 @@ class StablePose:
         """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
         return self.shape.outline()
 
-    def with_probability(self, probability: float) -> StablePose:
-        """The same pose with a probability, nothing more known about it."""
+    def with_probability(self, probability: float, low: float = math.nan,
+                         high: float = math.nan, standard_error: float = math.nan,
+                         count: int = 0) -> StablePose:
+        """The same pose with a probability and what is known about its error."""
         pose = object.__new__(StablePose)
-        pose.__dict__.update(self.__dict__, probability=probability)
+        pose.__dict__.update(self.__dict__, probability=probability, probability_low=low,
+                             probability_high=high, standard_error=standard_error, count=count)
         return pose
 
     def as_dict(self) -> dict[str, Any]:
@@ -163,6 +167,16 @@ class PoseStatistics:
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]
         return entry
+
+
+def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
+    """Poses in the order of an answer: most probable first; equal but for rounding: by index."""
+    return tuple(sorted(poses, key=lambda pose: (-round(_number(pose.probability), 12),
+                                                 pose.index)))
+
+
+def _number(value: float) -> float:
+    return 0.0 if math.isnan(value) else value
 
 
 def _finite(value: Any) -> Any:

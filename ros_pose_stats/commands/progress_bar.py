@@ -1,0 +1,74 @@
+"""A line on the terminal that says how far a run of drops is."""
+
+from __future__ import annotations
+
+import math
+import time
+from types import TracebackType
+from typing import TextIO
+
+from ..records import DropProgress
+
+WIDTH = 24
+SECONDS_BETWEEN = 0.1
+FIRST_AFTER = 0.3
+"""Runs that are over sooner show no bar."""
+
+
+class ProgressBar:
+    """Drops done, rate, time left and present error; silent where nobody watches.
+
+    Parameters
+    ----------
+    stream : TextIO
+        Usually standard error.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._watched = stream.isatty()
+        self._drawn = 0
+        self._next = time.monotonic() + FIRST_AFTER
+
+    def __enter__(self) -> ProgressBar:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._drawn:
+            self._stream.write("\r" + " " * self._drawn + "\r")
+            self._stream.flush()
+
+    def show(self, progress: DropProgress) -> None:
+        """Draw the line anew, at most ten times a second."""
+        now = time.monotonic()
+        if not self._watched or now < self._next:
+            return
+        self._next = now + SECONDS_BETWEEN
+        line = progress_line(progress)
+        self._stream.write("\r" + line.ljust(self._drawn))
+        self._stream.flush()
+        self._drawn = len(line)
+
+
+def progress_line(progress: DropProgress) -> str:
+    """The line for a state of the run."""
+    share = progress.drops / progress.bound
+    if progress.target_error > 0.0 and math.isfinite(progress.expected_error):
+        # The error falls with the root of the drops.
+        share = max(share, min(1.0, (progress.target_error / progress.expected_error) ** 2))
+    bar = ("#" * int(share * WIDTH)).ljust(WIDTH, ".")
+    error = ("" if math.isnan(progress.expected_error)
+             else f", error {100.0 * progress.expected_error:.2f} points")
+    return (f"[{bar}] {progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+            f"{_duration(progress.seconds_left)} left{error}")
+
+
+def _duration(seconds: float) -> str:
+    if math.isnan(seconds):
+        return "?"
+    minutes, rest = divmod(math.ceil(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

@@ -1,0 +1,198 @@
+"""Drops from release to a certain outcome: next event, advance, resolve."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...tolerances import TRAP
+from ..compilation import entry_kernel, inlined, kernel
+from .contacts import let_go
+from .events import LANDING, NOTHING, first_landing, first_release
+from .landing import corner_height, resolve
+from .layout import (
+    ARRIVAL,
+    COLUMNS,
+    DURATION,
+    END,
+    ENDING,
+    ENERGY,
+    FACE,
+    FLIGHT,
+    IMPACT_COUNT,
+    IMPACTS,
+    LIFT_OFF,
+    LOWEST,
+    MODE,
+    NEAR,
+    ORDER,
+    PATIENCE,
+    POSE,
+    REACH,
+    RELEASE,
+    RESTING,
+    STATE,
+    STEP,
+    STEP_COUNT,
+    STEPS,
+    TIME,
+    TOUCHED,
+    TRAPPED,
+    UNSETTLED,
+    Array,
+    DropBody,
+    DropRules,
+    Index,
+    P,
+    V,
+    W,
+    Work,
+    Z,
+)
+from .motion import LONGEST, advance, onto_invariants, prepare_step
+from .tape import note, note_contact
+from .trap import energy, pose_below, up_of
+
+
+@entry_kernel
+def run_drops(body: DropBody, rules: DropRules, ups: Array, outcome: Index,
+              measure: Array, tape: Array) -> None:
+    """Simulate drops (section 3, appendices A and B).
+
+    Parameters
+    ----------
+    body : DropBody
+    rules : DropRules
+    ups : (k, 3) array
+        Vertical direction at release in principal axes, unit vectors.
+    outcome : (k, 5) array
+        Filled with pose (-1 if unsettled), how it ended, impacts, steps, released touching.
+    measure : (k, 2) array
+        Filled with duration and energy left, in sqrt(radius / g) and m g radius.
+    tape : (T, 14) array
+        Filled with the events of the last drop from row 1 on; empty for none.
+    """
+    work = _scratch(body.x.shape[0])
+    top = 0.0
+    for level in body.way_out:
+        top = max(top, level)
+    for i in range(ups.shape[0]):
+        _release(body, rules, ups[i], top, work, outcome[i], tape)
+        _drop(body, rules, top, work, outcome[i], measure[i], tape)
+
+
+@kernel
+def _scratch(corners: int) -> Work:
+    return Work(np.zeros(STATE), np.zeros((ORDER + 1, COLUMNS)), np.zeros(ORDER + 1),
+                np.zeros(ORDER + 1), np.zeros(7), np.zeros((3, 4)), np.zeros(4),
+                np.zeros(5, np.int64), np.full(2, -1), np.zeros(corners, np.int64),
+                np.zeros(corners, np.int64), np.zeros(corners), np.zeros((corners, 4)),
+                np.zeros(corners, np.int64))
+
+
+@inlined
+def _release(body: DropBody, rules: DropRules, up: Array, top: float, work: Work,
+             outcome: Index, tape: Array) -> None:
+    """Put the body above the plate at rest, touching it where the height is too low to fit."""
+    state, tally = work.state, work.tally
+    for i in range(3):
+        state[P + i] = up[i]
+        state[W + i] = 0.0
+    state[Z], state[V] = rules.height, 0.0
+    for i in range(tally.shape[0]):
+        tally[i] = 0
+    work.active[0] = work.active[1] = -1
+    work.clock[TIME], work.clock[PATIENCE], work.clock[REACH] = 0.0, math.inf, LONGEST
+    outcome[TOUCHED] = 0
+    if rules.height <= max(1.0, top) + rules.touching:
+        low = math.inf
+        for j in range(body.x.shape[0]):
+            if corner_height(state, body, j) < low:
+                low = corner_height(state, body, j)
+                tally[LOWEST] = j
+        if low < 0.0:
+            state[Z] -= low
+            outcome[TOUCHED] = 1
+        for j in range(body.x.shape[0]):
+            if corner_height(state, body, j) <= rules.touching:
+                work.near[tally[NEAR]] = j
+                tally[NEAR] += 1
+    if tape.shape[0] > 0:
+        tape[0, 0] = 0.0
+    note(work, tape, RELEASE, -1)
+
+
+@inlined
+def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Index,
+          measure: Array, tape: Array) -> None:
+    state, tally = work.state, work.tally
+    landed = tally[NEAR] > 0
+    ending, pose = _decided(body, rules, top, work)
+    while ending == UNSETTLED and tally[STEPS] < rules.most_steps:
+        if landed:
+            resolve(body, rules, work, tape)
+            note_contact(work, tape)
+            ending, pose = _decided(body, rules, top, work)
+            if ending != UNSETTLED:
+                break
+        tally[STEPS] += 1
+        last = prepare_step(body, rules, work)
+        landed = False
+        if last == 0:  # turned freely, high above the plate
+            continue
+        first, event = math.inf, NOTHING
+        live = 0
+        if tally[MODE] != FLIGHT:
+            first, event = first_release(work, last)
+        if not _stays_clear(state, work.clock[STEP]):
+            at, live = first_landing(body, rules, work, last, first)
+            if at < first:
+                first, event = at, LANDING
+        fraction = min(first, 1.0)
+        advance(state, work.series, work.contact, tally[MODE], last, work.clock[STEP], fraction)
+        work.clock[TIME] += fraction * work.clock[STEP]
+        if event == NOTHING:
+            tally[NEAR] = 0
+            continue
+        onto_invariants(state, body.moment)
+        if event == LANDING:
+            landed = True
+            tally[NEAR] = 0
+            for i in range(live):
+                if corner_height(state, body, work.found[i]) <= rules.touching:
+                    work.near[tally[NEAR]] = work.found[i]
+                    tally[NEAR] += 1
+            note(work, tape, ARRIVAL, work.near[0])
+        else:
+            tally[NEAR] = 1
+            work.near[0], work.rested[0] = work.active[event], 2
+            tally[MODE] = let_go(body, work.active, event, work.contact)
+            note(work, tape, LIFT_OFF, work.near[0])
+    outcome[POSE], outcome[ENDING] = pose, ending
+    outcome[IMPACT_COUNT], outcome[STEP_COUNT] = tally[IMPACTS], tally[STEPS]
+    measure[DURATION], measure[ENERGY] = work.clock[TIME], energy(state, body.moment)
+    note(work, tape, END, -1)
+
+
+@inlined
+def _stays_clear(state: Array, step: float) -> bool:
+    """In flight: the centre of mass stays a radius above the plate, out of reach."""
+    return bool(state[Z] > 1.0 and state[Z] + step * (state[V] - 0.5 * step) > 1.0)
+
+
+@inlined
+def _decided(body: DropBody, rules: DropRules, top: float, work: Work) -> tuple[int, int]:
+    """Whether and how the drop has ended, and the pose (-1 while it has not)."""
+    resting = work.tally[MODE] == FACE
+    if not resting and rules.to_rest:
+        return UNSETTLED, -1
+    left = energy(work.state, body.moment)
+    if not resting and left >= top:
+        return UNSETTLED, -1
+    pose = pose_below(body, up_of(work.state), work.tally[LOWEST])
+    if left < body.way_out[pose] - TRAP and not rules.to_rest:
+        return TRAPPED, pose
+    if resting:
+        return RESTING, pose
+    return UNSETTLED, -1

@@ -1,0 +1,193 @@
+"""Free rotation over any time in one go (Euler and Poinsot, solved by Jacobi).
+
+High above the plate nothing can touch it, and a drop may turn many times. There the angular
+velocity is w = (w1 cn u, w2 sn u, w3 dn u) with u linear in time, axis 3 being the one
+about which the angular momentum L circles in the body. `up` is normal to L throughout and
+fixed in space, so it is told by one angle about L, measured from e3 x L. That direction
+precesses at L (L1²/I1 + L2²/I2) / (L1² + L2²), whose integral is, with Jacobi's theta
+function and sn(alpha | 1 - m) = L3/L at u = 0 (DLMF 22.15, 20.5; Whittaker, Analytical
+Dynamics, section 69),
+
+    L t / I1 ± [arg theta4(z + i y) + z d/dy log theta4(i y)],  z = pi u / 2K, y = pi alpha / 2K.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..compilation import inlined, kernel
+from .layout import Array, P, W
+
+NOME = 0.35
+"""Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
+
+STEEP = 1e-3
+"""Smallest sine of the angle between L and axis 3; closer, e3 x L says little."""
+
+TERMS = 9
+"""Terms of a theta series; the next one is below 0.35^90."""
+
+
+@kernel
+def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
+    """Mean of 1 and b, and the amplitude `phase` turned into pi/2K times its elliptic integral.
+
+    Landen's transformation (DLMF 19.8.12, 22.20): the phase grows to 2^n times a phase that
+    is linear in the argument.
+    """
+    a = 1.0
+    scale = 1.0
+    for _ in range(12):
+        ratio = b / a
+        turns = math.floor(phase / math.pi + 0.5)
+        phase += turns * math.pi + math.atan(ratio * math.tan(phase))
+        scale *= 2.0
+        a, b = 0.5 * (a + b), math.sqrt(a * b)
+        if abs(a - b) < 1e-15 * a:
+            break
+    return 0.5 * (a + b), phase / scale
+
+
+@kernel
+def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
+    """Elliptic sn, cn and dn at u = 2K z / pi, by theta functions (DLMF 22.2)."""
+    c2, s2 = math.cos(2.0 * z), math.sin(2.0 * z)
+    one_s, one_c = math.sin(z), math.cos(z)
+    even_c, even_s = 1.0, 0.0
+    t1, t2, t3, t4 = one_s, one_c, 0.5, 0.5
+    n2, n3, n4 = 1.0, 0.5, 0.5
+    odd, even, step = 1.0, 1.0, 1.0
+    square = nome * nome
+    sign = 1.0
+    for _ in range(TERMS):
+        # even: nome^(n²), odd: nome^(n² + n), the fourth root of the nome left out
+        even *= nome * step
+        step *= square
+        odd *= step
+        sign = -sign
+        even_c, even_s = even_c * c2 - even_s * s2, even_s * c2 + even_c * s2
+        one_c, one_s = one_c * c2 - one_s * s2, one_s * c2 + one_c * s2
+        t1 += sign * odd * one_s
+        t2 += odd * one_c
+        t3 += even * even_c
+        t4 += sign * even * even_c
+        n2 += odd
+        n3 += even
+        n4 += sign * even
+        if even < 1e-18:
+            break
+    return n3 * t1 / (n2 * t4), n4 * t2 / (n2 * t4), n4 * t3 / (n3 * t4)
+
+
+@kernel
+def theta_turn(z: float, nome: float, growth: float) -> float:
+    """Argument of theta4(z + i y), `growth` = exp(2 y)."""
+    c2, s2 = math.cos(2.0 * z), math.sin(2.0 * z)
+    c, s = 1.0, 0.0
+    real, imaginary = 0.5, 0.0
+    plus = minus = step = 1.0
+    sign = 1.0
+    for _ in range(TERMS + 1):
+        plus *= nome * step * growth
+        minus *= nome * step / growth
+        step *= nome * nome
+        sign = -sign
+        c, s = c * c2 - s * s2, s * c2 + c * s2
+        real += 0.5 * sign * (plus + minus) * c
+        imaginary -= 0.5 * sign * (plus - minus) * s
+        if plus < 1e-18:
+            break
+    return math.atan2(imaginary, real)
+
+
+@kernel
+def theta_slope(nome: float, growth: float) -> float:
+    """Slope d/dy log theta4(i y), `growth` = exp(2 y)."""
+    plus = minus = step = 1.0
+    sign = 1.0
+    below, above = 0.5, 0.0
+    for n in range(1, TERMS + 2):
+        plus *= nome * step * growth
+        minus *= nome * step / growth
+        step *= nome * nome
+        sign = -sign
+        below += 0.5 * sign * (plus + minus)
+        above += sign * n * (plus - minus)
+        if plus < 1e-18:
+            break
+    return above / below
+
+
+@inlined
+def rotate_freely(state: Array, moment: Array, time: float) -> bool:
+    """Turn `up` and the angular velocity by a free motion; tell whether that could be done.
+
+    It cannot near the separatrix and near a permanent rotation, where nothing is changed.
+    """
+    pull = 0.0  # L² - 2 E I2 tells about which axis L circles
+    for i in (0, 2):
+        pull += moment[i] * (moment[i] - moment[1]) * state[W + i] ** 2
+    one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
+    i1, i2, i3 = moment[one], moment[1], moment[three]
+    w1, w2, w3 = state[W + one], state[W + 1], state[W + three]
+    if i3 in (i1, i2):
+        return False
+    ratio = i1 * (i1 - i3) / (i2 * (i2 - i3))
+    top1 = math.sqrt(w1 * w1 + w2 * w2 / ratio)
+    top2 = math.sqrt(w2 * w2 + w1 * w1 * ratio)
+    top3 = math.sqrt(w3 * w3 + i2 * (i2 - i1) / (i3 * (i3 - i1)) * w2 * w2)
+    if w3 < 0.0:
+        top3 = -top3
+    momentum = math.sqrt((i1 * w1) ** 2 + (i2 * w2) ** 2 + (i3 * w3) ** 2)
+    sine, cosine = abs(i3 * top3) / momentum, i1 * top1 / momentum
+    if not (cosine > STEEP and sine > 0.0):
+        return False
+    m = i1 * (i2 - i1) * top1 * top1 / (i3 * (i3 - i2) * top3 * top3)
+    if not 0.0 <= m < 1.0:
+        return False
+    turning = math.copysign(1.0, parity * (i3 - i1) * top3)
+    speed = abs(top3) * math.sqrt((i3 - i1) * (i3 - i2) / (i1 * i2))
+    mean, z0 = arithmetic_geometric(math.sqrt(1.0 - m), math.atan2(turning * w2 / top2, w1 / top1))
+    other, y = arithmetic_geometric(math.sqrt(m), math.atan2(sine, cosine))
+    nome = math.exp(-math.pi * mean / other) if other > 0.0 else 0.0
+    if not nome < NOME:
+        return False
+    growth = math.exp(2.0 * y * mean / other)
+    z1 = z0 + mean * speed * time
+    sn, cn, dn = theta_ratios(z1, nome)
+    swing = (theta_turn(z1, nome, growth) - theta_turn(z0, nome, growth)
+             + (z1 - z0) * theta_slope(nome, growth))
+    if i1 > i3:
+        swing = -swing
+    angle = momentum * time / i1 + swing
+    along, across = _frame_of(state, moment, three)
+    state[W + one] = top1 * cn
+    state[W + 1] = turning * top2 * sn
+    state[W + three] = top3 * dn
+    turn = math.atan2(across, along) - angle
+    _place_up(state, moment, three, math.cos(turn), math.sin(turn))
+    return True
+
+
+@inlined
+def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
+    """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
+    l0, l1, l2 = moment[0] * state[W], moment[1] * state[W + 1], moment[2] * state[W + 2]
+    size = math.sqrt(l0 * l0 + l1 * l1 + l2 * l2)
+    b0, b1, b2 = (0.0, -l2, l1) if three == 0 else (-l1, l0, 0.0)
+    c0, c1, c2 = l1 * b2 - l2 * b1, l2 * b0 - l0 * b2, l0 * b1 - l1 * b0
+    p0, p1, p2 = state[P], state[P + 1], state[P + 2]
+    return b0 * p0 + b1 * p1 + b2 * p2, (c0 * p0 + c1 * p1 + c2 * p2) / size
+
+
+@inlined
+def _place_up(state: Array, moment: Array, three: int, along: float, across: float) -> None:
+    """Set `up` in the frame of e3 x L and L x (e3 x L)."""
+    l0, l1, l2 = moment[0] * state[W], moment[1] * state[W + 1], moment[2] * state[W + 2]
+    b0, b1, b2 = (0.0, -l2, l1) if three == 0 else (-l1, l0, 0.0)
+    c0, c1, c2 = l1 * b2 - l2 * b1, l2 * b0 - l0 * b2, l0 * b1 - l1 * b0
+    size = math.sqrt(b0 * b0 + b1 * b1 + b2 * b2)
+    other = math.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
+    state[P] = along * b0 / size + across * c0 / other
+    state[P + 1] = along * b1 / size + across * c1 / other
+    state[P + 2] = along * b2 / size + across * c2 / other

@@ -1,0 +1,116 @@
+"""What happens when vertices reach the plate: impacts, then flight or a contact."""
+
+from __future__ import annotations
+
+import math
+
+from ...tolerances import AT_REST
+from ..compilation import inlined
+from .contacts import choose_contact, weigh
+from .impacts import stop_slow, strike, vertex_velocity
+from .layout import (
+    FLIGHT,
+    IMPACT,
+    IMPACTS,
+    LOWEST,
+    MODE,
+    NEAR,
+    PATIENCE,
+    STEPS,
+    STOP,
+    Array,
+    DropBody,
+    DropRules,
+    P,
+    Work,
+    Z,
+)
+from .tape import note
+
+PATIENT = 1.25
+"""Steps in flight end this much after the time at which the next bounce is expected."""
+
+
+@inlined
+def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> None:
+    """Resolve an event at the touching vertices: afterwards none of them approaches.
+
+    Each round the fastest vertex is struck. Once all are slow they are brought to rest, and
+    the contact is chosen; one that could not be (see `stop_slow`) is struck.
+    """
+    state, near, tally = work.state, work.near, work.tally
+    tally[MODE] = FLIGHT
+    while tally[STEPS] < rules.most_steps:
+        _sort_by_speed(body, work)
+        hit, speed = 0, work.speed[0]
+        if speed > AT_REST:
+            break
+        if speed >= -rules.slow:
+            stop_slow(state, body, near, work.speed, tally[NEAR], rules.slow, rules.soft,
+                      work.rested, work.frame)
+            note(work, tape, STOP, near[0])
+            hit, speed = _fastest(body, work)
+            if hit < 0:
+                weigh(state, body, near, tally[NEAR], work.load)
+                tally[MODE] = choose_contact(state, body, near, work.rested, tally[NEAR],
+                                             work.load, work.active, work.contact)
+                break
+        j = near[hit]
+        strike(state, body.moment, body.x[j], body.y[j], body.z[j], speed, rules.restitution)
+        tally[IMPACTS] += 1
+        tally[STEPS] += 1
+        note(work, tape, IMPACT, j)
+    _look_ahead(body, work)
+
+
+@inlined
+def _sort_by_speed(body: DropBody, work: Work) -> None:
+    """Velocities of the touching vertices, the one that approaches fastest first."""
+    for i in range(work.tally[NEAR]):
+        j = work.near[i]
+        u = vertex_velocity(work.state, body.x[j], body.y[j], body.z[j])
+        k = i
+        while k > 0 and work.speed[k - 1] > u:
+            work.speed[k], work.near[k] = work.speed[k - 1], work.near[k - 1]
+            k -= 1
+        work.speed[k], work.near[k] = u, j
+        work.rested[i] = 0
+
+
+@inlined
+def _fastest(body: DropBody, work: Work) -> tuple[int, float]:
+    """The touching vertex that still approaches fastest, -1 for none, and its velocity."""
+    hit, fastest = -1, -AT_REST
+    for i in range(work.tally[NEAR]):
+        if work.rested[i] == 0:
+            j = work.near[i]
+            u = vertex_velocity(work.state, body.x[j], body.y[j], body.z[j])
+            if u < fastest:
+                hit, fastest = i, u
+    return hit, fastest
+
+
+@inlined
+def _look_ahead(body: DropBody, work: Work) -> None:
+    """Note a lowest corner, and when the first bounce ends if nothing else happens."""
+    state, tally = work.state, work.tally
+    work.clock[PATIENCE] = math.inf
+    if tally[MODE] == FLIGHT:
+        weigh(state, body, work.near, tally[NEAR], work.load)
+    lowest = math.inf
+    for i in range(tally[NEAR]):
+        j = work.near[i]
+        height = corner_height(state, body, j)
+        if height < lowest:
+            lowest = height
+            tally[LOWEST] = j
+        if tally[MODE] == FLIGHT and work.rested[i] == 0 and work.load[i, 3] > 0.0:
+            bounce = 2.0 * PATIENT * work.speed[i] / work.load[i, 3]
+            work.clock[PATIENCE] = min(work.clock[PATIENCE], bounce)
+
+
+@inlined
+def corner_height(state: Array, body: DropBody, j: int) -> float:
+    """Height z + p . r of a corner above the plate."""
+    return float(state[Z] + body.x[j] * state[P] + body.y[j] * state[P + 1]
+                 + body.z[j] * state[P + 2])

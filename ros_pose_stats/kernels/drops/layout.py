@@ -1,0 +1,134 @@
+"""Where the numbers of a drop stand in the arrays that the kernels share.
+
+A state holds the height and velocity of the centre of mass, the vertical direction `up` (p:
+the last row of the paper's R) and the angular velocity (w), both in principal axes. The
+motion over one step is a power series in the fraction of the step: row k of `series` holds
+the k-th coefficients, the angular velocity multiplied by the step.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# state (8,)
+Z: Final = 0
+V: Final = 1
+P: Final = 2  # 2, 3, 4
+W: Final = 5  # 5, 6, 7
+STATE: Final = 8
+
+# columns of the series; those from FORCE on are filled while sliding only
+WS: Final = 0      # 0, 1, 2: angular velocity times the step
+PS: Final = 3      # 3, 4, 5: up
+ZS: Final = 6      # height
+FORCE: Final = 7   # sum of the contact forces times the step squared
+TORQUE: Final = 8  # the second force times the length of the edge, likewise
+COLUMNS: Final = 32
+
+ORDER: Final = 16
+"""Highest power of the step; longer steps do not pay for the longer sums."""
+
+# contact modes
+FLIGHT: Final = 0
+VERTEX: Final = 1
+EDGE: Final = 2
+FACE: Final = 3
+
+# how a drop ended
+UNSETTLED: Final = 0
+TRAPPED: Final = 1
+RESTING: Final = 2
+
+# tally (5,)
+MODE: Final = 0
+NEAR: Final = 1      # touching vertices in `near`
+IMPACTS: Final = 2
+STEPS: Final = 3     # impacts and steps
+LOWEST: Final = 4    # a lowest corner, where the last event was
+
+# clock (4,)
+TIME: Final = 0
+STEP: Final = 1      # the step that the series is for
+PATIENCE: Final = 2  # time in which the next impact is expected
+REACH: Final = 3     # length of the last sliding step
+
+# columns of an outcome (k, 5) and its measures (k, 2)
+POSE: Final = 0
+ENDING: Final = 1
+IMPACT_COUNT: Final = 2
+STEP_COUNT: Final = 3
+TOUCHED: Final = 4   # 1 where it was released touching the plate
+DURATION: Final = 0
+ENERGY: Final = 1
+
+# what a row of the tape says has just happened
+RELEASE: Final = 0
+ARRIVAL: Final = 1   # a vertex reaches the plate
+IMPACT: Final = 2
+STOP: Final = 3      # slow vertices have been brought to rest
+LIFT_OFF: Final = 4  # a contact force has come down to 0
+END: Final = 5
+
+# columns of the tape (T, 14)
+TAPE_TIME: Final = 0
+TAPE_STATE: Final = 1  # 1 ... 8
+TAPE_EVENT: Final = 9
+TAPE_VERTEX: Final = 10
+TAPE_MODE: Final = 11
+TAPE_CONTACT: Final = 12  # 12, 13: the vertices in contact, -1 for none
+TAPE: Final = 14
+
+
+class DropBody(NamedTuple):
+    """What a drop needs of a part; corners in the order of the ball tree's leaves."""
+
+    x: Array            # (C,) corners in principal axes about the centre of mass, in radii
+    y: Array
+    z: Array
+    reach: Array        # (C,) distance from the centre of mass
+    moment: Array       # (3,) principal moments of inertia of unit mass, rising
+    ball: Array         # (B, 5) centre, radius and the centre's distance from the origin
+    ball_range: Index   # (B, 3) first and last + 1 corner, node that follows the subtree
+    side_start: Index   # (C + 1,) sides that leave a corner
+    side_end: Index     # (N,) corner at the far end
+    side_left: Index    # (N,) pose that the face to the left of a side descends to
+    side_right: Index   # (N,)
+    way_out: Array      # (P,) level of the saddle that leads out of each pose
+
+
+class DropRules(NamedTuple):
+    """Scene and thresholds; `ros_pose_stats.tolerances` gives their values and reasons."""
+
+    restitution: float
+    height: float       # of the centre of mass at release, radii
+    to_rest: bool       # go on when the outcome is decided
+    truncation: float
+    touching: float
+    slow: float
+    soft: float
+    most_steps: int
+
+
+class Work(NamedTuple):
+    """Scratch of a run of drops."""
+
+    state: Array    # (8,)
+    series: Array   # (ORDER + 1, COLUMNS)
+    poly: Array     # (ORDER + 1,)
+    local: Array    # (ORDER + 1,)
+    contact: Array  # (7,) vertex, direction of the edge and its length
+    frame: Array    # (3, 4)
+    clock: Array    # (4,)
+    tally: Index    # (5,)
+    active: Index   # (2,) vertices in contact, -1 for none
+    near: Index     # (C,) touching vertices
+    rested: Index   # (C,) 1 where a touching vertex has been brought to rest, 2 if released
+    speed: Array    # (C,) their vertical velocities
+    load: Array     # (C, 4)
+    found: Index    # (C,)

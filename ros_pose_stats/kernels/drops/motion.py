@@ -1,0 +1,131 @@
+"""One step of the motion: how long, its power series, and the state at its end."""
+
+from __future__ import annotations
+
+import math
+
+from ..compilation import inlined
+from .free_motion import free_series, shorten
+from .free_rotation import rotate_freely
+from .impacts import vertex_velocity
+from .layout import (
+    EDGE,
+    FLIGHT,
+    MODE,
+    NEAR,
+    PATIENCE,
+    PS,
+    REACH,
+    STEP,
+    TIME,
+    WS,
+    ZS,
+    Array,
+    DropBody,
+    DropRules,
+    P,
+    V,
+    W,
+    Work,
+    Z,
+)
+from .sliding_motion import sliding_series
+
+TURN = 1.0
+"""Angle, in radians, that a step tries to turn the body by; the series then just converges."""
+
+LONGEST = 2.0
+"""Longest sliding step, in sqrt(radius / g)."""
+
+FAR = 2.0
+"""Turns of this many radians above the plate are made in one go."""
+
+SHORTEST_CLEAR = 1e-3
+"""Flights above the plate shorter than this are not worth a step of their own."""
+
+
+@inlined
+def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
+    """Choose a step and fill its series; return the last row.
+
+    Returns 0 where the body has instead been moved, in one go, to where it comes within reach of
+    the plate again.
+    """
+    state, clock = work.state, work.clock
+    turning = math.sqrt(state[W] ** 2 + state[W + 1] ** 2 + state[W + 2] ** 2)
+    if work.tally[MODE] == FLIGHT:
+        clear = _time_clear(state)
+        if turning * clear > FAR and rotate_freely(state, body.moment, clear):
+            state[Z] += clear * (state[V] - 0.5 * clear)
+            state[V] -= clear
+            clock[TIME] += clear
+            clock[PATIENCE] = math.inf
+            work.tally[NEAR] = 0
+            return 0
+        fall = 1.0001 * (state[V] + math.sqrt(state[V] ** 2 + 2.0 * state[Z]))
+        step = min(fall, clock[PATIENCE])
+        if clear > SHORTEST_CLEAR:
+            step = clear
+        if turning * step > TURN:
+            step = TURN / turning
+        clock[PATIENCE] = math.inf
+        last = free_series(state, body.moment, step, rules.truncation, work.series)
+    else:
+        step = min(LONGEST, 2.0 * clock[REACH])
+        if turning * step > TURN:
+            step = TURN / turning
+        last = sliding_series(state, body.moment, work.contact, work.tally[MODE] == EDGE, step,
+                              rules.truncation, work.series)
+    step *= shorten(work.series, last, rules.truncation)
+    clock[STEP] = step
+    if work.tally[MODE] != FLIGHT:
+        clock[REACH] = step
+    return last
+
+
+@inlined
+def _time_clear(state: Array) -> float:
+    """Time for which the centre of mass stays a radius above the plate; 0 if it is not."""
+    if state[Z] <= 1.0:
+        return 0.0
+    return float(state[V] + math.sqrt(state[V] ** 2 + 2.0 * (state[Z] - 1.0)))
+
+
+@inlined
+def advance(state: Array, series: Array, contact: Array, mode: int, last: int, step: float,
+            fraction: float) -> None:
+    """Move a state to a fraction of the step that its series is for."""
+    for i in range(3):
+        state[W + i] = value_at(series, WS + i, last, fraction) / step
+        state[P + i] = value_at(series, PS + i, last, fraction)
+    if mode == FLIGHT:
+        elapsed = fraction * step
+        state[Z] += elapsed * (state[V] - 0.5 * elapsed)
+        state[V] -= elapsed
+    else:  # the contact stays where it is, so that its velocity gives the centre's
+        state[Z] = value_at(series, ZS, last, fraction)
+        state[V] = 0.0
+        state[V] = -vertex_velocity(state, contact[0], contact[1], contact[2])
+
+
+@inlined
+def value_at(series: Array, column: int, last: int, x: float) -> float:
+    """Value of one of the power series."""
+    value = series[last, column]
+    for k in range(last - 1, -1, -1):
+        value = value * x + series[k, column]
+    return float(value)
+
+
+@inlined
+def onto_invariants(state: Array, moment: Array) -> None:
+    """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
+    scale = 1.5 - 0.5 * (state[P] ** 2 + state[P + 1] ** 2 + state[P + 2] ** 2)
+    spin = weight = 0.0
+    for i in range(3):
+        state[P + i] *= scale
+        spin += state[P + i] * moment[i] * state[W + i]
+        weight += state[P + i] * moment[i] * state[P + i]
+    spin /= weight
+    for i in range(3):
+        state[W + i] -= spin * state[P + i]

@@ -1,0 +1,136 @@
+"""First zero of a polynomial on an interval, found for certain.
+
+A stretch is settled by bounds on the sums of its coefficients: no zero, or a monotone,
+concave or convex piece, on which Newton's method cannot miss. Otherwise it is halved. So no
+grazing contact is stepped over, and there is no sampling step to choose.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..compilation import inlined
+from .layout import Array
+
+NO_ZERO, MONOTONE, CONCAVE, CONVEX, UNDECIDED = 0, 1, 2, 3, 4
+NONE = math.inf
+SMALLEST = 1e-9
+"""Stretch below which a polynomial counts as monotone: its bends are then below rounding."""
+CLOSE = 1e-10
+"""Relative step after which Newton's method, converging quadratically, is done."""
+
+
+@inlined
+def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
+    """Smallest x in (0, upto] where the sum of c[k] x^(k - first) comes down to zero.
+
+    The polynomial must start above zero; otherwise nothing is found. `d` is scratch.
+
+    Returns
+    -------
+    float
+        Infinity if it stays positive.
+    """
+    begin, length = 0.0, upto
+    n = last - first
+    while begin < upto:
+        _local(c, first, n, begin, length, d)
+        kind = _judge(d, n)
+        if kind == UNDECIDED and length > SMALLEST:
+            length *= 0.5
+            continue
+        if kind != NO_ZERO:
+            x = _newton(d, n, kind)
+            if x <= 1.0:
+                return begin + length * x
+        begin += length
+        length = upto - begin
+    return NONE
+
+
+@inlined
+def _local(c: Array, first: int, n: int, begin: float, length: float, d: Array) -> None:
+    """Coefficients in the fraction of the stretch from `begin`."""
+    for k in range(n + 1):
+        d[k] = c[first + k]
+    if begin > 0.0:
+        for i in range(n):
+            for k in range(n - 1, i - 1, -1):
+                d[k] += begin * d[k + 1]
+    if length != 1.0:
+        power = length
+        for k in range(1, n + 1):
+            d[k] *= power
+            power *= length
+
+
+@inlined
+def _judge(d: Array, n: int) -> int:
+    """What the coefficients alone say about zeros for 0 <= x <= 1."""
+    low = total = slope = bend = 0.0
+    for k in range(1, n + 1):
+        size = abs(d[k])
+        total += d[k]
+        low += min(d[k], 0.0)
+        slope += k * size
+        bend += k * (k - 1) * size
+    if d[0] + low > 0.0:
+        return NO_ZERO
+    if 2.0 * abs(d[1]) > slope:  # the first derivative keeps its sign
+        return MONOTONE if d[1] < 0.0 and d[0] + total <= 0.0 else NO_ZERO
+    if n >= 2 and 4.0 * abs(d[2]) > bend:  # the second one does
+        if d[2] < 0.0:
+            return CONCAVE if d[0] + total <= 0.0 else NO_ZERO
+        return CONVEX if d[1] < 0.0 else NO_ZERO
+    return UNDECIDED
+
+
+@inlined
+def _newton(d: Array, n: int, kind: int) -> float:
+    """Zero for 0 <= x <= 1 of a polynomial that is positive at 0; beyond 1 if there is none."""
+    low, high = 0.0, 1.0
+    x = _guess(d, n)
+    if kind in (CONVEX, UNDECIDED):
+        x = 0.0  # from the left Newton's method climbs to the zero and never past it
+    for _ in range(64):
+        value, slope = d[n], 0.0
+        for k in range(n - 1, -1, -1):
+            slope = slope * x + value
+            value = value * x + d[k]
+        if value > 0.0:
+            low = x
+        else:
+            high = x
+        if kind in (CONVEX, UNDECIDED) and value > 0.0 and slope >= 0.0:
+            return NONE
+        ahead = x - value / slope if slope != 0.0 else 0.5 * (low + high)
+        if kind == CONVEX and ahead > 1.0:
+            return NONE
+        if not low <= ahead <= high:
+            ahead = 0.5 * (low + high)
+        if abs(ahead - x) <= CLOSE * ahead:  # the next error is about its square
+            return float(ahead)
+        x = ahead
+    return float(x)
+
+
+@inlined
+def _guess(d: Array, n: int) -> float:
+    """Zero of the first three terms, or the end of the stretch."""
+    if n < 2:
+        return float(min(1.0, max(0.0, -d[0] / d[1])))
+    square = d[1] * d[1] - 4.0 * d[0] * d[2]
+    if square < 0.0:
+        return 1.0
+    x = 2.0 * d[0] / (math.sqrt(square) - d[1])
+    return float(x) if 0.0 < x < 1.0 else 1.0
+
+
+@inlined
+def lowest_bound(c: Array, last: int) -> float:
+    """A number that the polynomial does not go below for 0 <= x <= 1."""
+    low = c[0]
+    for k in range(1, last + 1):
+        low += min(c[k], 0.0)
+    return float(low)
+

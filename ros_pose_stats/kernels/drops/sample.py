@@ -1,0 +1,96 @@
+"""States between two events of a recorded drop, with the full orientation.
+
+The eight numbers of a drop leave out the turn about the vertical. For pictures it is
+integrated along: the quaternion q of the part in the plate frame obeys q' = q (0, w) / 2.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...tolerances import TRUNCATION
+from ..compilation import entry_kernel, inlined
+from .free_motion import free_series, shorten
+from .layout import COLUMNS, EDGE, FLIGHT, ORDER, STATE, WS, Array, W
+from .motion import LONGEST, TURN, advance, value_at
+from .sliding_motion import sliding_series
+
+
+@entry_kernel
+def sample_motion(moment: Array, axes: Array, mode: int, contact: Array, start: Array,
+                  turned: Array, times: Array, states: Array, turns: Array) -> None:
+    """States at given times of one smooth phase.
+
+    Parameters
+    ----------
+    moment : (3,) array
+    axes : (3, 3) array
+        Principal axes as columns.
+    mode : int
+        Contact mode.
+    contact : (7,) array
+        Vertex, direction of the edge and its length; see `layout`.
+    start : (8,) array
+        State at time 0.
+    turned : (4,) array
+        Quaternion x y z w of the part frame in the plate frame at time 0.
+    times : (n,) array
+        Rising, from 0 on.
+    states : (n, 8) array
+        Filled.
+    turns : (n, 4) array
+        Filled.
+    """
+    state, series = start.copy(), np.zeros((ORDER + 1, COLUMNS))
+    turn, turn_series = turned.copy(), np.zeros((ORDER + 1, 4))
+    now = 0.0
+    for i in range(times.shape[0]):
+        while True:
+            ahead = times[i] - now
+            rate = math.sqrt(state[W] ** 2 + state[W + 1] ** 2 + state[W + 2] ** 2)
+            step = LONGEST if rate * LONGEST < TURN else TURN / rate
+            step = max(min(step, ahead), 1e-12)
+            if mode == FLIGHT:
+                last = free_series(state, moment, step, TRUNCATION, series)
+            else:
+                last = sliding_series(state, moment, contact, mode == EDGE, step, TRUNCATION,
+                                      series)
+            step *= shorten(series, last, TRUNCATION)
+            _turn_series(series, axes, turn, last, turn_series)
+            part = min(1.0, ahead / step)
+            advance(state, series, contact, mode, last, step, part)
+            for k in range(4):
+                turn[k] = value_at(turn_series, k, last, part)
+            now += part * step
+            if now >= times[i] - 1e-14 * (1.0 + times[i]):
+                break
+        for k in range(STATE):
+            states[i, k] = state[k]
+        size = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+        for k in range(4):
+            turn[k] /= size
+            turns[i, k] = turn[k]
+
+
+@inlined
+def _turn_series(series: Array, axes: Array, turn: Array, last: int, out: Array) -> None:
+    for k in range(4):
+        out[0, k] = turn[k]
+    for n in range(last):
+        dx = dy = dz = dw = 0.0
+        for i in range(n + 1):
+            j = n - i
+            a, b, c = series[j, WS], series[j, WS + 1], series[j, WS + 2]
+            wx = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
+            wy = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
+            wz = axes[2, 0] * a + axes[2, 1] * b + axes[2, 2] * c
+            x, y, z, w = out[i, 0], out[i, 1], out[i, 2], out[i, 3]
+            dx += w * wx + y * wz - z * wy
+            dy += w * wy + z * wx - x * wz
+            dz += w * wz + x * wy - y * wx
+            dw -= x * wx + y * wy + z * wz
+        share = 0.5 / (n + 1)
+        out[n + 1, 0], out[n + 1, 1] = dx * share, dy * share
+        out[n + 1, 2], out[n + 1, 3] = dz * share, dw * share

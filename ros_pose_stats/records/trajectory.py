@@ -1,0 +1,103 @@
+"""The recorded motion of one drop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class DropEvent:
+    """Something that happened during a drop, and the state right after it.
+
+    Attributes
+    ----------
+    time : float
+        Seconds since release.
+    kind : str
+        `release`; `arrival` (a vertex reaches the plate; the state is that before the
+        impacts); `impact` (a single one, of a sequence where several vertices touch);
+        `stop` (touching vertices that are slow have been brought to rest: the limit of an
+        infinite series of impacts); `lift-off` (a contact force has come down to zero);
+        `end`.
+    vertex : int
+        Hull point concerned; -1 for none.
+    mode : str
+        How it goes on: `flight`, `vertex`, `edge` or `face`.
+    contact : tuple of int
+        Hull points that slide on the plate from here on.
+    height : float
+        Of the centre of mass, metres.
+    velocity : float
+        Vertical, of the centre of mass, m/s.
+    up : (3,) array
+        Vertical direction in part axes.
+    angular_velocity : (3,) array
+        In part axes, rad/s.
+    """
+
+    time: float
+    kind: str
+    vertex: int
+    mode: str
+    contact: tuple[int, ...]
+    height: float
+    velocity: float
+    up: Array
+    angular_velocity: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """One drop from release to where its outcome was certain, or to rest.
+
+    Attributes
+    ----------
+    part_id, part_digest : str
+    radius : float
+        Metres.
+    restitution : float
+    drop_height : float
+        Height of the centre of mass that was asked for, metres.
+    down : (3,) array
+        Starting direction, in part axes.
+    pose : int
+        `index` of the pose that it comes to rest in; -1 where it did not settle.
+    impacts : int
+    at_rest : bool
+        False where the recording ends once the pose is certain.
+    events : tuple of DropEvent
+    times : (n,) array
+        Seconds, rising; every event is among them, once before and once after it.
+    heights, velocities : (n,) array
+        Of the centre of mass, m and m/s.
+    up, angular_velocities : (n, 3) array
+        In part axes; rad/s.
+    orientations : (n, 4) array
+        Quaternions x y z w of the part frame in the plate frame, the centre of mass staying
+        above one point of the plate. At release the smallest rotation is taken.
+    energies : (n,) array
+        Mechanical energy, joules, the plate at 0.
+    """
+
+    part_id: str
+    part_digest: str
+    radius: float
+    restitution: float
+    drop_height: float
+    down: Array
+    pose: int
+    impacts: int
+    at_rest: bool
+    events: tuple[DropEvent, ...]
+    times: Array
+    heights: Array
+    velocities: Array
+    up: Array
+    angular_velocities: Array
+    orientations: Array
+    energies: Array

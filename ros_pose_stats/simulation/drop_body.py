@@ -1,0 +1,97 @@
+"""A part as the drop kernels see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.poses import RestingPoses, resting_poses
+from ..kernels.drops.layout import DropBody
+from ..records import Part
+from .ball_tree import ball_tree
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+THINNEST = 1e-12
+"""Smallest principal moment of inertia, relative to the largest: a rod of points has 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBody:
+    """A convex body ready to be dropped.
+
+    Attributes
+    ----------
+    resting : RestingPoses
+        The poses that outcomes are numbered by.
+    arrays : DropBody
+        In principal axes.
+    axes : (3, 3) array
+        Principal axes as columns, part axes to principal by `vector @ axes`.
+    corner : (C,) array
+        Hull point of each corner of `arrays`.
+    """
+
+    resting: RestingPoses
+    arrays: DropBody
+    axes: Array
+    corner: Index
+
+    @property
+    def radius(self) -> float:
+        """Largest distance from the centre of mass to a vertex, metres."""
+        return self.resting.body.radius
+
+
+_known: WeakKeyDictionary[Part, dict[float, PreparedBody]] = WeakKeyDictionary()
+
+
+def drop_body(part: Part, cluster_tolerance: float) -> PreparedBody:
+    """Prepare a part for dropping, once a tolerance; see `resting_poses` for the errors."""
+    resting = resting_poses(part, cluster_tolerance)
+    known = _known.setdefault(part, {})
+    prepared = known.get(cluster_tolerance)
+    if prepared is None:
+        prepared = known[cluster_tolerance] = _prepare(part, resting)
+    return prepared
+
+
+def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
+    body = resting.body
+    moment, axes = _principal(part.inertia / (part.mass * body.radius ** 2))
+    used = np.unique(body.arrays.corner)
+    points = body.points[used] @ axes
+    order, ball, ball_range = ball_tree(points)
+    points, corner = points[order], used[order]
+    x, y, z = np.ascontiguousarray(points.T)
+    found, grouped = resting.equilibria, resting.clusters
+    way_out = grouped.barrier + found.heights[grouped.lowest]
+    arrays = DropBody(x, y, z, np.linalg.norm(points, axis=1), moment, ball, ball_range,
+                      *_sides(resting, corner), way_out)
+    return PreparedBody(resting, arrays, axes, corner)
+
+
+def _principal(inertia: Array) -> tuple[Array, Array]:
+    """Principal moments (3,), rising, and right-handed axes (3, 3) as columns."""
+    moment, axes = np.linalg.eigh(inertia)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    return np.maximum(moment, THINNEST * moment[2]), np.ascontiguousarray(axes)
+
+
+def _sides(resting: RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
+    """Sides that leave each corner: where they start, their far ends, poses left and right."""
+    arrays, found = resting.body.arrays, resting.equilibria
+    place = np.full(resting.body.points.shape[0], -1, dtype=np.int64)
+    place[corner] = np.arange(corner.shape[0])
+    pose_of_face = resting.clusters.pose[found.rank][found.arrays.basin]
+    begins = place[arrays.corner]
+    order = np.argsort(begins, kind="stable")
+    start = np.zeros(corner.shape[0] + 1, dtype=np.int64)
+    np.cumsum(np.bincount(begins, minlength=corner.shape[0]), out=start[1:])
+    return (start, begins[arrays.twin][order], pose_of_face[arrays.face][order],
+            pose_of_face[arrays.face[arrays.twin]][order])

@@ -1,0 +1,177 @@
+"""One drop of a run, recorded for tests, plots and animation."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RequestError
+from ..geometry.orientation import resting_quaternions
+from ..kernels.drops.layout import (
+    EDGE,
+    FLIGHT,
+    STATE,
+    TAPE,
+    TAPE_CONTACT,
+    TAPE_EVENT,
+    TAPE_MODE,
+    TAPE_STATE,
+    TAPE_TIME,
+    TAPE_VERTEX,
+    VERTEX,
+    P,
+    V,
+    W,
+    Z,
+)
+from ..kernels.drops.sample import sample_motion
+from ..records import DropEvent, DropScene, Part, Trajectory
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, GRAVITY
+from .drop_body import PreparedBody, drop_body
+from .drops import DropOutcomes, drop_rules, release_height, run
+from .request import drop_request
+from .starts import starting_directions
+
+Array = NDArray[np.float64]
+
+EVENTS = ("release", "arrival", "impact", "stop", "lift-off", "end")
+MODES = ("flight", "vertex", "edge", "face")
+
+FRAMES = 20.0
+"""Samples in a time of sqrt(radius / g), unless an interval is given."""
+
+FIRST_TAPE = 512
+
+
+def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUTION,
+                seed: int = 0, drop_height: float | None = None, sampling: str = "random",
+                start: ArrayLike | None = None, to_rest: bool = False,
+                interval: float | None = None, *,
+                cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> Trajectory:
+    """Record a drop.
+
+    Parameters
+    ----------
+    part : Part
+    drop : int
+        Number of the drop in the run of `simulate` with the same arguments; it follows the
+        very same motion.
+    restitution, seed, drop_height, sampling, cluster_tolerance
+        As for `simulate`.
+    start : (3,) array, optional
+        Direction in the part frame that points down at release, in place of drop and seed.
+    to_rest : bool
+        Go on when the pose is certain until the part lies still.
+    interval : float, optional
+        Seconds between samples; default: a twentieth of sqrt(radius / g).
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    MeshError
+        If the part's hull does not enclose its centre of mass.
+    """
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    given = None if start is None else np.atleast_2d(np.asarray(start))
+    request = drop_request(1, seed, 0.0, 1, sampling, given)
+    if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
+        raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
+    if interval is not None and not 0.0 < interval < math.inf:
+        raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
+    body = drop_body(part, scene.cluster_tolerance)
+    down = (starting_directions(sampling, request.seed, int(drop), 1) if request.starts is None
+            else request.starts)
+    tape, outcomes = _tape(body, scene, down, to_rest)
+    unit = math.sqrt(body.radius / GRAVITY)
+    frame = 1.0 / FRAMES if interval is None else interval / unit
+    times, states, turns = _samples(body, tape, down[0], frame)
+    energy = _energy(body.arrays.moment, states) * part.mass * GRAVITY * body.radius
+    return Trajectory(
+        part.part_id, part.digest, body.radius, scene.restitution,
+        release_height(scene, body.radius), down[0], int(outcomes.pose[0]),
+        int(outcomes.impacts[0]), not outcomes.trapped[0] and outcomes.pose[0] >= 0,
+        _events(body, tape, unit), times * unit, states[:, Z] * body.radius,
+        states[:, V] * body.radius / unit, states[:, P:P + 3] @ body.axes.T,
+        states[:, W:W + 3] @ body.axes.T / unit, turns, energy)
+
+
+def _tape(body: PreparedBody, scene: DropScene, down: Array,
+          to_rest: bool) -> tuple[Array, DropOutcomes]:
+    """Events of a drop as the kernel notes them, on a tape that is long enough."""
+    rules = drop_rules(scene, body.radius, to_rest=to_rest)
+    rows = FIRST_TAPE
+    while True:
+        tape = np.zeros((rows, TAPE))
+        outcomes = run(body, rules, down, tape)
+        wanted = int(tape[0, 0]) + 1
+        if wanted <= rows:
+            return tape[1:wanted], outcomes
+        rows = wanted
+
+
+def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ...]:
+    speed = body.radius / unit
+    found = []
+    for row in tape:
+        state = row[TAPE_STATE:TAPE_STATE + STATE]
+        held = row[TAPE_CONTACT:TAPE_CONTACT + 2].astype(int)
+        vertex = int(row[TAPE_VERTEX])
+        found.append(DropEvent(
+            float(row[TAPE_TIME]) * unit, EVENTS[int(row[TAPE_EVENT])],
+            int(body.corner[vertex]) if vertex >= 0 else -1, MODES[int(row[TAPE_MODE])],
+            tuple(int(body.corner[j]) for j in held if j >= 0), float(state[Z]) * body.radius,
+            float(state[V]) * speed, body.axes @ state[P:P + 3],
+            body.axes @ state[W:W + 3] / unit))
+    return tuple(found)
+
+
+def _samples(body: PreparedBody, tape: Array, down: Array,
+             frame: float) -> tuple[Array, Array, Array]:
+    """Times, states and orientations between and at the events."""
+    turn = resting_quaternions(down[None, :])[0]
+    times, states, turns = [tape[:1, TAPE_TIME]], [tape[:1, TAPE_STATE:9]], [turn[None, :]]
+    for before, after in pairwise(tape):
+        begin, span = before[TAPE_TIME], after[TAPE_TIME] - before[TAPE_TIME]
+        if span > 0.0:
+            inner = np.append(np.arange(1, math.ceil(span / frame)) * frame, span)
+            state, orientation = np.empty((inner.size, STATE)), np.empty((inner.size, 4))
+            mode = int(before[TAPE_MODE])
+            sample_motion(body.arrays.moment, body.axes, mode if mode <= EDGE else FLIGHT,
+                          _contact(body, before), before[TAPE_STATE:9].copy(), turn, inner, state,
+                          orientation)
+            turn = orientation[-1]
+            times.append(begin + inner)
+            states.append(state)
+            turns.append(orientation)
+        times.append(after[None, TAPE_TIME])
+        states.append(after[None, TAPE_STATE:9])
+        turns.append(turn[None, :])
+    return np.concatenate(times), np.concatenate(states), np.concatenate(turns)
+
+
+def _contact(body: PreparedBody, row: Array) -> Array:
+    """Vertex, direction of the edge and its length, as the kernels keep them."""
+    contact = np.zeros(7)
+    contact[6] = 1.0
+    first, second = row[TAPE_CONTACT:TAPE_CONTACT + 2].astype(int)
+    arrays = body.arrays
+    if row[TAPE_MODE] >= VERTEX and first >= 0:
+        contact[:3] = arrays.x[first], arrays.y[first], arrays.z[first]
+    if second >= 0:
+        edge = np.array([arrays.x[second], arrays.y[second], arrays.z[second]]) - contact[:3]
+        contact[6] = np.linalg.norm(edge)
+        contact[3:6] = edge / contact[6]
+    return contact
+
+
+def _energy(moment: Array, states: Array) -> Array:
+    spin = 0.5 * (states[:, W:W + 3] ** 2 @ moment)
+    return np.asarray(states[:, Z] + 0.5 * states[:, V] ** 2 + spin)

@@ -1,0 +1,123 @@
+"""What a simulation is asked for, checked before anything runs."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RequestError
+from .starts import SAMPLINGS
+
+Array = NDArray[np.float64]
+
+DEFAULT_DROPS = 10_000
+MOST_DROPS = 1_000_000_000
+MOST_WORKERS = 1024
+SEEDS = 2 ** 64
+
+
+@dataclass(frozen=True, eq=False)
+class DropRequest:
+    """How many drops, from where, and how they are run.
+
+    Attributes
+    ----------
+    drops : int
+        The bound.
+    seed : int
+        0 where the starting directions are given.
+    target_error : float
+        0 asks for all drops.
+    workers : int
+        Threads.
+    sampling : str
+        `random`, `lattice` or `given`.
+    starts : (k, 3) array or None
+        Given starting directions, unit vectors.
+    """
+
+    drops: int
+    seed: int
+    target_error: float
+    workers: int
+    sampling: str
+    starts: Array | None
+
+
+def drop_request(drops: int | None, seed: int | None, target_error: float, workers: int | None,
+                 sampling: str, starts: ArrayLike | None) -> DropRequest:
+    """Fill in what was left out and refuse what cannot be.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    """
+    if sampling not in SAMPLINGS:
+        raise RequestError(f"a sampling out of {', '.join(SAMPLINGS)}", f"{sampling!r}",
+                           "random is the default")
+    target = _number("target_error", target_error)
+    if not 0.0 <= target < 1.0:
+        raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
+                           "0.01 is one point; 0 asks for all drops")
+    threads = len(os.sched_getaffinity(0)) if workers is None else _whole("workers", workers)
+    if not 1 <= threads <= MOST_WORKERS:
+        raise RequestError(f"1 to {MOST_WORKERS} workers", f"{workers}",
+                           "leave it out for all cores")
+    directions = None if starts is None else _directions(starts)
+    bound = _bound(drops, directions)
+    return DropRequest(bound, 0 if directions is not None else _seed(seed), target, threads,
+                       "given" if directions is not None else sampling, directions)
+
+
+def _bound(drops: int | None, starts: Array | None) -> int:
+    if drops is None:
+        return DEFAULT_DROPS if starts is None else starts.shape[0]
+    bound = _whole("drops", drops)
+    if not 1 <= bound <= MOST_DROPS:
+        raise RequestError(f"1 to {MOST_DROPS} drops", f"{drops}", "10000 gives half a point")
+    if starts is not None and bound > starts.shape[0]:
+        raise RequestError(f"at most as many drops as starts ({starts.shape[0]})", f"{drops}",
+                           "the same start gives the same drop again; give more starts")
+    return bound
+
+
+def _seed(seed: int | None) -> int:
+    if seed is None:
+        return secrets.randbits(32)
+    number = _whole("seed", seed)
+    if not 0 <= number < SEEDS:
+        raise RequestError("a seed from 0 to 2^64 - 1", f"{seed}", "leave it out for a fresh one")
+    return number
+
+
+def _directions(starts: ArrayLike) -> Array:
+    try:
+        given = np.array(starts, dtype=np.float64)
+    except (TypeError, ValueError):
+        given = np.zeros(0)
+    if given.ndim != 2 or given.shape[0] < 1 or given.shape[1] != 3:
+        raise RequestError("starts as an array (k, 3) of directions, k at least 1",
+                           f"shape {np.shape(starts)}", "a row a drop")
+    length = np.linalg.norm(given, axis=1)
+    bad = np.flatnonzero(~(np.isfinite(length) & (length > 0.0)))
+    if bad.size:
+        raise RequestError("starts that are directions", f"{given[bad[0]]} in row {bad[0]}",
+                           "no row may be zero, infinite or NaN")
+    return np.asarray(given / length[:, None])
+
+
+def _whole(name: str, value: object) -> int:
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+        return int(value)
+    raise RequestError(f"a whole number for {name}", f"{value!r}", "give an int")
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
+        return float(value)
+    raise RequestError(f"a number for {name}", f"{value!r}", "give a float")

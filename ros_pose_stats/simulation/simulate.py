@@ -1,0 +1,157 @@
+"""From a part to its pose statistics by dropping it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..geometry.poses import clustered
+from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.statistics import ranked
+from ..statistics.prefix import Prefix
+from ..version import VERSION
+from .chunks import ChunkRun
+from .drop_body import PreparedBody, drop_body
+from .drops import DropOutcomes, drop_rules, release_height, run
+from .request import DropRequest, drop_request
+from .starts import starting_directions
+
+Array = NDArray[np.float64]
+METHOD = "simulation"
+
+
+def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+             seed: int | None = None, drop_height: float | None = None,
+             target_error: float = 0.0, workers: int | None = None, sampling: str = "random",
+             starts: ArrayLike | None = None,
+             on_progress: Callable[[DropProgress], object] | None = None,
+             should_stop: Callable[[], bool] | None = None, *,
+             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+    """Drop a part many times and count the poses in which it comes to rest (section 3).
+
+    Parameters
+    ----------
+    part : Part
+        As from `load_part` or `part_from_mesh`.
+    drops : int, optional
+        How many, 1 to 1e9; the most where a target error is given. Default: 10 000, or all
+        starts.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    seed : int, optional
+        0 to 2^64 - 1. Drop k depends on the seed and k alone. Default: a fresh one, to be
+        found in the answer.
+    drop_height : float, optional
+        Height of the centre of mass at release, metres; too low to fit means released
+        touching the plate. Default: 20 part radii.
+    target_error : float
+        Stop once the expected error is down to this fraction; looked at after 100, 150, 225,
+        ... drops. 0 asks for all drops.
+    workers : int, optional
+        Threads; default: all cores.
+    sampling : {'random', 'lattice'}
+        Independent starting directions, or evenly spread ones.
+    starts : (k, 3) array, optional
+        Directions in the part frame that point down at release, one a drop, in place of
+        random ones.
+    on_progress : callable, optional
+        Told a `DropProgress` some twenty times a second, in the caller's thread.
+    should_stop : callable, optional
+        Asked as often; True ends the run, within about 50 ms, with what has been done.
+    cluster_tolerance : float
+        Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+
+    Returns
+    -------
+    PoseStatistics
+        All stable poses, most probable first; unsettled drops are counted apart. The same
+        request gives the same counts, whatever the workers and the timing.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    MeshError
+        If the part's hull does not enclose its centre of mass.
+    """
+    begin = time.perf_counter()
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    request = drop_request(drops, seed, target_error, workers, sampling, starts)
+    body = drop_body(part, scene.cluster_tolerance)
+    prefix = Prefix(len(body.resting.poses), request.drops, request.target_error,
+                    request.sampling == "lattice")
+    touched = 0
+
+    def so_far() -> PoseStatistics:
+        return _statistics(part, body, scene, request, prefix, touched,
+                           time.perf_counter() - begin)
+
+    def stop() -> bool:
+        return prefix.finished or (should_stop is not None and bool(should_stop()))
+
+    chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop)
+    for outcomes in chunks.in_order():
+        kept = prefix.add(outcomes.pose)
+        touched += int(outcomes.touched[:kept].sum())
+        if prefix.finished:
+            chunks.stop()
+        if on_progress is not None and kept:
+            on_progress(DropProgress(
+                prefix.drops, request.drops, prefix.drops - prefix.settled,
+                prefix.expected_error(), request.target_error,
+                time.perf_counter() - begin, so_far))
+    return so_far()
+
+
+def _dropper(body: PreparedBody, scene: DropScene,
+             request: DropRequest) -> Callable[[int, int], DropOutcomes]:
+    rules = drop_rules(scene, body.radius)
+
+    def drop(first: int, count: int) -> DropOutcomes:
+        return run(body, rules, _downs(request, first, count))
+
+    return drop
+
+
+def _downs(request: DropRequest, first: int, count: int) -> Array:
+    if request.starts is not None:
+        return request.starts[first:first + count]
+    return starting_directions(request.sampling, request.seed, first, count)
+
+
+def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropRequest,
+                prefix: Prefix, touched: int, seconds: float) -> PoseStatistics:
+    settled = prefix.settled
+    errors = prefix.standard_errors()
+    low, high = prefix.interval()
+    probability = prefix.counts / settled if settled else np.full(errors.shape, np.nan)
+    rows = zip(body.resting.poses, probability.tolist(), low.tolist(), high.tolist(),
+               errors.tolist(), prefix.counts.tolist(), strict=True)
+    return PoseStatistics(
+        part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=METHOD,
+        restitution=scene.restitution, drop_height=release_height(scene, body.radius),
+        cluster_tolerance=scene.cluster_tolerance,
+        poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
+        drops=prefix.drops, unsettled=prefix.drops - settled, seed=request.seed,
+        expected_error=prefix.expected_error(), seconds=seconds,
+        warnings=(*part.warnings, *clustered(body.resting),
+                  *_warnings(scene, prefix, touched)),
+        version=VERSION)
+
+
+def _warnings(scene: DropScene, prefix: Prefix, touched: int) -> list[str]:
+    warnings = []
+    unsettled = prefix.drops - prefix.settled
+    if touched:
+        warnings.append(
+            f"RELEASED_TOUCHING: in {touched} of {prefix.drops} drops the part did not fit under "
+            f"a drop height of {scene.drop_height:g} m and was released touching the plate.")
+    if unsettled:
+        warnings.append(
+            f"UNSETTLED: {unsettled} of {prefix.drops} drops were given up before their pose was "
+            f"certain; they are left out of the probabilities.")
+    return warnings

@@ -1,0 +1,56 @@
+"""Standard errors of counted probabilities, and the one number that sums them up."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RequestError
+
+Array = NDArray[np.float64]
+
+
+def standard_errors(counts: ArrayLike, settled: int) -> Array:
+    """Binomial standard error of each pose's count / settled.
+
+    sqrt(q (1 - q) / n) with q = (count + 1/2) / (n + K/2): the half keeps a pose that was
+    never or always seen from looking certain. The only pose of a part (K = 1) has q = 1 and
+    the error 0.
+
+    Parameters
+    ----------
+    counts : (K,) array
+        Drops that came to rest in each of all K poses, also those with 0; 0 <= count <= n.
+    settled : int
+        n, the drops that came to rest at all.
+
+    Returns
+    -------
+    (K,) array
+        As fractions, from 0 to 1/2; NaN where n = 0, for a single pose too.
+
+    Raises
+    ------
+    RequestError
+        If a count is below 0 or above `settled`.
+    """
+    counted = np.atleast_1d(np.asarray(counts, dtype=float))
+    if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
+        raise RequestError(f"counts from 0 to {settled}, the settled drops",
+                           f"{counted.min():g} to {counted.max():g}",
+                           "count the settled drops alone")
+    if settled == 0:
+        return np.full(counted.shape, math.nan)
+    q = (counted + 0.5) / (settled + 0.5 * counted.size)
+    return np.asarray(np.sqrt(q * (1.0 - q) / settled))
+
+
+def expected_error(errors: ArrayLike) -> float:
+    """Root mean square over the poses of their standard errors (K,), as a fraction.
+
+    NaN where one of them is, or without poses.
+    """
+    values = np.asarray(errors, dtype=float)
+    return math.sqrt(float(np.mean(values * values))) if values.size else math.nan

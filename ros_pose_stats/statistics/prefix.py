@@ -1,0 +1,89 @@
+"""What a growing prefix of drops says: counts, errors, and whether it is enough."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .blocks import BlockSums
+from .errors import expected_error, standard_errors
+from .intervals import jeffreys_interval
+from .stopping import next_checkpoint, target_reached
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Prefix:
+    """Counts of the contiguous prefix of a run, cut where the target is reached.
+
+    Parameters
+    ----------
+    poses : int
+        K, the number of poses.
+    drops : int
+        The bound of the run.
+    target_error : float
+        Stop at the first checkpoint with at most this expected error; 0 for never.
+    blocks : bool
+        Whether the drops come in independently rotated blocks, whose scatter then gives the
+        errors in place of the binomial ones.
+    """
+
+    def __init__(self, poses: int, drops: int, target_error: float, blocks: bool) -> None:
+        self.bound = drops
+        self.target_error = target_error
+        self.counts = np.zeros(poses, dtype=np.int64)
+        self.drops = 0
+        self.finished = False
+        self._sums = BlockSums(poses) if blocks else None
+        self._next = next_checkpoint(0, drops)
+
+    @property
+    def settled(self) -> int:
+        """Drops that came to rest."""
+        return int(self.counts.sum())
+
+    def add(self, outcomes: Index) -> int:
+        """Lengthen the prefix; return how many of the drops were still wanted.
+
+        Parameters
+        ----------
+        outcomes : (n,) array of int
+            Index of the pose of each next drop; -1 where it did not settle.
+        """
+        begin = 0
+        while begin < outcomes.shape[0] and not self.finished:
+            end = min(outcomes.shape[0], begin + self._next - self.drops)
+            self._count(outcomes[begin:end])
+            begin = end
+            if self.drops == self._next:
+                enough = self.target_error > 0.0 and target_reached(self.expected_error(),
+                                                                    self.target_error)
+                self.finished = enough or self.drops >= self.bound
+                self._next = next_checkpoint(self.drops, self.bound)
+        return begin
+
+    def _count(self, outcomes: Index) -> None:
+        self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]
+        self.drops += outcomes.shape[0]
+        if self._sums is not None:
+            self._sums.add(outcomes)
+
+    def standard_errors(self) -> Array:
+        """Of each pose's count / settled, (K,); NaN as long as nothing has settled."""
+        factor = 1.0 if self._sums is None else self._sums.factor()
+        return math.sqrt(factor) * standard_errors(self.counts, self.settled)
+
+    def expected_error(self) -> float:
+        """Root mean square of the standard errors."""
+        return expected_error(self.standard_errors())
+
+    def interval(self) -> tuple[Array, Array]:
+        """Bounds (K,) of the 90 % Jeffreys intervals."""
+        if self.counts.shape[0] == 1 and self.settled:
+            return np.ones(1), np.ones(1)
+        factor = np.ones(1) if self._sums is None else self._sums.factors()
+        return jeffreys_interval(self.counts / factor, self.settled / factor)

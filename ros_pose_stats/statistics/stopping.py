@@ -1,0 +1,61 @@
+"""When a run is looked at, and when it has dropped enough.
+
+Looking at fixed prefixes only makes the answer independent of workers, chunks and timing:
+whatever has been computed beyond a prefix by then has no say in whether it was enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+FIRST_CHECKPOINT: Final = 100
+"""Drops before the first look; fewer say little about their own error."""
+
+
+def next_checkpoint(done: int, drops: int) -> int:
+    """The first prefix longer than `done` that is looked at.
+
+    The prefixes are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one
+    before, rounded down; and the bound.
+
+    Parameters
+    ----------
+    done : int
+        Length of the prefix behind, 0 <= done.
+    drops : int
+        The bound of the run, 1 <= drops.
+
+    Returns
+    -------
+    int
+        At most `drops`; `drops` itself once `done` has reached it.
+    """
+    checkpoint = FIRST_CHECKPOINT
+    while checkpoint <= done:
+        checkpoint = checkpoint * 3 // 2
+    return min(checkpoint, drops)
+
+
+def checkpoints(drops: int) -> Iterator[int]:
+    """All prefixes at which a run of at most `drops` drops (>= 1) is looked at, rising.
+
+    The last one is `drops`.
+    """
+    done = 0
+    while done < drops:
+        done = next_checkpoint(done, drops)
+        yield done
+
+
+def target_reached(expected_error: float, target_error: float) -> bool:
+    """Whether a run stops at the checkpoint where it has this expected error.
+
+    Parameters
+    ----------
+    expected_error : float
+        Of the prefix, as a fraction; NaN (nothing settled yet) never stops a run.
+    target_error : float
+        As a fraction, 0 <= target_error; 0 asks for all drops.
+    """
+    return target_error > 0.0 and expected_error <= target_error

@@ -1,0 +1,52 @@
+"""Checkpoints and the stop rule."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ros_pose_stats.statistics import checkpoints, next_checkpoint, target_reached
+
+
+def test_the_first_ones():
+    assert list(checkpoints(2000)) == [100, 150, 225, 337, 505, 757, 1135, 1702, 2000]
+
+
+@pytest.mark.parametrize(("drops", "expected"), [
+    (1, [1]), (99, [99]), (100, [100]), (101, [100, 101]), (150, [100, 150]),
+])
+def test_the_bound_is_the_last(drops, expected):
+    assert list(checkpoints(drops)) == expected
+
+
+@given(st.integers(1, 10_000_000))
+def test_rising_to_the_bound(drops):
+    found = list(checkpoints(drops))
+    assert found[-1] == drops
+    assert all(a < b for a, b in pairwise(found))
+    assert all(b == a * 3 // 2 for a, b in pairwise(found[:-1]))
+
+
+@given(st.integers(1, 10_000_000), st.integers(1, 10_000_000))
+def test_a_larger_bound_looks_at_the_same_prefixes(drops, more):
+    # All but the bound itself: a run stops at the same prefix whatever its bound.
+    shorter = list(checkpoints(drops))[:-1]
+    assert list(checkpoints(drops + more))[:len(shorter)] == shorter
+
+
+@given(st.integers(0, 2_000_000), st.integers(1, 1_000_000))
+def test_next_is_the_first_beyond(done, drops):
+    beyond = [n for n in checkpoints(drops) if n > done]
+    assert next_checkpoint(done, drops) == (beyond[0] if beyond else drops)
+
+
+@pytest.mark.parametrize(("expected", "target", "stops"), [
+    (0.01, 0.01, True), (0.009, 0.01, True), (0.011, 0.01, False), (0.0, 0.0, False),
+    (0.0, 0.01, True), (math.nan, 0.01, False), (0.01, 0.0, False),
+])
+def test_target(expected, target, stops):
+    assert target_reached(expected, target) is stops
