@@ -4,6 +4,10 @@ Over a step the height of a point r is z + p . r with z and p given by their ser
 the sum of the sizes of the higher coefficients it lies above a parabola that opens
 downwards, so above the lower of its ends. Taken at the centre of a ball, less its radius, the same
 bound clears all corners in the ball at once.
+
+A corner that touches is the lowest one then, so the vertical direction is in its normal
+cone. Where the direction moves little compared with the cones, the corners whose cones it may
+enter are found from neighbour to neighbour, starting at the lowest.
 """
 
 from __future__ import annotations
@@ -11,40 +15,151 @@ from __future__ import annotations
 import math
 
 from ..compilation import inlined
-from .layout import PS, ZS, Array, DropBody, Index
+from .layout import LOWEST, PS, SEARCH, ZS, Array, DropBody, DropRules, Index, Work
+
+NARROW = 2.0
+"""Corners are found from neighbour to neighbour up to this (swing² times their number).
+
+That is a fraction of one corner if they are spread evenly; for more the balls are faster.
+"""
 
 
 @inlined
-def gather(body: DropBody, series: Array, last: int, margin: float, found: Index) -> int:
-    """List the corners that may come closer to the plate than `margin`; return their number."""
-    p0, p1, p2 = series[0, PS], series[0, PS + 1], series[0, PS + 2]
-    q0, q1, q2 = series[1, PS], series[1, PS + 1], series[1, PS + 2]
-    bend_p, bend_z = 0.0, 0.0
+def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
+    """List in `found` the corners that may touch during the step; return their number.
+
+    Those that come within what counts as touching are among them. `outlook` is set to
+    height, slope over the step, and B of each.
+    """
+    series = work.series
+    swing = 0.0
+    for k in range(1, last + 1):
+        swing += _size(series, k)
+    bend_p = swing - _size(series, 1)
+    bend_z = 0.0
     for k in range(2, last + 1):
-        bend_p += math.sqrt(series[k, PS] ** 2 + series[k, PS + 1] ** 2 + series[k, PS + 2] ** 2)
         bend_z += abs(series[k, ZS])
-    start = series[0, ZS]
-    rise = series[1, ZS] - bend_z
+    if body.beside.shape[0] > 0 and swing * swing * body.x.shape[0] < NARROW:
+        return spread(body, work, swing, bend_p, bend_z, rules.touching)
+    return gather(body, work, bend_p, bend_z, rules.touching)
+
+
+@inlined
+def _size(series: Array, k: int) -> float:
+    return math.sqrt(series[k, PS] ** 2 + series[k, PS + 1] ** 2 + series[k, PS + 2] ** 2)
+
+
+@inlined
+def gather(body: DropBody, work: Work, bend_p: float, bend_z: float, margin: float) -> int:
+    """Candidates by way of the balls."""
+    series = work.series
     count = 0
     node = 0
     nodes = body.ball.shape[0]
     while node < nodes:
         cx, cy, cz = body.ball[node, 0], body.ball[node, 1], body.ball[node, 2]
-        begin = start + p0 * cx + p1 * cy + p2 * cz
-        end = begin + rise + q0 * cx + q1 * cy + q2 * cz - bend_p * body.ball[node, 4]
-        if min(begin, end) - body.ball[node, 3] > margin:
+        height, slope = _height_and_slope(series, cx, cy, cz)
+        bend = bend_z + bend_p * body.ball[node, 4]
+        if min(height, height + slope - bend) - body.ball[node, 3] > margin:
             node = body.ball_range[node, 2]
             continue
         if body.ball_range[node, 2] == node + 1:
             for j in range(body.ball_range[node, 0], body.ball_range[node, 1]):
-                rx, ry, rz = body.x[j], body.y[j], body.z[j]
-                begin = start + p0 * rx + p1 * ry + p2 * rz
-                end = begin + rise + q0 * rx + q1 * ry + q2 * rz - bend_p * body.reach[j]
-                if min(begin, end) <= margin:
-                    found[count] = j
-                    count += 1
+                count = _list(body, work, j, bend_p, bend_z, margin, count)
         node += 1
     return count
+
+
+@inlined
+def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: float,
+           margin: float) -> int:
+    """Candidates by way of the neighbours: every cone within `swing` of the direction."""
+    work.tally[SEARCH] += 1
+    search = work.tally[SEARCH]
+    low = _lowest(body, work)
+    work.seen[low] = search
+    work.queue[0] = low
+    begin, end = 0, 1
+    count = 0
+    p0, p1, p2 = work.series[0, PS], work.series[0, PS + 1], work.series[0, PS + 2]
+    while begin < end:
+        j = work.queue[begin]
+        begin += 1
+        count = _list(body, work, j, bend_p, bend_z, margin, count)
+        for k in range(body.beside_start[j], body.beside_start[j + 1]):
+            i = body.beside[k]
+            if work.seen[i] == search:
+                continue
+            rise = (p0 * (body.x[i] - body.x[j]) + p1 * (body.y[i] - body.y[j])
+                    + p2 * (body.z[i] - body.z[j]))
+            if abs(rise) <= swing * body.beside_length[k] + margin:
+                work.seen[i] = search
+                work.queue[end] = i
+                end += 1
+    return count
+
+
+@inlined
+def _lowest(body: DropBody, work: Work) -> int:
+    """Lowest corner, by going down from the last one; a convex body has no other low point."""
+    p0, p1, p2 = work.series[0, PS], work.series[0, PS + 1], work.series[0, PS + 2]
+    low = work.tally[LOWEST]
+    while True:
+        best, fall = -1, 0.0
+        for k in range(body.beside_start[low], body.beside_start[low + 1]):
+            i = body.beside[k]
+            rise = (p0 * (body.x[i] - body.x[low]) + p1 * (body.y[i] - body.y[low])
+                    + p2 * (body.z[i] - body.z[low]))
+            if rise < fall:
+                best, fall = i, rise
+        if best < 0:
+            break
+        low = best
+    work.tally[LOWEST] = low
+    return int(low)
+
+
+@inlined
+def _height_and_slope(series: Array, rx: float, ry: float, rz: float) -> tuple[float, float]:
+    height = (series[0, ZS] + series[0, PS] * rx + series[0, PS + 1] * ry
+              + series[0, PS + 2] * rz)
+    slope = (series[1, ZS] + series[1, PS] * rx + series[1, PS + 1] * ry
+             + series[1, PS + 2] * rz)
+    return height, slope
+
+
+@inlined
+def _list(body: DropBody, work: Work, j: int, bend_p: float, bend_z: float, margin: float,
+          count: int) -> int:
+    """Add a corner to the list unless its parabola stays above; return the new length."""
+    height, slope = _height_and_slope(work.series, body.x[j], body.y[j], body.z[j])
+    bend = bend_z + bend_p * body.reach[j]
+    if min(height, height + slope - bend) > margin:
+        return count
+    work.found[count] = j
+    work.outlook[count, 0], work.outlook[count, 1], work.outlook[count, 2] = height, slope, bend
+    return count + 1
+
+
+@inlined
+def stays_above(outlook: Array, i: int, fraction: float, margin: float) -> bool:
+    """Whether a listed corner cannot come as close as `margin` within a fraction of the step."""
+    height = outlook[i, 0]
+    end = height + fraction * (outlook[i, 1] - fraction * outlook[i, 2])
+    return bool(min(height, end) > margin)
+
+
+@inlined
+def lowest_first(found: Index, outlook: Array, count: int) -> None:
+    """Put the corner that seems to come lowest in front: its landing rules out most others."""
+    best = 0
+    for i in range(1, count):
+        if outlook[i, 0] + outlook[i, 1] < outlook[best, 0] + outlook[best, 1]:
+            best = i
+    if best > 0:
+        found[0], found[best] = found[best], found[0]
+        for k in range(3):
+            outlook[0, k], outlook[best, k] = outlook[best, k], outlook[0, k]
 
 
 @inlined

@@ -50,7 +50,7 @@ from .layout import (
     Work,
     Z,
 )
-from .motion import LONGEST, advance, onto_invariants, prepare_step
+from .motion import LONGEST, SHORTEST, advance, onto_invariants, prepare_step
 from .tape import note, note_contact
 from .trap import energy, pose_below, up_of
 
@@ -86,9 +86,10 @@ def run_drops(body: DropBody, rules: DropRules, ups: Array, outcome: Index,
 def _scratch(corners: int) -> Work:
     return Work(np.zeros(STATE), np.zeros((ORDER + 1, COLUMNS)), np.zeros(ORDER + 1),
                 np.zeros(ORDER + 1), np.zeros(7), np.zeros((3, 4)), np.zeros(4),
-                np.zeros(5, np.int64), np.full(2, -1), np.zeros(corners, np.int64),
+                np.zeros(6, np.int64), np.full(2, -1), np.zeros(corners, np.int64),
                 np.zeros(corners, np.int64), np.zeros(corners), np.zeros((corners, 4)),
-                np.zeros(corners, np.int64))
+                np.zeros(corners, np.int64), np.zeros((corners, 3)),
+                np.zeros(corners, np.int64), np.zeros(corners, np.int64))
 
 
 @inlined
@@ -100,8 +101,7 @@ def _release(body: DropBody, rules: DropRules, up: Array, top: float, work: Work
         state[P + i] = up[i]
         state[W + i] = 0.0
     state[Z], state[V] = rules.height, 0.0
-    for i in range(tally.shape[0]):
-        tally[i] = 0
+    tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS] = FLIGHT, 0, 0, 0
     work.active[0] = work.active[1] = -1
     work.clock[TIME], work.clock[PATIENCE], work.clock[REACH] = 0.0, math.inf, LONGEST
     outcome[TOUCHED] = 0
@@ -155,6 +155,7 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
         if event == NOTHING:
             tally[NEAR] = 0
             continue
+        work.clock[REACH] = max(fraction * work.clock[STEP], SHORTEST)
         onto_invariants(state, body.moment)
         if event == LANDING:
             landed = True

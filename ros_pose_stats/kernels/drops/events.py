@@ -6,12 +6,15 @@ import math
 
 from ...tolerances import JUST_TOUCHING, PULL
 from ..compilation import inlined
-from .candidates import gather, height_series
+from .candidates import candidates, height_series, lowest_first, stays_above
 from .layout import EDGE, FLIGHT, FORCE, MODE, NEAR, STEP, TORQUE, DropBody, DropRules, Work
 from .roots import first_zero, lowest_bound
 
 NOTHING = -2
 LANDING = -1
+
+FEW = 2
+"""Up to this many corners are looked at in any order."""
 
 
 @inlined
@@ -68,8 +71,12 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
     """
     first = math.inf
     flying = work.tally[MODE] == FLIGHT
-    live = gather(body, work.series, last, rules.touching, work.found)
+    live = candidates(body, rules, work, last)
+    if live > FEW:
+        lowest_first(work.found, work.outlook, live)
     for i in range(live):
+        if stays_above(work.outlook, i, min(first, before, 1.0), 0.0):
+            continue
         j = work.found[i]
         if not flying and (j == work.active[0] or j == work.active[1]):
             continue

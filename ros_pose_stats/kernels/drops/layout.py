@@ -45,12 +45,13 @@ UNSETTLED: Final = 0
 TRAPPED: Final = 1
 RESTING: Final = 2
 
-# tally (5,)
+# tally (6,)
 MODE: Final = 0
 NEAR: Final = 1      # touching vertices in `near`
 IMPACTS: Final = 2
 STEPS: Final = 3     # impacts and steps
-LOWEST: Final = 4    # a lowest corner, where the last event was
+LOWEST: Final = 4    # a low corner, where the last event was
+SEARCH: Final = 5    # number of the last search
 
 # clock (4,)
 TIME: Final = 0
@@ -95,11 +96,15 @@ class DropBody(NamedTuple):
     moment: Array       # (3,) principal moments of inertia of unit mass, rising
     ball: Array         # (B, 5) centre, radius and the centre's distance from the origin
     ball_range: Index   # (B, 3) first and last + 1 corner, node that follows the subtree
+    beside_start: Index  # (C + 1,) neighbours of each corner on the triangulated hull
+    beside: Index       # (E,) corner; both are empty for bodies of one ball
+    beside_length: Array  # (E,) distance to it
     side_start: Index   # (C + 1,) sides that leave a corner
     side_end: Index     # (N,) corner at the far end
     side_left: Index    # (N,) pose that the face to the left of a side descends to
     side_right: Index   # (N,)
     way_out: Array      # (P,) level of the saddle that leads out of each pose
+    turn: float         # radians by which a step near the plate turns the body at most
 
 
 class DropRules(NamedTuple):
@@ -131,4 +136,7 @@ class Work(NamedTuple):
     rested: Index   # (C,) 1 where a touching vertex has been brought to rest, 2 if released
     speed: Array    # (C,) their vertical velocities
     load: Array     # (C, 4)
-    found: Index    # (C,)
+    found: Index    # (C,) corners that may land during a step
+    outlook: Array  # (C, 3)
+    queue: Index    # (C,)
+    seen: Index     # (C,) last search that came by a corner

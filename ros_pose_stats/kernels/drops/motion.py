@@ -32,10 +32,20 @@ from .layout import (
 from .sliding_motion import sliding_series
 
 TURN = 1.0
-"""Angle, in radians, that a step tries to turn the body by; the series then just converges."""
+"""Angle, in radians, that a step tries to turn the body by; the series then just converges.
+
+Near the plate a body with many corners turns by less in a step; see `DropBody.turn`.
+"""
 
 LONGEST = 2.0
 """Longest sliding step, in sqrt(radius / g)."""
+
+GROWTH = 4.0
+"""A sliding step is at most this many times as long as the last one, or as the last event took
+to come."""
+
+SHORTEST = 1e-3
+"""But no shorter than this."""
 
 FAR = 2.0
 """Turns of this many radians above the plate are made in one go."""
@@ -63,23 +73,21 @@ def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
             work.tally[NEAR] = 0
             return 0
         fall = 1.0001 * (state[V] + math.sqrt(state[V] ** 2 + 2.0 * state[Z]))
-        step = min(fall, clock[PATIENCE])
+        step, turn = min(fall, clock[PATIENCE]), body.turn
         if clear > SHORTEST_CLEAR:
-            step = clear
-        if turning * step > TURN:
-            step = TURN / turning
+            step, turn = clear, TURN
+        if turning * step > turn:
+            step = turn / turning
         clock[PATIENCE] = math.inf
         last = free_series(state, body.moment, step, rules.truncation, work.series)
     else:
-        step = min(LONGEST, 2.0 * clock[REACH])
-        if turning * step > TURN:
-            step = TURN / turning
+        step = min(LONGEST, GROWTH * clock[REACH])
+        if turning * step > body.turn:
+            step = body.turn / turning
         last = sliding_series(state, body.moment, work.contact, work.tally[MODE] == EDGE, step,
                               rules.truncation, work.series)
     step *= shorten(work.series, last, rules.truncation)
-    clock[STEP] = step
-    if work.tally[MODE] != FLIGHT:
-        clock[REACH] = step
+    clock[STEP] = clock[REACH] = step
     return last
 
 
