@@ -131,5 +131,5 @@ TRAP: Final = 1e-9
 MOST_STEPS: Final = 100_000
 """Impacts and steps after which a drop is given up as unsettled, about 40 ms.
 
-Only a body balanced on an unstable equilibrium and restitutions above 0.99 come near it.
+Only a body balanced on an unstable equilibrium and restitutions above 0.999 come near it.
 """

@@ -6,8 +6,7 @@ import argparse
 import json
 import sys
 
-from ..records.scene import DEFAULT_RESTITUTION
-from .part_options import add_part_options, part_of
+from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined")
@@ -23,11 +22,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--method", choices=(*METHODS, "all"), default=DEFAULT_METHOD,
                          metavar="NAME", help=f"{', '.join(METHODS)} or all "
                          "(default: %(default)s)")
-    command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
-                         help="coefficient of restitution, 0 to below 1 (default: %(default)s)")
-    command.add_argument("--drop-height", type=float, metavar="H",
-                         help="height of the centre of mass at release in metres "
-                         "(default: 20 part radii)")
+    add_scene_options(command)
     command.add_argument("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 

@@ -1,11 +1,11 @@
-"""Options that every command on a part shares."""
+"""Options that the commands on a part share."""
 
 from __future__ import annotations
 
 import argparse
 
 from ..records import Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 
 UNITS = ("m", "mm", "cm", "inch")
 
@@ -20,6 +20,15 @@ def add_part_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="poses merge below this barrier, as a fraction of the "
                          "part's radius (default: %(default)s; 0: every stable face)")
+
+
+def add_scene_options(command: argparse.ArgumentParser) -> None:
+    """Add how the part is dropped."""
+    command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
+                         help="coefficient of restitution, 0 to below 1 (default: %(default)s)")
+    command.add_argument("--drop-height", type=float, metavar="H",
+                         help="height of the centre of mass at release in metres "
+                         "(default: 20 part radii)")
 
 
 def part_of(options: argparse.Namespace) -> Part:

@@ -6,9 +6,8 @@ import argparse
 import json
 import sys
 
-from ..records.scene import DEFAULT_RESTITUTION
 from .interrupts import stop_on_interrupt
-from .part_options import add_part_options, part_of
+from .part_options import add_part_options, add_scene_options, part_of
 from .progress_bar import ProgressBar
 from .slow_start import announce_slow_start
 
@@ -27,11 +26,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--drops", type=int, default=DEFAULT_DROPS, metavar="N",
                          help="how many, or at most where a target error is given "
                          "(default: %(default)s)")
-    command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
-                         help="coefficient of restitution, 0 to below 1 (default: %(default)s)")
-    command.add_argument("--drop-height", type=float, metavar="H",
-                         help="height of the centre of mass at release in metres "
-                         "(default: 20 part radii)")
+    add_scene_options(command)
     command.add_argument("--target-error", type=float, default=0.0, metavar="E",
                          help="stop once the expected error, as a fraction, is down to this "
                          "(default: all drops)")
