@@ -6,7 +6,7 @@ import math
 
 from ...tolerances import PULL, SINKING
 from ..compilation import inlined
-from .layout import EDGE, FACE, FLIGHT, VERTEX, Array, DropBody, Index, P, W
+from .layout import EDGE, FACE, FLIGHT, VERTEX, Array, DropBody, Index, P, V, W
 
 
 @inlined
@@ -53,13 +53,17 @@ def choose_contact(state: Array, body: DropBody, near: Index, rested: Index, cou
             most = max(most, load[i, 3])
     if most <= PULL:
         return FLIGHT
+    still = _still_on_three(state, rested, count)
     m0, m1, m2 = body.moment[0], body.moment[1], body.moment[2]
     for i in range(count):
         if rested[i] == 0 or load[i, 3] <= PULL:
             continue
         bx, by, bz = load[i, 0] / m0, load[i, 1] / m1, load[i, 2] / m2
         force = load[i, 3] / (1.0 + load[i, 0] * bx + load[i, 1] * by + load[i, 2] * bz)
-        if _carries(near, rested, count, load, i, i, force, force * bx, force * by, force * bz):
+        bx, by, bz = force * bx, force * by, force * bz
+        if _carries(near, rested, count, load, i, i, force, bx, by, bz):
+            if still and not _lifts(rested, count, load, force, bx, by, bz):
+                return FACE
             active[0] = near[i]
             _hold(body, active, contact)
             return VERTEX
@@ -83,9 +87,11 @@ def choose_contact(state: Array, body: DropBody, near: Index, rested: Index, cou
             far = torque / length
             if far < -PULL or force - far < -PULL or not math.isfinite(far):
                 continue
-            if _carries(near, rested, count, load, i, k, force,
-                        (force * ax + torque * cx) / m0, (force * ay + torque * cy) / m1,
-                        (force * az + torque * cz) / m2):
+            bx, by, bz = ((force * ax + torque * cx) / m0, (force * ay + torque * cy) / m1,
+                          (force * az + torque * cz) / m2)
+            if _carries(near, rested, count, load, i, k, force, bx, by, bz):
+                if still and not _lifts(rested, count, load, force, bx, by, bz):
+                    return FACE
                 return EDGE
     active[0] = active[1] = -1
     return FACE
@@ -102,6 +108,32 @@ def _carries(near: Index, rested: Index, count: int, load: Array, first: int, se
         if rise < -SINKING:
             return False
     return True
+
+
+@inlined
+def _lifts(rested: Index, count: int, load: Array, force: float, bx: float, by: float,
+           bz: float) -> bool:
+    """A vertex at rest would rise."""
+    for k in range(count):
+        rise = force + load[k, 0] * bx + load[k, 1] * by + load[k, 2] * bz - load[k, 3]
+        if rested[k] == 1 and rise > SINKING:
+            return True
+    return False
+
+
+@inlined
+def _still_on_three(state: Array, rested: Index, count: int) -> bool:
+    """Three vertices or more are at rest and hold the body still.
+
+    It then rests on the face even where two of them alone could carry it, as across the
+    middle of a rectangle.
+    """
+    if state[V] != 0.0 or state[W] != 0.0 or state[W + 1] != 0.0 or state[W + 2] != 0.0:
+        return False
+    held = 0
+    for i in range(count):
+        held += rested[i]
+    return held >= 3
 
 
 @inlined

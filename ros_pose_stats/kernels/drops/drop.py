@@ -142,11 +142,11 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
         if last == 0:  # turned freely, high above the plate
             continue
         first, event = math.inf, NOTHING
-        live = 0
+        corner, live = -1, 0
         if tally[MODE] != FLIGHT:
             first, event = first_release(work, last)
         if not _stays_clear(state, work.clock[STEP]):
-            at, live = first_landing(body, rules, work, last, first)
+            at, corner, live = first_landing(body, rules, work, last, first)
             if at < first:
                 first, event = at, LANDING
         fraction = min(first, 1.0)
@@ -164,7 +164,7 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
                 if corner_height(state, body, work.found[i]) <= rules.touching:
                     work.near[tally[NEAR]] = work.found[i]
                     tally[NEAR] += 1
-            note(work, tape, ARRIVAL, work.near[0])
+            note(work, tape, ARRIVAL, corner)
         else:
             tally[NEAR] = 1
             work.near[0], work.rested[0] = work.active[event], 2

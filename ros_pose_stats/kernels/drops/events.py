@@ -56,7 +56,7 @@ def first_release(work: Work, last: int) -> tuple[float, int]:
 
 @inlined
 def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
-                  before: float) -> tuple[float, int]:
+                  before: float) -> tuple[float, int, int]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
@@ -67,9 +67,11 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
     float
         Infinity if none does.
     int
+        The corner.
+    int
         Number of corners in `work.found`: all that come as close as counts as touching.
     """
-    first = math.inf
+    first, corner = math.inf, -1
     flying = work.tally[MODE] == FLIGHT
     live = candidates(body, rules, work, last)
     if live > FEW:
@@ -86,15 +88,16 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
         known = _known_zeros(work, j)
         if known == 0 and work.poly[0] <= 0.0:
             if work.poly[1] < 0.0:
-                return 0.0, live
+                return 0.0, j, live
             known = 1
         if known > 0 and work.poly[0] > JUST_TOUCHING:
             for k in range(1, known):
                 work.poly[k] = 0.0
             known = 0
         at = first_zero(work.poly, known, last, min(first, before, 1.0), work.local)
-        first = min(first, at)
-    return first, live
+        if at < first:
+            first, corner = at, j
+    return first, corner, live
 
 
 @inlined

@@ -85,7 +85,8 @@ def shorten(series: Array, last: int, truncation: float) -> float:
         for i in range(3):
             series[k, WS + i] *= power * fraction
             series[k, PS + i] *= power
-        for column in (ZS, FORCE, TORQUE):
-            series[k, column] *= power
+        series[k, ZS] *= power
+        series[k, FORCE] *= power * fraction * fraction
+        series[k, TORQUE] *= power * fraction * fraction
         power *= fraction
     return fraction

@@ -39,8 +39,8 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
     scale = 1.0
     for _ in range(12):
         ratio = b / a
-        turns = math.floor(phase / math.pi + 0.5)
-        phase += turns * math.pi + math.atan(ratio * math.tan(phase))
+        turned = math.atan(ratio * math.tan(phase))
+        phase += turned + math.pi * math.floor((phase - turned) / math.pi + 0.5)
         scale *= 2.0
         a, b = 0.5 * (a + b), math.sqrt(a * b)
         if abs(a - b) < 1e-15 * a:

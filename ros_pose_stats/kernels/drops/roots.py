@@ -24,7 +24,8 @@ CLOSE = 1e-10
 def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
     """Smallest x in (0, upto] where the sum of c[k] x^(k - first) comes down to zero.
 
-    The polynomial must start above zero; otherwise nothing is found. `d` is scratch.
+    The polynomial starts above zero, or at zero and falls, which gives a zero at once. `d`
+    is scratch.
 
     Returns
     -------
