@@ -101,17 +101,21 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
 
 @inlined
 def _lowest(body: DropBody, work: Work) -> int:
-    """Lowest corner, by going down from the last one; a convex body has no other low point."""
+    """Lowest corner, by going down from the last one; a convex body has no other low point.
+
+    Heights are compared as they are rounded, not differences, so that level corners cannot
+    lead in a circle.
+    """
     p0, p1, p2 = work.series[0, PS], work.series[0, PS + 1], work.series[0, PS + 2]
     low = work.tally[LOWEST]
+    least = p0 * body.x[low] + p1 * body.y[low] + p2 * body.z[low]
     while True:
-        best, fall = -1, 0.0
+        best = -1
         for k in range(body.beside_start[low], body.beside_start[low + 1]):
             i = body.beside[k]
-            rise = (p0 * (body.x[i] - body.x[low]) + p1 * (body.y[i] - body.y[low])
-                    + p2 * (body.z[i] - body.z[low]))
-            if rise < fall:
-                best, fall = i, rise
+            height = p0 * body.x[i] + p1 * body.y[i] + p2 * body.z[i]
+            if height < least:
+                best, least = i, height
         if best < 0:
             break
         low = best

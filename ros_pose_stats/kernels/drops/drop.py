@@ -134,7 +134,7 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
             resolve(body, rules, work, tape)
             note_contact(work, tape)
             ending, pose = _decided(body, rules, top, work)
-            if ending != UNSETTLED:
+            if ending != UNSETTLED or tally[STEPS] >= rules.most_steps:
                 break
         tally[STEPS] += 1
         last = prepare_step(body, rules, work)

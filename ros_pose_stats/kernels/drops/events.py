@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ...tolerances import JUST_TOUCHING, PULL
+from ...tolerances import AT_REST, JUST_TOUCHING, PULL, SINKING
 from ..compilation import inlined
 from .candidates import candidates, height_series, lowest_first, stays_above
 from .layout import EDGE, FLIGHT, FORCE, MODE, NEAR, STEP, TORQUE, DropBody, DropRules, Work
@@ -87,17 +87,33 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
             continue
         known = _known_zeros(work, j)
         if known == 0 and work.poly[0] <= 0.0:
-            if work.poly[1] < 0.0:
+            known = _zeros_on_plate(work)
+            if known == 0:
                 return 0.0, j, live
-            known = 1
         if known > 0 and work.poly[0] > JUST_TOUCHING:
             for k in range(1, known):
                 work.poly[k] = 0.0
             known = 0
+        if known > 0 and work.poly[known] <= 0.0:
+            continue  # sinks by a rounding; if by more, it lands on the next step
         at = first_zero(work.poly, known, last, min(first, before, 1.0), work.local)
         if at < first:
             first, corner = at, j
     return first, corner, live
+
+
+@inlined
+def _zeros_on_plate(work: Work) -> int:
+    """How many coefficients are zero for a corner on the plate that nothing is known of.
+
+    None if it moves or accelerates downwards, beyond rounding: it lands.
+    """
+    still = AT_REST * work.clock[STEP]
+    if work.poly[1] > still:
+        return 1
+    if work.poly[1] < -still or work.poly[2] < -SINKING * work.clock[STEP] ** 2:
+        return 0
+    return 2
 
 
 @inlined
