@@ -40,6 +40,16 @@ def random_polyhedron(vertices: int, seed: int) -> Body:
     raise AssertionError
 
 
+def paper_polyhedron(seed: int) -> Body:
+    """Hull of normally distributed points, as in the paper's experiments.
+
+    There are 4 points and as many more as a coin of 0.1 fails before its first success.
+    """
+    rng = np.random.default_rng(seed)
+    points = rng.standard_normal((3 + int(rng.geometric(0.1)), 3))
+    return Body(f"paper's polyhedron {seed}", *shapes.hull_mesh(points))
+
+
 def ellipsoid(vertices: int, seed: int = 1) -> Body:
     """Random points on an ellipsoid: few stable facets."""
     return Body("ellipsoid", *shapes.hull_mesh(shapes.ellipsoid_points(vertices, seed, FEW)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +11,8 @@ from . import bodies
 from .all_nine import TOLERANCES, all_nine, near_spheres, nine
 from .bodies import Body
 from .growth import FIT_FROM, growth, slopes
-from .machine import machine
 from .paper_size import paper_size
-from .report import table, write_page
+from .report import collected, write_page
 from .results import Results, Section, save
 from .timing import Pace
 
@@ -94,12 +92,7 @@ def warm_up(body: Body) -> None:
 
 def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
     """Measure everything, telling each table as it comes."""
-    found, where = [], machine()
-    begin = time.monotonic()
-    for section in sections(plan):
-        found.append(section)
-        said(f"\n{section.title} ({time.monotonic() - begin:.0f} s)\n{table(section)}")
-    return Results(where, tuple(found))
+    return collected(sections(plan), said)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -2,30 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from ros_pose_stats.plots.cost import cost_figure, save_figure
-
-from .growth import STAGES, family
+from . import pictures
+from .machine import machine
 from .results import Results, Row, Section, load, shown
 
-STORED = ("core", "start")
-FIGURE = Path("figures") / "cost_against_vertices"
+STORED = ("core", "start", "drops")
+FIGURE = pictures.PICTURES["growth"].stem
 
 INTRODUCTION = """# Speed
 
-Written by `python -m benchmarks.core --write` and `python -m benchmarks.start --write` from
-`docs/benchmarks/*.json`; edits here are lost. The machine was shared while these ran:
-contenders took turns within one run, so the ratios are what counts, and times are there to
-give an idea. Kernels were compiled before, unless said otherwise. Figures are medians. The
-load at the start is given with each run; on a busy machine the threads of the linear algebra
-library wait for each other, which `OPENBLAS_NUM_THREADS=1` avoids.
+Written by `python -m benchmarks.core --write`, `python -m benchmarks.start --write` and
+`python -m benchmarks.drops --write` from `docs/benchmarks/*.json`; edits here are lost. The
+machine was shared while these ran: contenders took turns within one run, so the ratios are what
+counts, and times are there to give an idea. Kernels were compiled before, unless said otherwise.
+Times are medians, unless said otherwise. The load at the start is given with each run; on a busy
+machine the threads of the linear algebra library wait for each other, which
+`OPENBLAS_NUM_THREADS=1` avoids.
 """
 
 
+def collected(sections: Iterable[Section], said: Callable[[str], object]) -> Results:
+    """Results of sections as they are measured, telling each table as it comes."""
+    found, where = [], machine()
+    begin = time.monotonic()
+    for section in sections:
+        found.append(section)
+        said(f"\n{section.title} ({time.monotonic() - begin:.0f} s)\n{table(section)}")
+    return Results(where, tuple(found))
+
+
 def write_page(docs: Path) -> Path:
-    """Render `benchmarks.md` and the figure from what is stored under `docs`.
+    """Render `benchmarks.md` and the figures from what is stored under `docs`.
 
     Parameters
     ----------
@@ -35,20 +46,11 @@ def write_page(docs: Path) -> Path:
     stored = [docs / "benchmarks" / f"{name}.json" for name in STORED]
     found = [load(file) for file in stored if file.exists()]
     for results in found:
-        if any(section.name == "growth" for section in results.sections):
-            draw(results.section("growth"), docs / FIGURE)
+        for section in results.sections:
+            pictures.draw(section, docs)
     page = docs / "benchmarks.md"
     page.write_text(rendered(found), encoding="utf-8")
     return page
-
-
-def draw(growth: Section, stem: Path) -> list[Path]:
-    """Draw the first family of bodies in the rows."""
-    first = family(growth.rows[0])
-    cells = [row.cells for row in growth.rows if family(row) == first]
-    stages = [(stage, [float(each[stage]) for each in cells]) for stage in STAGES]
-    figure = cost_figure([int(each["vertices"]) for each in cells], stages, growth.title)
-    return save_figure(figure, stem)
 
 
 def rendered(runs: Sequence[Results]) -> str:
@@ -59,9 +61,9 @@ def rendered(runs: Sequence[Results]) -> str:
         parts.append(f"Measured on: {where}.\n")
         for section in run.sections:
             parts.append(f"## {section.title}\n\n{section.timed}\n\n{table(section)}\n")
-            if section.name == "growth":
-                parts.append(f"![Time of each stage against hull vertices, log-log]"
-                             f"({FIGURE.as_posix()}.png)\n")
+            if section.name in pictures.PICTURES:
+                picture = pictures.PICTURES[section.name]
+                parts.append(f"![{picture.says}]({picture.stem.as_posix()}.png)\n")
     return "\n".join(parts)
 
 

@@ -14,26 +14,30 @@ Cell = float | int | str
 
 @dataclass(frozen=True)
 class Target:
-    """A demand: `value` below `limit`.
+    """A demand: `value` below `limit`, or at least it.
 
     Attributes
     ----------
     name : str
         What the value is, with its unit.
     value, limit : float
+    at_least : bool
+        Whether the value must reach the limit rather than stay below it.
     """
 
     name: str
     value: float
     limit: float
+    at_least: bool = False
 
     @property
     def met(self) -> bool:
-        """Whether the value is below the limit."""
-        return self.value < self.limit
+        """Whether the value is on the right side of the limit."""
+        return self.value >= self.limit if self.at_least else self.value < self.limit
 
     def __str__(self) -> str:
-        return f"{self.name} {shown(self.value)}, limit {self.limit:g}"
+        demand = "at least" if self.at_least else "limit"
+        return f"{self.name} {shown(self.value)}, {demand} {self.limit:g}"
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,8 @@ TRAP: Final = 1e-9
 """A drop is decided when its energy is this far (in m g radius) below the saddle out."""
 
 MOST_STEPS: Final = 100_000
-"""Impacts and steps after which a drop is given up as unsettled, about 40 ms.
+"""Impacts and steps after which a drop is given up as unsettled, some 40 to 200 ms.
 
-Only a body balanced on an unstable equilibrium and restitutions above 0.999 come near it.
+A body balanced on an unstable equilibrium comes to it, restitutions above 0.999 (of a needle
+0.99), and bodies with almost no inertia about an axis that corners are far from.
 """

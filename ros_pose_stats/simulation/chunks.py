@@ -16,10 +16,13 @@ from typing import NamedTuple
 from .drops import DropOutcomes
 
 CHUNK_SECONDS = 0.04
-"""What a chunk is sized for; the slowest drop takes about as long by itself."""
+"""What a chunk is sized for; a drop that is given up takes as long, or a few times, by itself."""
 
-FIRST_CHUNK = 16
-GROWTH = 4
+FIRST_CHUNK = 1
+LAST_CHUNKS = 16
+"""Towards the end chunks get no smaller than this."""
+
+GROWTH = 8
 """A chunk has at most this many times the drops of the largest one before."""
 
 POLL_SECONDS = 0.02
@@ -124,7 +127,7 @@ class ChunkRun:
                 return self._next, 0
             # Towards the end the chunks get smaller, so that all workers end together.
             fair = -(-(self._bound - self._next) // (2 * self._workers))
-            count = min(self._size, max(fair, FIRST_CHUNK), self._bound - self._next)
+            count = min(self._size, max(fair, LAST_CHUNKS), self._bound - self._next)
             self._next += count
             return self._next - count, count
 

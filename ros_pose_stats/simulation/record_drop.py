@@ -32,7 +32,7 @@ from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, GRAVITY
 from .drop_body import PreparedBody, drop_body
 from .drops import DropOutcomes, drop_rules, release_height, run
-from .request import drop_request
+from .request import drop_request, real_number
 from .starts import starting_directions
 
 Array = NDArray[np.float64]
@@ -80,11 +80,10 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance)
-    given = None if start is None else np.atleast_2d(np.asarray(start))
-    request = drop_request(1, seed, 0.0, 1, sampling, given)
+    request = drop_request(None if start is None else 1, seed, 0.0, 1, sampling, _one(start))
     if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
-    if interval is not None and not 0.0 < interval < math.inf:
+    if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
     body = drop_body(part, scene.cluster_tolerance)
     down = (starting_directions(sampling, request.seed, int(drop), 1) if request.starts is None
@@ -101,6 +100,16 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         _events(body, tape, unit), times * unit, states[:, Z] * body.radius,
         states[:, V] * body.radius / unit, states[:, P:P + 3] @ body.axes.T,
         states[:, W:W + 3] @ body.axes.T / unit, turns, energy)
+
+
+def _one(start: ArrayLike | None) -> ArrayLike | None:
+    """A start as the only row of an array."""
+    if start is None:
+        return None
+    if np.ndim(start) != 1:
+        raise RequestError("one start as three numbers", f"shape {np.shape(start)}",
+                           "record one drop at a time")
+    return np.asarray(start)[None, :]
 
 
 def _tape(body: PreparedBody, scene: DropScene, down: Array,

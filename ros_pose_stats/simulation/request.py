@@ -60,7 +60,7 @@ def drop_request(drops: int | None, seed: int | None, target_error: float, worke
     if sampling not in SAMPLINGS:
         raise RequestError(f"a sampling out of {', '.join(SAMPLINGS)}", f"{sampling!r}",
                            "random is the default")
-    target = _number("target_error", target_error)
+    target = real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:
         raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
                            "0.01 is one point; 0 asks for all drops")
@@ -70,8 +70,10 @@ def drop_request(drops: int | None, seed: int | None, target_error: float, worke
                            "leave it out for all cores")
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
-    return DropRequest(bound, 0 if directions is not None else _seed(seed), target, threads,
-                       "given" if directions is not None else sampling, directions)
+    drawn = _seed(seed)
+    if directions is not None:
+        return DropRequest(bound, 0, target, threads, "given", directions)
+    return DropRequest(bound, drawn, target, threads, sampling, None)
 
 
 def _bound(drops: int | None, starts: Array | None) -> int:
@@ -96,19 +98,27 @@ def _seed(seed: int | None) -> int:
 
 
 def _directions(starts: ArrayLike) -> Array:
-    try:
-        given = np.array(starts, dtype=np.float64)
-    except (TypeError, ValueError):
-        given = np.zeros(0)
+    given = _real_array(starts)
     if given.ndim != 2 or given.shape[0] < 1 or given.shape[1] != 3:
         raise RequestError("starts as an array (k, 3) of directions, k at least 1",
-                           f"shape {np.shape(starts)}", "a row a drop")
-    length = np.linalg.norm(given, axis=1)
-    bad = np.flatnonzero(~(np.isfinite(length) & (length > 0.0)))
+                           f"shape {given.shape}" if given.ndim else "no array of numbers",
+                           "a row a drop")
+    largest = np.abs(given).max(axis=1)
+    bad = np.flatnonzero(~(np.isfinite(largest) & (largest > 0.0)))
     if bad.size:
         raise RequestError("starts that are directions", f"{given[bad[0]]} in row {bad[0]}",
                            "no row may be zero, infinite or NaN")
-    return np.asarray(given / length[:, None])
+    scaled = given / largest[:, None]  # whose squares neither overflow nor vanish
+    return np.asarray(scaled / np.linalg.norm(scaled, axis=1)[:, None])
+
+
+def _real_array(values: ArrayLike) -> Array:
+    """A copy in double precision; without dimensions if these are no real numbers."""
+    try:
+        array = np.array(values)
+    except ValueError:  # ragged
+        return np.zeros(())
+    return array.astype(np.float64) if array.dtype.kind in "fiu" else np.zeros(())
 
 
 def _whole(name: str, value: object) -> int:
@@ -117,7 +127,14 @@ def _whole(name: str, value: object) -> int:
     raise RequestError(f"a whole number for {name}", f"{value!r}", "give an int")
 
 
-def _number(name: str, value: object) -> float:
+def real_number(name: str, value: object) -> float:
+    """A float out of a request.
+
+    Raises
+    ------
+    RequestError
+        If it is none.
+    """
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return float(value)
     raise RequestError(f"a number for {name}", f"{value!r}", "give a float")

@@ -79,13 +79,18 @@ def _sort_by_speed(body: DropBody, work: Work) -> None:
 
 @inlined
 def _fastest(body: DropBody, work: Work) -> tuple[int, float]:
-    """The touching vertex that still approaches fastest, -1 for none, and its velocity."""
+    """The touching vertex that still approaches fastest, -1 for none, and its velocity.
+
+    One that was too fast to be stopped, but was stopped by the others, is at rest like them.
+    """
     hit, fastest = -1, -AT_REST
     for i in range(work.tally[NEAR]):
         if work.rested[i] == 0:
             j = work.near[i]
             u = vertex_velocity(work.state, body.x[j], body.y[j], body.z[j])
-            if u < fastest:
+            if abs(u) <= AT_REST:
+                work.rested[i] = 1
+            elif u < fastest:
                 hit, fastest = i, u
     return hit, fastest
 

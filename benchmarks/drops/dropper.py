@@ -1,0 +1,76 @@
+"""A part ready to be dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import count, islice
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_pose_stats import DropScene, part_from_mesh
+from ros_pose_stats.kernels.drops.drop import run_drops
+from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
+from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, drop_rules, run
+from ros_pose_stats.simulation.starts import starting_directions
+
+from .. import bodies
+from ..bodies import Body
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+
+
+class Effort(NamedTuple):
+    """What a drop costs on average: single impacts, and steps of the motion between them."""
+
+    impacts: float
+    steps: float
+
+
+class Dropper:
+    """A body with its poses merged at a cluster tolerance."""
+
+    def __init__(self, body: Body, tolerance: float = 0.0) -> None:
+        self.body, self.name = body, body.name
+        self.vertices = len(body.vertices)
+        self.part = part_from_mesh(body.vertices, body.triangles)
+        self.prepared = drop_body(self.part, tolerance)
+        self.poses = len(self.prepared.resting.poses)
+
+    def rules(self, restitution: float, height: float = 20.0) -> DropRules:
+        """Scene, the height of release in radii."""
+        scene = DropScene(restitution, height * self.prepared.radius)
+        return drop_rules(scene, self.prepared.radius)
+
+    def drop(self, rules: DropRules, seed: int, drops: int,
+             sampling: str = "random") -> DropOutcomes:
+        """The first drops of a seed, on this thread: what a worker does."""
+        return run(self.prepared, rules, starting_directions(sampling, seed, 0, drops))
+
+    def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
+        """Mean effort of such drops."""
+        ups = np.ascontiguousarray(
+            -starting_directions("random", seed, 0, drops) @ self.prepared.axes)
+        outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
+        run_drops(self.prepared.arrays, rules, ups, outcome, measure, NO_TAPE)
+        impacts = outcome[:, IMPACT_COUNT]
+        return Effort(float(impacts.mean()), float((outcome[:, STEP_COUNT] - impacts).mean()))
+
+
+def a_few(droppers: Sequence[Dropper], number: int) -> list[Dropper]:
+    """Some of them, evenly spread from few vertices to many."""
+    ranked = sorted(droppers, key=lambda dropper: dropper.vertices)
+    return [ranked[(2 * i + 1) * len(ranked) // (2 * number)] for i in range(number)]
+
+
+def paper_droppers(number: int) -> list[Dropper]:
+    """The first of the paper's random polyhedra that have at least two stable faces."""
+    return list(islice(_paper_droppers(), number))
+
+
+def _paper_droppers() -> Iterator[Dropper]:
+    for seed in count():
+        found = Dropper(bodies.paper_polyhedron(seed))
+        if found.poses >= 2:
+            yield found
