@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from types import TracebackType
 from typing import TextIO
@@ -10,6 +11,8 @@ from typing import TextIO
 from ..records import DropProgress
 
 WIDTH = 24
+NARROWEST = 5
+COLUMNS = 80
 SECONDS_BETWEEN = 0.1
 FIRST_AFTER = 0.3
 """Runs that are over sooner show no bar."""
@@ -39,29 +42,39 @@ class ProgressBar:
             self._stream.write("\r" + " " * self._drawn + "\r")
             self._stream.flush()
 
+    def _columns(self) -> int:
+        try:
+            return os.get_terminal_size(self._stream.fileno()).columns or COLUMNS
+        except (OSError, ValueError):
+            return COLUMNS
+
     def show(self, progress: DropProgress) -> None:
         """Draw the line anew, at most ten times a second."""
         now = time.monotonic()
         if not self._watched or now < self._next:
             return
         self._next = now + SECONDS_BETWEEN
-        line = progress_line(progress)
+        line = progress_line(progress, self._columns())
         self._stream.write("\r" + line.ljust(self._drawn))
         self._stream.flush()
         self._drawn = len(line)
 
 
-def progress_line(progress: DropProgress) -> str:
-    """The line for a state of the run."""
+def progress_line(progress: DropProgress, columns: int = COLUMNS) -> str:
+    """The line for a state of the run, shorter than the terminal is wide."""
     share = progress.drops / progress.bound
     if progress.target_error > 0.0 and math.isfinite(progress.expected_error):
         # The error falls with the root of the drops.
         share = max(share, min(1.0, (progress.target_error / progress.expected_error) ** 2))
-    bar = ("#" * int(share * WIDTH)).ljust(WIDTH, ".")
     error = ("" if math.isnan(progress.expected_error)
              else f", error {100.0 * progress.expected_error:.2f} points")
-    return (f"[{bar}] {progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+    text = (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
             f"{_duration(progress.seconds_left)} left{error}")
+    width = min(WIDTH, columns - len(text) - 4)
+    if width < NARROWEST:
+        return text[:columns - 1]
+    bar = ("#" * int(share * width)).ljust(width, ".")
+    return f"[{bar}] {text}"
 
 
 def _duration(seconds: float) -> str:

@@ -6,14 +6,13 @@ import argparse
 import json
 import sys
 
-from .interrupts import stop_on_interrupt
+from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import add_part_options, add_scene_options, part_of
 from .progress_bar import ProgressBar
 from .slow_start import announce_slow_start
 
 SAMPLINGS = ("random", "lattice")
 DEFAULT_DROPS = 10_000
-INTERRUPTED = 130
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -42,7 +41,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and print."""
-    with announce_slow_start():
+    with announce_slow_start(), end_on_interrupt():
         from ..simulation import simulate
 
         part = part_of(options)

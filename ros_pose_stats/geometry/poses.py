@@ -124,8 +124,9 @@ def clustered(resting: RestingPoses) -> list[str]:
     merged = sum(len(pose.members) > 1 for pose in resting.poses)
     if not merged:
         return []
-    return [f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces that "
-            f"low barriers part, as on a curve or a slender bar; their probabilities are added."]
+    return [f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces, "
+            f"parted by low barriers only, as on a curve or a slender bar; their probabilities "
+            f"are added."]
 
 
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:

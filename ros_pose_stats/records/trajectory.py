@@ -51,7 +51,7 @@ class DropEvent:
     angular_velocity: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """One drop from release to where its outcome was certain, or to rest.
 
@@ -101,3 +101,7 @@ class Trajectory:
     angular_velocities: Array
     orientations: Array
     energies: Array
+
+    def __repr__(self) -> str:
+        return (f"Trajectory({self.part_id!r}, {len(self.events)} events, "
+                f"{len(self.times)} samples, {self.times[-1]:.4g} s, pose {self.pose})")

@@ -60,11 +60,12 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         Number of the drop in the run of `simulate` with the same arguments; it follows the
         very same motion.
     restitution, seed, drop_height, sampling, cluster_tolerance
-        As for `simulate`.
+        As for `simulate`; take the seed out of its answer.
     start : (3,) array, optional
         Direction in the part frame that points down at release, in place of drop and seed.
     to_rest : bool
-        Go on when the pose is certain until the part lies still.
+        Go on when the pose is certain until the part lies still. On a finely tessellated curve
+        that can be tens of thousands of ever smaller events.
     interval : float, optional
         Seconds between samples; default: a twentieth of sqrt(radius / g).
 
@@ -96,7 +97,7 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
     return Trajectory(
         part.part_id, part.digest, body.radius, scene.restitution,
         release_height(scene, body.radius), down[0], int(outcomes.pose[0]),
-        int(outcomes.impacts[0]), not outcomes.trapped[0] and outcomes.pose[0] >= 0,
+        int(outcomes.impacts[0]), bool(not outcomes.trapped[0] and outcomes.pose[0] >= 0),
         _events(body, tape, unit), times * unit, states[:, Z] * body.radius,
         states[:, V] * body.radius / unit, states[:, P:P + 3] @ body.axes.T,
         states[:, W:W + 3] @ body.axes.T / unit, turns, energy)

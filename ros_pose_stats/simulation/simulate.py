@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..geometry.poses import clustered
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
 from ..statistics.prefix import Prefix
+from ..statistics.stopping import target_reached
 from ..version import VERSION
 from .chunks import ChunkRun
 from .drop_body import PreparedBody, drop_body
@@ -139,12 +140,22 @@ def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropR
         drops=prefix.drops, unsettled=prefix.drops - settled, seed=request.seed,
         expected_error=prefix.expected_error(), seconds=seconds,
         warnings=(*part.warnings, *clustered(body.resting),
-                  *_warnings(scene, prefix, touched)),
+                  *_warnings(scene, body.radius, prefix, touched)),
         version=VERSION)
 
 
-def _warnings(scene: DropScene, prefix: Prefix, touched: int) -> list[str]:
+def _warnings(scene: DropScene, radius: float, prefix: Prefix, touched: int) -> list[str]:
     warnings = []
+    radii = release_height(scene, radius) / radius
+    if radii > HIGH_DROP_RADII:
+        warnings.append(
+            f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is in "
+            f"metres whatever the unit of the mesh.")
+    if prefix.finished and prefix.target_error > 0.0 and not target_reached(
+            prefix.expected_error(), prefix.target_error):
+        warnings.append(
+            f"TARGET_MISSED: the expected error is {prefix.expected_error():.2g} after all "
+            f"{prefix.drops} drops, above the target of {prefix.target_error:g}.")
     unsettled = prefix.drops - prefix.settled
     if touched:
         warnings.append(

@@ -87,6 +87,19 @@ class TestJson:
         assert found["expected_error"] <= 0.02
 
 
+class TestWarnings:
+    def test_a_height_in_the_wrong_unit(self, box, capsys):
+        found = strict_json(printed(capsys, box, "--unit", "mm", "--drops", 20, "--drop-height",
+                                    540, "--json"))
+        assert any(line.startswith("HEIGHT_SUSPECT") for line in found["warnings"])
+
+    @pytest.mark.parametrize(("target", "missed"), [(0.001, True), (0.1, False), (0.0, False)])
+    def test_a_target_out_of_reach(self, box, capsys, target, missed):
+        found = strict_json(printed(capsys, box, "--unit", "mm", "--drops", 200,
+                                    "--target-error", target, "--json"))
+        assert missed == any(line.startswith("TARGET_MISSED") for line in found["warnings"])
+
+
 class TestRefusals:
     @pytest.mark.parametrize(("option", "value", "said"), [
         ("--drops", "0", "drops"), ("--restitution", "1", "restitution"),
@@ -139,7 +152,7 @@ class TestInterrupt:
 class TestProgress:
     def test_drops_rate_time_left_and_error(self):
         line = progress_line(progress())
-        assert line == ("[######..................] 250 of 1000 drops, 500/s, 2 s left, "
+        assert line == ("[#####..................] 250 of 1000 drops, 500/s, 2 s left, "
                         "error 2.00 points")
 
     def test_a_target_shortens_the_time_left(self):
@@ -151,6 +164,13 @@ class TestProgress:
         line = progress_line(progress(expected_error=math.nan, drops=0))
         assert "? left" in line
         assert "error" not in line
+
+    @pytest.mark.parametrize("columns", [30, 60, 80, 200])
+    def test_it_fits_the_terminal(self, columns):
+        for bound in (1000, 10 ** 9):
+            line = progress_line(progress(bound=bound), columns)
+            assert len(line) < columns
+            assert "250 of" in line
 
     def test_long_times_are_readable(self):
         assert "2 h 46 min left" in progress_line(progress(bound=5_000_250))

@@ -101,7 +101,9 @@ def _release(body: DropBody, rules: DropRules, up: Array, top: float, work: Work
         state[P + i] = up[i]
         state[W + i] = 0.0
     state[Z], state[V] = rules.height, 0.0
-    tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS] = FLIGHT, 0, 0, 0
+    # Where the search for the lowest corner begins decides ties: nothing of the last drop may
+    # be left.
+    tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS], tally[LOWEST] = FLIGHT, 0, 0, 0, 0
     work.active[0] = work.active[1] = -1
     work.clock[TIME], work.clock[PATIENCE], work.clock[REACH] = 0.0, math.inf, LONGEST
     outcome[TOUCHED] = 0
