@@ -5,7 +5,8 @@ PYTHON ?= python3
 
 setup: $(READY)
 
-$(READY): .ci/setup .ci/requirements.txt setup.py setup.cfg
+$(READY): .ci/setup .ci/requirements.txt .ci/requirements-ros.txt .ci/constraints-ros.txt \
+          .ci/drop_missing_include_dirs.cmake setup.py setup.cfg $(shell find msg_defs -type f)
 	PYTHON=$(PYTHON) bash .ci/setup
 
 demo: $(READY)
