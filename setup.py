@@ -21,6 +21,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/launch", ["launch/pose_stats.launch.py"]),
+        (f"share/{PACKAGE}/config", ["config/pose_stats.yaml"]),
     ],
     install_requires=[
         "setuptools",
@@ -32,8 +34,14 @@ setup(
         "networkx",
         "manifold3d>=3.0",
         "matplotlib>=3.7",
+        "mcap>=1.2",
+        "mcap-ros2-support>=0.5.3",
+        "PyYAML",
     ],
     extras_require={"test": ["pytest", "hypothesis"]},
-    entry_points={"console_scripts": [f"{PACKAGE} = {PACKAGE}.cli:main"]},
+    entry_points={"console_scripts": [
+        f"{PACKAGE} = {PACKAGE}.cli:main",
+        f"pose_stats_node = {PACKAGE}.commands.node:main",
+    ]},
     zip_safe=False,
 )

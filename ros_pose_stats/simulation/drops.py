@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,27 @@ class DropOutcomes:
     energy_left: Array
     trapped: NDArray[np.bool_]
     touched: NDArray[np.bool_]
+
+    def first(self, count: int) -> DropOutcomes:
+        """Of the first `count` drops."""
+        return DropOutcomes(*(getattr(self, entry.name)[:count] for entry in fields(self)))
+
+
+class DropChunk(NamedTuple):
+    """Single drops as they are counted.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first one.
+    downs : (n, 3) array
+        Unit vectors in the part frame that point down at release.
+    outcomes : DropOutcomes
+    """
+
+    first: int
+    downs: Array
+    outcomes: DropOutcomes
 
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> DropRules:

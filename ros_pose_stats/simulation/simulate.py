@@ -17,7 +17,7 @@ from ..statistics.stopping import target_reached
 from ..version import VERSION
 from .chunks import ChunkRun
 from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, drop_rules, release_height, run
+from .drops import DropChunk, DropOutcomes, drop_rules, release_height, run
 from .request import DropRequest, drop_request
 from .starts import starting_directions
 
@@ -31,6 +31,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              starts: ArrayLike | None = None,
              on_progress: Callable[[DropProgress], object] | None = None,
              should_stop: Callable[[], bool] | None = None, *,
+             on_drops: Callable[[DropChunk], object] | None = None,
              cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
@@ -63,6 +64,9 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         Told a `DropProgress` some twenty times a second, in the caller's thread.
     should_stop : callable, optional
         Asked as often; True ends the run, within about 50 ms, with what has been done.
+    on_drops : callable, optional
+        Told every single drop that counts, in order, a `DropChunk` at a time, in the caller's
+        thread.
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
 
@@ -96,7 +100,9 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
 
     chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop)
     for outcomes in chunks.in_order():
-        kept = prefix.add(outcomes.pose)
+        first, kept = prefix.drops, prefix.add(outcomes.pose)
+        if on_drops is not None and kept:
+            on_drops(DropChunk(first, _downs(request, first, kept), outcomes.first(kept)))
         touched += int(outcomes.touched[:kept].sum())
         if prefix.finished:
             chunks.stop()

@@ -1,0 +1,41 @@
+"""`publish PART`: a CAD file on ~/part_mesh, latched."""
+
+from __future__ import annotations
+
+import argparse
+
+from .part_options import UNITS
+from .ros_start import prepare_ros, ros_arguments
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "publish", help="publish a part's mesh to the node",
+        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--part-id ID] [--topic T] [--seconds S] "
+        "PART [--ros-args ...]",
+        description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
+        "later gets it too.")
+    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("--unit", choices=UNITS,
+                         help="unit of the file (default: what the file declares, else m)")
+    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
+                         help="centre of mass in the file's unit, for a part of 1 kg "
+                         "(default: uniform density)")
+    command.add_argument("--part-id", default="", metavar="ID",
+                         help="name of the part (default: the file's name without its suffix)")
+    command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
+                         help="default: %(default)s")
+    command.add_argument("--seconds", type=float, metavar="S",
+                         help="end after this long (default: at Ctrl-C)")
+    command.set_defaults(run=run, takes_ros_arguments=True)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Publish until Ctrl-C."""
+    arguments = ros_arguments("part_publisher", options.ros_arguments)
+    prepare_ros()
+    from ..ros.part_publisher import publish_part
+
+    return publish_part(options.part, options.unit, options.com, options.part_id, options.topic,
+                        options.seconds, arguments)

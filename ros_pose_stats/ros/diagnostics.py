@@ -1,0 +1,83 @@
+"""What the node says of its own health, once a second on /diagnostics."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from .times import now, time_message
+
+REMEMBERED = 20
+"""Refused meshes listed with their reasons."""
+
+RECENT_SECONDS = 60.0
+"""A refused mesh is a warning for this long."""
+
+
+class Refusals:
+    """Meshes that were refused or lost."""
+
+    def __init__(self) -> None:
+        self._recent: deque[tuple[int, str, str]] = deque(maxlen=REMEMBERED)
+        self._lock = threading.Lock()
+        self.refused = 0
+        self.overrun = 0
+
+    def refuse(self, source: str, reason: str) -> bool:
+        """Note a refused mesh; False if it is the same as the one before."""
+        with self._lock:
+            repeated = bool(self._recent) and self._recent[-1][1:] == (source, reason)
+            self.refused += 1
+            self._recent.append((now(), source, reason))
+        return not repeated
+
+    def lose(self, count: int) -> None:
+        """Note meshes that a flood overran."""
+        with self._lock:
+            self.overrun += count
+
+    def status(self, name: str, parts: int, waiting: int) -> DiagnosticStatus:
+        """The meshes' line."""
+        with self._lock:
+            recent, refused, overrun = list(self._recent), self.refused, self.overrun
+        fresh = bool(recent) and now() - recent[-1][0] < 1e9 * RECENT_SECONDS
+        text = f"mesh refused: {recent[-1][1]}: {recent[-1][2]}" if fresh else f"{parts} parts"
+        values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
+                                  "overrun": overrun}
+        for place, (stamp, source, reason) in enumerate(reversed(recent)):
+            values[f"refused {place}"] = f"{stamp / 1e9:.3f} {source}: {reason}"
+        return status(name, fresh, text, values)
+
+
+def status(name: str, warn: bool, text: str, values: dict[str, Any]) -> DiagnosticStatus:
+    """One line with its values."""
+    level = DiagnosticStatus.WARN if warn else DiagnosticStatus.OK
+    return DiagnosticStatus(
+        level=level, name=name, message=text, hardware_id="",
+        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
+
+class Diagnostics:
+    """Gathers the lines.
+
+    Parameters
+    ----------
+    sources : sequence of callables
+        Each gives a `DiagnosticStatus`.
+    publish : callable
+    """
+
+    def __init__(self, sources: Sequence[Callable[[], DiagnosticStatus]],
+                 publish: Callable[[DiagnosticArray], object]) -> None:
+        self._sources = sources
+        self._publish = publish
+
+    def tick(self) -> None:
+        """Publish."""
+        message = DiagnosticArray(status=[source() for source in self._sources])
+        message.header.stamp = time_message(now())
+        self._publish(message)

@@ -1,0 +1,158 @@
+"""What happens to drop simulations goes on record, to late joiners and to goals."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
+
+from ..records import PoseStatistics as Statistics
+from ..simulation.drops import DropChunk
+from .catalogue import KnownPart
+from .jobs import Job, State
+from .recorder import DROP_RECORDS, JOB_EVENTS, Recorder
+from .results import NOT_RECORDED, Results
+from .times import now, time_message
+
+
+def job_event(job: Job, event: int, message: str = "") -> JobEvent:
+    """The record of something that happened to a job; a pure function but for the time."""
+    request = job.request
+    found = JobEvent(event=event)
+    found.header.stamp = time_message(now())
+    found.job_id, found.part_id, found.message = job.job_id, request.part_id, message
+    found.refinement = request.refinement
+    found.drops, found.drops_done, found.seed = request.drops, job.drops_done, job.seed
+    found.restitution = float(request.scene.restitution)
+    found.cluster_tolerance = float(request.scene.cluster_tolerance)
+    found.target_error, found.max_seconds = request.target_error, request.max_seconds
+    found.drop_height = float("nan") if request.scene.drop_height is None else float(
+        request.scene.drop_height)
+    if job.part.done() and not job.part.cancelled() and job.part.exception() is None:
+        found.part_digest = job.part.result().digest
+    if job.snapshot is not None:
+        found.drop_height = job.snapshot.drop_height
+    return found
+
+
+def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
+    """The record of single drops; a pure function but for the time."""
+    found = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
+                        stopped_at_trap=True)
+    found.header.stamp = time_message(now())
+    outcomes = chunk.outcomes
+    found.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
+    found.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
+    found.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
+    found.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
+    found.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
+    return found
+
+
+class JobReports:
+    """The listener of the job queue.
+
+    Parameters
+    ----------
+    results : Results
+    recorder : Recorder
+    say : callable
+        Told one line a job's end.
+    """
+
+    def __init__(self, results: Results, recorder: Recorder,
+                 say: Callable[[str], object]) -> None:
+        self._results = results
+        self._recorder = recorder
+        self._say = say
+        self.on_progress: Callable[[Job], object] = lambda job: None
+        self.on_started: Callable[[Job], object] = lambda job: None
+        self.on_end: Callable[[Job], object] = lambda job: None
+        self._unrecorded: set[str] = set()
+
+    def queued(self, job: Job) -> None:
+        """Put the acceptance on record before it is told."""
+        if not self._record(job_event(job, JobEvent.QUEUED), durable=True):
+            self._unrecorded.add(job.job_id)
+
+    def started(self, job: Job) -> None:
+        """Put the start on record."""
+        self._record(job_event(job, JobEvent.RUNNING), durable=False)
+        self.on_started(job)
+
+    def progressed(self, job: Job) -> None:
+        """Tell goals, and late joiners now and then."""
+        self.on_progress(job)
+        snapshot, known = job.snapshot, self._part_of(job)
+        if snapshot is None or known is None or not snapshot.drops > snapshot.unsettled:
+            return
+        if self._results.due(known, job.request.scene):
+            self._results.offer(known, self.interim(job, snapshot), job.request.scene)
+
+    def dropped(self, job: Job, chunk: DropChunk) -> None:
+        """Put single drops on record."""
+        message = drop_records(job, job.part.result().digest, chunk)
+        self._recorder.record(DROP_RECORDS, serialize_message(message))
+
+    def ended(self, job: Job, state: State) -> None:
+        """Put the end and its result on record, and latch the result."""
+        found = job.snapshot
+        known = self._known_or_own(job)
+        if found is not None and known is not None:
+            message = self._results.message(
+                known, found, job.settings, job.job_id, True, self._warnings(job))
+            job.answer = self._results.answer(message, durable=False)
+        recorded = self._record(job_event(job, int(state), job.message), durable=True)
+        if job.answer is not None and not recorded:
+            job.answer = self._results.answer(job.answer)  # says that it is not on record
+        if job.answer is not None and job.answer.drops > job.answer.unsettled:
+            current = self._part_of(job)
+            if current is not None:
+                self._results.offer(current, job.answer, job.request.scene)
+        self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
+                  f"{job.request.drops} drops of '{job.request.part_id}'"
+                  + (f": {job.message}" if job.message else ""))
+
+    def told(self, job: Job) -> None:
+        """Tell the goals."""
+        self.on_end(job)
+
+    def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
+        """The message of a running job's statistics so far."""
+        known = self._known_or_own(job)
+        assert known is not None  # a job that runs has its part
+        return self._results.message(known, snapshot, job.settings, job.job_id, False)
+
+    def current_answer(self, job: Job) -> PoseStatistics:
+        """What a job has to show at this time; empty before the first drops."""
+        if job.answer is not None:
+            return job.answer
+        snapshot = job.snapshot
+        return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
+
+    def _part_of(self, job: Job) -> KnownPart | None:
+        """The catalogue's entry, as long as it is the part that the job drops."""
+        if not job.part.done():
+            return None
+        part = job.part.result()
+        known = self._results.parts.current(part.part_id)
+        return known if known is not None and known.part.digest == part.digest else None
+
+    def _known_or_own(self, job: Job) -> KnownPart | None:
+        known: Any = self._part_of(job)
+        if known is None and job.snapshot is not None:
+            known = KnownPart(job.part.result(), b"", (-1.0, -1.0))
+        return known
+
+    def _warnings(self, job: Job) -> tuple[str, ...]:
+        if job.job_id in self._unrecorded:
+            self._unrecorded.discard(job.job_id)
+            return (NOT_RECORDED.format("its acceptance failed"),)
+        return ()
+
+    def _record(self, event: JobEvent, *, durable: bool) -> bool:
+        return self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)

@@ -1,0 +1,130 @@
+"""One drop simulation: what was asked for, and how far it is."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+from ...records import DropProgress, DropScene, Part, PoseStatistics
+
+SNAPSHOT_SECONDS = 0.2
+SNAPSHOT_SHARE = 0.05
+"""Snapshots of a part with thousands of poses take at most this share of the time."""
+
+
+class State(IntEnum):
+    """As in `GetDropSimulation`."""
+
+    UNKNOWN = 0
+    QUEUED = 1
+    RUNNING = 2
+    DONE = 3
+    CANCELLED = 4
+    FAILED = 5
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more comes."""
+        return self >= State.DONE
+
+
+@dataclass(frozen=True)
+class JobRequest:
+    """What a client asked for, in full; equal requests in flight are one job.
+
+    Attributes
+    ----------
+    part_id : str
+    content : bytes
+        Digest of the mesh as it was sent.
+    scene : DropScene
+    drops : int
+    seed : int
+        0: drawn by the node.
+    target_error : float
+    max_seconds : float
+    refinement : bool
+        Started by the node itself; gives way to clients.
+    """
+
+    part_id: str
+    content: bytes
+    scene: DropScene
+    drops: int
+    seed: int
+    target_error: float
+    max_seconds: float
+    refinement: bool = False
+
+
+@dataclass(eq=False)
+class Job:
+    """A drop simulation; written by the queue's thread, read by all.
+
+    Attributes
+    ----------
+    job_id : str
+    request : JobRequest
+    part : Future of Part
+        The mesh may still be on its way through the hull.
+    seed : int
+    settings : object
+        The node's settings when the job was accepted.
+    state : State
+    drops_done : int
+    expected_error, drops_per_second : float
+    snapshot : PoseStatistics or None
+        A recent state while running; the end result afterwards.
+    message : str
+        How it ended.
+    answer : object
+        The message with the end result, once made.
+    """
+
+    job_id: str
+    request: JobRequest
+    part: Future[Part]
+    seed: int
+    settings: Any
+    state: State = State.QUEUED
+    drops_done: int = 0
+    expected_error: float = math.nan
+    drops_per_second: float = math.nan
+    snapshot: PoseStatistics | None = None
+    message: str = ""
+    answer: Any = None
+    finished: threading.Event = field(default_factory=threading.Event)
+    cancel_reason: str = ""
+    _next_snapshot: float = 0.0
+
+    def cancel(self, reason: str) -> None:
+        """Ask the job to end; the first reason stays."""
+        self.cancel_reason = self.cancel_reason or reason
+
+    def rewind(self) -> None:
+        """Back to the queue: it will begin again with the same seed."""
+        self.state = State.QUEUED
+        self.drops_done = 0
+
+    def take(self, progress: DropProgress) -> None:
+        """Note how far the run is, and now and then its statistics."""
+        self.drops_done = progress.drops
+        self.expected_error = progress.expected_error
+        self.drops_per_second = progress.rate
+        now = time.monotonic()
+        if now < self._next_snapshot:
+            return
+        self.snapshot = progress.statistics()
+        took = time.monotonic() - now
+        self._next_snapshot = now + max(SNAPSHOT_SECONDS, took / SNAPSHOT_SHARE)
+
+    def keep(self, found: PoseStatistics) -> None:
+        """Note the end result."""
+        self.snapshot = found
+        self.drops_done = found.drops
+        self.expected_error = found.expected_error

@@ -1,0 +1,312 @@
+"""A bounded queue of drop simulations, worked off one by one by threads around the kernels.
+
+One simulation runs at a time, on all the threads that the node is allowed; clients come
+first, refinements that the node started itself give way to them and begin again later (drop
+k depends on the seed and k alone, so nothing is lost but time).
+"""
+
+from __future__ import annotations
+
+import itertools
+import secrets
+import threading
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NotYet
+from dataclasses import replace
+from enum import Enum
+from typing import Any, Protocol
+
+from ...errors import PoseStatsError, RequestError
+from ...records import DropProgress, Part, PoseStatistics
+from ...simulation import simulate
+from ...simulation.drops import DropChunk
+from .job import Job, JobRequest, State
+
+KEPT = 1000
+"""Finished jobs that can still be asked for."""
+
+POLL_SECONDS = 0.02
+
+
+class JobListener(Protocol):
+    """Told what happens to jobs; all but `queued` in the queue's own thread."""
+
+    def queued(self, job: Job) -> None:
+        """Accepted; returns when that is on record."""
+
+    def started(self, job: Job) -> None:
+        """Begins to run."""
+
+    def progressed(self, job: Job) -> None:
+        """Some twenty times a second while it runs."""
+
+    def dropped(self, job: Job, chunk: DropChunk) -> None:
+        """Single drops, in order."""
+
+    def ended(self, job: Job, state: State) -> None:
+        """Has ended with `state`, which is seen by others once this has returned."""
+
+    def told(self, job: Job) -> None:
+        """The end is there to be seen."""
+
+
+class Jobs:
+    """The queue and its thread.
+
+    Parameters
+    ----------
+    run_name : str
+        Unique across restarts; job ids begin with it.
+    listener : JobListener
+    on_failure : callable
+        Told the text of failures inside the program.
+    """
+
+    def __init__(self, run_name: str, listener: JobListener,
+                 on_failure: Callable[[str], object]) -> None:
+        self._run_name = run_name
+        self._listener = listener
+        self._on_failure = on_failure
+        self._numbers = itertools.count(1)
+        self._known: OrderedDict[str, Job] = OrderedDict()
+        self._asked: deque[Job] = deque()
+        self._refinements: deque[Job] = deque()
+        self._running: Job | None = None
+        self._accepting = threading.Lock()
+        self._changed = threading.Condition()
+        self._closing = ""
+        self._thread = threading.Thread(target=self._work, name="jobs", daemon=True)
+
+    def start(self) -> None:
+        """Begin to work."""
+        self._thread.start()
+
+    def submit(self, request: JobRequest, part: Future[Part], settings: Any) -> Job:
+        """Accept a simulation.
+
+        Returns
+        -------
+        Job
+            One in flight if it was asked for the same.
+
+        Raises
+        ------
+        RequestError
+            If the queue is full.
+        """
+        with self._accepting:  # acceptance goes on record one at a time
+            with self._changed:
+                twin = self._twin(request)
+                if twin is not None:
+                    return twin
+                self._check_room(request, settings.max_queued_jobs)
+            seed = request.seed or secrets.randbits(32) or 1
+            job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
+            self._listener.queued(job)
+            with self._changed:
+                self._known[job.job_id] = job
+                (self._refinements if request.refinement else self._asked).append(job)
+                self._changed.notify_all()
+            return job
+
+    def cancel(self, job_id: str, reason: str) -> Job | None:
+        """Ask a job to end; None if it is not known. One that has ended stays as it is."""
+        with self._changed:
+            job = self._known.get(job_id)
+            if job is None or job.state.ended:
+                return job
+            job.cancel(reason)
+            waiting = self._take_out(job)
+        if waiting:
+            self._end(job, State.CANCELLED, reason)
+        return job
+
+    def cancel_refinement(self, part_id: str, reason: str) -> None:
+        """Ask the refinements of a part to end."""
+        for job in self.all():
+            if job.request.refinement and job.request.part_id == part_id:
+                self.cancel(job.job_id, reason)
+
+    def get(self, job_id: str) -> Job | None:
+        """A job by its id."""
+        with self._changed:
+            return self._known.get(job_id)
+
+    def all(self) -> list[Job]:
+        """All jobs that are known, oldest first."""
+        with self._changed:
+            return list(self._known.values())
+
+    def add_ended(self, jobs: Iterable[Job]) -> None:
+        """Make jobs of an earlier run known."""
+        with self._changed:
+            self._known.update((job.job_id, job) for job in jobs)
+
+    def counts(self) -> tuple[int, int]:
+        """Jobs waiting for clients, and refinements waiting."""
+        with self._changed:
+            return len(self._asked), len(self._refinements)
+
+    @property
+    def running(self) -> Job | None:
+        """The job that runs."""
+        return self._running
+
+    def close(self, reason: str) -> None:
+        """Cancel everything and wait for the thread; what was done is kept."""
+        with self._changed:
+            self._closing = reason
+            waiting = [*self._asked, *self._refinements]
+            self._asked.clear()
+            self._refinements.clear()
+            if self._running is not None:
+                self._running.cancel(reason)
+            self._changed.notify_all()
+        for job in waiting:
+            self._end(job, State.CANCELLED, reason)
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _twin(self, request: JobRequest) -> Job | None:
+        for job in self._known.values():
+            same = replace(job.request, refinement=request.refinement) == request
+            if same and not job.state.ended and not job.cancel_reason:
+                if job.request.refinement and not request.refinement:
+                    continue  # a client's job does not give way
+                return job
+        return None
+
+    def _check_room(self, request: JobRequest, most: int) -> None:
+        if self._closing:
+            raise RequestError("a running node", "one that is ending", "start it again")
+        if not request.refinement and len(self._asked) >= most + (self._running is None):
+            raise RequestError(f"at most {most} simulations waiting (parameter max_queued_jobs)",
+                               "a full queue", "wait, or cancel one")
+
+    def _take_out(self, job: Job) -> bool:
+        for waiting in (self._asked, self._refinements):
+            if job in waiting:
+                waiting.remove(job)
+                return True
+        return False
+
+    def _work(self) -> None:
+        while (job := self._next()) is not None:
+            try:
+                self._run(job)
+            except Exception as error:  # must not end the thread
+                self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
+                self._end(job, State.FAILED, f"internal failure: {type(error).__name__}: {error}")
+            with self._changed:
+                self._running = None
+
+    def _next(self) -> Job | None:
+        with self._changed:
+            while not self._asked and not self._refinements and not self._closing:
+                self._changed.wait()
+            if self._closing:
+                return None
+            job = (self._asked or self._refinements).popleft()
+            job.state = State.RUNNING
+            self._running = job
+            return job
+
+    def _run(self, job: Job) -> None:
+        try:
+            part = self._part(job)
+            if part is None:
+                self._end(job, State.CANCELLED, job.cancel_reason)
+                return
+            self._listener.started(job)
+            found, ending = self._simulate(job, part)
+        except PoseStatsError as refusal:
+            self._end(job, State.FAILED, str(refusal))
+            return
+        if ending is Ending.GAVE_WAY:
+            with self._changed:
+                job.rewind()
+                self._refinements.appendleft(job)
+            return
+        job.keep(found)
+        if ending is Ending.CANCELLED:
+            self._end(job, State.CANCELLED, job.cancel_reason)
+        else:
+            self._end(job, State.DONE, "")
+
+    def _part(self, job: Job) -> Part | None:
+        """The part, once it is there; None if the job is cancelled before."""
+        while not job.cancel_reason:
+            try:
+                return job.part.result(timeout=POLL_SECONDS)
+            except NotYet:
+                if job.part.done():
+                    raise
+        return None
+
+    def _simulate(self, job: Job, part: Part) -> tuple[PoseStatistics, Ending]:
+        request = job.request
+        until = time.monotonic() + request.max_seconds
+        ending = Ending.COMPLETE
+
+        def should_stop() -> bool:
+            nonlocal ending
+            if job.cancel_reason:
+                ending = Ending.CANCELLED
+            elif time.monotonic() > until:
+                ending = Ending.OUT_OF_TIME
+            elif request.refinement and self._asked:
+                ending = Ending.GAVE_WAY
+            return ending is not Ending.COMPLETE
+
+        def on_progress(progress: DropProgress) -> None:
+            job.take(progress)
+            self._listener.progressed(job)
+
+        def on_drops(chunk: DropChunk) -> None:
+            self._listener.dropped(job, chunk)
+
+        found = simulate(
+            part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
+            request.target_error, job.settings.threads(), on_progress=on_progress,
+            on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
+            cluster_tolerance=request.scene.cluster_tolerance)
+        if _complete(found, request):
+            return found, Ending.COMPLETE
+        if ending is Ending.OUT_OF_TIME:
+            late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
+                    f"most {request.drops} drops.")
+            found = replace(found, warnings=(*found.warnings, late))
+        return found, ending
+
+    def _end(self, job: Job, state: State, message: str) -> None:
+        job.message = message
+        try:
+            self._listener.ended(job, state)
+        finally:
+            with self._changed:
+                job.state = state
+                self._forget_old()
+            job.finished.set()
+            self._listener.told(job)
+
+    def _forget_old(self) -> None:
+        ended = [job_id for job_id, job in self._known.items() if job.state.ended]
+        for job_id in ended[:-KEPT]:
+            del self._known[job_id]
+
+
+class Ending(Enum):
+    """Why a run of drops is over."""
+
+    COMPLETE = 1
+    CANCELLED = 2
+    OUT_OF_TIME = 3
+    GAVE_WAY = 4
+
+
+def _complete(found: PoseStatistics, request: JobRequest) -> bool:
+    return found.drops == request.drops or (
+        request.target_error > 0.0 and found.expected_error <= request.target_error)

@@ -1,0 +1,106 @@
+"""Starts the node, and ends it cleanly on SIGINT and SIGTERM."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from types import FrameType
+
+import rclpy
+from rclpy.exceptions import InvalidParameterException, InvalidParameterValueException
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from ..errors import PoseStatsError
+from .node import PoseStatsNode
+from .warm_up import warm_up
+
+REFUSED = 2
+FAILED = 1
+THREADS = 8
+SWITCH_SECONDS = 0.001
+"""Threads that wait for the interpreter get it this soon."""
+
+
+def run_node(arguments: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        With `--ros-args`; default: the process's own.
+
+    Returns
+    -------
+    int
+        0; 2 for a refused parameter; 1 for an internal failure.
+    """
+    stop = threading.Event()
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    # Before rclpy is up, so that no signal finds it half-way.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
+    sys.setswitchinterval(SWITCH_SECONDS)
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # what rcl raises for arguments it cannot parse has no base
+        print(f"pose_stats: {error}", file=sys.stderr)
+        return REFUSED
+    try:
+        return _run(stop)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _run(stop: threading.Event) -> int:
+    executor = MultiThreadedExecutor(num_threads=THREADS)
+    try:
+        node = PoseStatsNode()
+    except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
+        print(f"pose_stats: {refusal}", file=sys.stderr)
+        return REFUSED
+    warm_up(node.get_logger().info)
+    executor.add_node(node)
+    failure: list[BaseException] = []
+    spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
+    spinning.start()
+    node.create_timer(0.0, _Ready(node))
+    try:
+        while not stop.wait(0.5):  # short, for signals are handled between waits
+            pass
+    finally:
+        node.close()
+        executor.shutdown(timeout_sec=2.0)
+        spinning.join(timeout=2.0)
+        node.destroy_node()
+    if failure:
+        print(f"pose_stats: internal failure: {failure[0]!r}", file=sys.stderr)
+        return FAILED
+    return 0
+
+
+def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
+          stop: threading.Event) -> None:
+    try:
+        executor.spin()
+    except BaseException as error:  # told by the main thread
+        failure.append(error)
+        stop.set()
+
+
+class _Ready:
+    """Says once that the executor answers."""
+
+    def __init__(self, node: PoseStatsNode) -> None:
+        self._node = node
+        self._said = False
+
+    def __call__(self) -> None:
+        if not self._said:
+            self._said = True
+            self._node.get_logger().info("ready")

@@ -1,0 +1,148 @@
+"""Views of numpy on meshes as they lie in a serialised message.
+
+rclpy makes a Python object of every vertex and triangle, a second for a large mesh. Here the
+arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byte header, in
+which primitives are aligned to their own size, counted from behind the header.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+LITTLE_ENDIAN_CDR = b"\x00\x01"
+HEADER = 4
+
+
+class NotPlainCdr(Exception):
+    """The bytes are in another encapsulation, or not what they should be."""
+
+
+class Numbers(NamedTuple):
+    """Content of a message of type `PartMesh` or `shape_msgs/Mesh`; arrays view the buffer.
+
+    Attributes
+    ----------
+    stamp : int
+        Nanoseconds.
+    part_id : str
+    mesh_vertices : (V, 3) array
+    mesh_triangles : (T, 3) array of uint32
+    vertices : (N,) array
+    triangles : (M,) array of uint32
+    scalars : (13,) array
+        unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height.
+    """
+
+    stamp: int
+    part_id: str
+    mesh_vertices: NDArray[np.float64]
+    mesh_triangles: NDArray[np.uint32]
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.uint32]
+    scalars: NDArray[np.float64]
+
+
+SCALARS = 13
+NO_FLOATS = np.zeros(0)
+NO_COUNTS = np.zeros(0, dtype=np.uint32)
+
+
+class _Cursor:
+    """Reads along a buffer."""
+
+    def __init__(self, data: bytes) -> None:
+        if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
+            raise NotPlainCdr
+        self._data = data
+        self._at = HEADER
+
+    def count(self) -> int:
+        """The next uint32."""
+        self._align(4)
+        return int(struct.unpack_from("<I", self._data, self._advance(4))[0])
+
+    def text(self) -> str:
+        """The next string, which ends in a zero byte."""
+        length = self.count()
+        begin = self._advance(length)
+        try:
+            return bytes(self._data[begin:begin + max(length - 1, 0)]).decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise NotPlainCdr from error
+
+    def floats(self, count: int) -> NDArray[np.float64]:
+        """The next float64 numbers; none are not aligned for."""
+        return self._array(count, "<f8", 8) if count else NO_FLOATS
+
+    def counts(self, count: int) -> NDArray[np.uint32]:
+        """The next uint32 numbers."""
+        return self._array(count, "<u4", 4) if count else NO_COUNTS
+
+    def end(self) -> None:
+        """Make sure that all was read, but for padding to a multiple of four."""
+        if len(self._data) - self._at >= 4:
+            raise NotPlainCdr
+
+    def _array(self, count: int, kind: str, size: int) -> NDArray[np.generic]:
+        self._align(size)
+        begin = self._advance(count * size)
+        return np.frombuffer(self._data, dtype=kind, count=count, offset=begin)
+
+    def _align(self, size: int) -> None:
+        self._at += -(self._at - HEADER) % size
+
+    def _advance(self, length: int) -> int:
+        begin = self._at
+        self._at += length
+        if self._at > len(self._data):
+            raise NotPlainCdr
+        return begin
+
+
+def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    triangles = cursor.counts(3 * cursor.count()).reshape(-1, 3)
+    return cursor.floats(3 * cursor.count()).reshape(-1, 3), triangles
+
+
+def mesh_numbers(data: bytes) -> Numbers:
+    """See a serialised `shape_msgs/Mesh`.
+
+    Parameters
+    ----------
+    data : bytes
+        With the encapsulation header.
+
+    Returns
+    -------
+    Numbers
+
+    Raises
+    ------
+    NotPlainCdr
+        If it has to go through the deserialiser.
+    """
+    cursor = _Cursor(data)
+    vertices, triangles = _mesh(cursor)
+    cursor.end()
+    defaults = np.zeros(SCALARS)
+    defaults[0], defaults[-2:] = 1.0, -1.0
+    return Numbers(0, "", vertices, triangles, NO_FLOATS, NO_COUNTS, defaults)
+
+
+def part_mesh_numbers(data: bytes) -> Numbers:
+    """See a serialised `ros_pose_stats_msgs/PartMesh`; see `mesh_numbers`."""
+    cursor = _Cursor(data)
+    seconds = int(np.int32(np.uint32(cursor.count())))
+    stamp = 10**9 * seconds + cursor.count()
+    cursor.text()  # frame_id
+    part_id = cursor.text()
+    mesh_vertices, mesh_triangles = _mesh(cursor)
+    vertices = cursor.floats(cursor.count())
+    triangles = cursor.counts(cursor.count())
+    scalars = cursor.floats(SCALARS)
+    cursor.end()
+    return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)

@@ -1,0 +1,199 @@
+"""The node `pose_stats`: wiring only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import JobEvent, PartMesh, PoseCounts
+from shape_msgs.msg import Mesh
+
+from ..errors import PoseStatsError
+from ..recording.repair import repair_bags
+from .bag_choice import bags_to_restore
+from .catalogue import KnownPart
+from .diagnostics import Diagnostics, Refusals, status
+from .drawing import Drawing
+from .intake import Intake
+from .job_reports import JobReports, job_event
+from .jobs import Jobs
+from .latching import LatchedPublishers
+from .mesh_topics import mesh_topics
+from .parameters import Parameters
+from .part_messages import request_of_mesh_bytes, request_of_part_bytes
+from .part_requests import PartRequest
+from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder
+from .requests import Requests
+from .restore import LastRun, interrupted_job, last_run
+from .results import Results
+from .services import Services
+from .settings import Settings
+from .simulate_drops import SimulateDropsServer
+from .times import now, time_message
+
+DEPTH = 100
+
+
+class PoseStatsNode(Node):
+    """Takes meshes, answers with stable poses and their probabilities, drops parts.
+
+    Raises
+    ------
+    PoseStatsError
+        If a parameter is refused.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("pose_stats", **options)
+        self._parameters = Parameters(self, self._on_change)
+        settings = self._settings()
+        say = self.get_logger()
+        self.refusals = Refusals()
+        self.repairs = repair_bags(settings.directory()) if settings.directory().is_dir() else []
+        self.recorder = Recorder(settings, say.warning)
+        self.results = Results(self._settings, self.recorder,
+                               LatchedPublishers(self, "~/pose_statistics"), self._on_part,
+                               lambda: self.drawing.touch())
+        self.intake = Intake(lambda: 2 * self._settings().max_mesh_bytes)
+        self.reports = JobReports(self.results, self.recorder, say.info)
+        self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
+                         self.reports, say.error)
+        self.requests = Requests(self._settings, self.results, self.intake, self.jobs,
+                                 self._refuse)
+        self.drawing = Drawing(self, self.results)
+        self._restore(settings)
+        self._open(settings)
+        self.intake.start()
+        self.jobs.start()
+
+    def _settings(self) -> Settings:
+        return self._parameters.settings
+
+    def _open(self, settings: Settings) -> None:
+        """Topics, services, action and timers."""
+        meshes = MutuallyExclusiveCallbackGroup()
+        self._subscribe(PartMesh, "~/part_mesh", meshes, request_of_part_bytes)
+        for part_id, topic in mesh_topics(settings.mesh_topics).items():
+            self._subscribe(Mesh, topic, meshes, self._taker(part_id))
+        self.create_subscription(PoseCounts, "~/pose_counts", self._count, DEPTH, raw=True,
+                                 callback_group=MutuallyExclusiveCallbackGroup())
+        self.services_of_node = Services(self, self._settings, self.results, self.requests,
+                                         self.jobs, self.reports, self._note_forgotten)
+        self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports)
+        health = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        diagnostics = Diagnostics(
+            (self._mesh_status, self._job_status, self._recording_status), health.publish)
+        self.create_timer(1.0, diagnostics.tick, callback_group=MutuallyExclusiveCallbackGroup())
+
+    def _taker(self, part_id: str) -> Callable[[bytes], PartRequest]:
+        return lambda data: request_of_mesh_bytes(data, part_id, self._settings().mesh_unit)
+
+    def _subscribe(self, kind: type, topic: str, group: MutuallyExclusiveCallbackGroup,
+                   take: Callable[[bytes], PartRequest]) -> None:
+        """Plain and latched publishers both arrive; a copy is ignored later."""
+        def on_mesh(data: bytes) -> None:
+            future = self.intake.put(lambda: self.results.take(take(data)), len(data))
+            future.add_done_callback(lambda done: self._look(topic, done))
+
+        for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL):
+            quality = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
+                                 durability=durability)
+            events = SubscriptionEventCallbacks(
+                message_lost=lambda lost: self.refusals.lose(lost.total_count_change))
+            try:
+                self.create_subscription(kind, topic, on_mesh, quality, raw=True,
+                                         callback_group=group, event_callbacks=events)
+            except UnsupportedEventTypeError:
+                self.create_subscription(kind, topic, on_mesh, quality, raw=True,
+                                         callback_group=group)
+
+    def _look(self, topic: str, done: Future[KnownPart]) -> None:
+        error = None if done.cancelled() else done.exception()
+        if isinstance(error, PoseStatsError):
+            self._refuse(topic, str(error))
+        elif error is not None:
+            self._refuse(topic, f"internal failure: {type(error).__name__}: {error}")
+
+    def _refuse(self, source: str, reason: str) -> None:
+        if self.refusals.refuse(source, reason):
+            self.get_logger().warning(f"{source}: mesh refused: {reason}")
+
+    def _on_part(self, known: KnownPart) -> None:
+        self.requests.refine(known)
+
+    def _count(self, data: bytes) -> None:
+        self.recorder.record(POSE_COUNTS, data, durable=True)
+
+    def _note_forgotten(self, part_id: str, digest: str) -> None:
+        event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=digest)
+        event.header.stamp = time_message(now())
+        self.recorder.record(JOB_EVENTS, serialize_message(event), durable=True)
+
+    def _on_change(self, settings: Settings) -> None:
+        """Estimate known parts again, in the background."""
+        self.results.parts.shrink(settings.max_parts)
+        for known in self.results.parts.all():
+            self.intake.put_later(lambda known=known: self.results.refresh(known)
+                                  ).add_done_callback(lambda done: self._look("parameters", done))
+
+    def _restore(self, settings: Settings) -> None:
+        """Say what was mended, log the jobs found unfinished, and bring parts back."""
+        for repair in self.repairs:
+            self.get_logger().warning(str(repair))
+        try:
+            run = last_run(bags_to_restore(settings, [r.directory for r in self.repairs]))
+        except (OSError, PoseStatsError) as error:
+            self.get_logger().warning(f"nothing restored: {error}")
+            return
+        self._log_unfinished(run, settings)
+        if settings.restore:
+            for part_id, request in run.parts.items():
+                self._bring_back(request, run.latched.get(part_id))
+
+    def _log_unfinished(self, run: LastRun, settings: Settings) -> None:
+        jobs = [interrupted_job(event, settings) for event in run.unfinished.values()]
+        for job in jobs:
+            event = job_event(job, JobEvent.CANCELLED, job.message)
+            self.recorder.record(JOB_EVENTS, serialize_message(event), durable=True)
+            self.get_logger().warning(f"{job.job_id}: CANCELLED: {job.message}")
+        self.jobs.add_ended(jobs)
+
+    def _bring_back(self, request: PartRequest, latched: Any) -> None:
+        future = self.intake.put_later(lambda: self.results.take(request, latched))
+        future.add_done_callback(lambda done: self._look("restored part", done))
+
+    def _mesh_status(self) -> DiagnosticStatus:
+        return self.refusals.status(f"{self.get_name()}: parts", len(self.results.parts.all()),
+                                    self.intake.waiting())
+
+    def _job_status(self) -> DiagnosticStatus:
+        asked, refinements = self.jobs.counts()
+        job = self.jobs.running
+        text = "idle" if job is None else (
+            f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of "
+            f"'{job.request.part_id}'")
+        return status(f"{self.get_name()}: jobs", False, text, {
+            "queued": asked, "refinements queued": refinements,
+            "queue bound": self._settings().max_queued_jobs,
+            "running": "" if job is None else job.job_id,
+            "threads": self._settings().threads()})
+
+    def _recording_status(self) -> DiagnosticStatus:
+        problem = self.recorder.problem
+        values = self.recorder.state()
+        values["last repair"] = str(self.repairs[-1]) if self.repairs else "none"
+        return status(f"{self.get_name()}: recording", bool(problem),
+                      f"NOT_RECORDED: {problem}" if problem else "recording", values)
+
+    def close(self) -> None:
+        """End jobs and goals, and finish the bag; what was done is kept."""
+        self.intake.close()
+        self.jobs.close("the node ended")
+        self.recorder.close()

@@ -1,0 +1,113 @@
+"""The table of settings as ROS parameters of a node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..errors import PoseStatsError, RequestError
+from .settings import BY_NAME, TABLE, Setting, Settings, settings_of
+
+TYPES = {bool: Parameter.Type.BOOL, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE,
+         str: Parameter.Type.STRING, list: Parameter.Type.STRING_ARRAY}
+
+
+class Parameters:
+    """Declares the parameters, refuses bad values and keeps a snapshot.
+
+    A whole number is taken where a fraction could stand.
+
+    Parameters
+    ----------
+    node : Node
+    on_change : callable
+        Told the new `Settings`.
+
+    Raises
+    ------
+    RequestError
+        If a value given at the start is refused.
+    """
+
+    def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
+        values = {setting.name: _declare(node, setting) for setting in TABLE}
+        self.settings = settings_of(values)
+        self._on_change = on_change
+        self._started = False
+        node.add_pre_set_parameters_callback(self._widen)
+        node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
+                                       values[setting.name]) for setting in TABLE])
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+
+    def _widen(self, parameters: Sequence[Parameter]) -> list[Parameter]:
+        """Make a float of an int where a float is wanted, and a list of an empty one."""
+        return [_widened(parameter) for parameter in parameters]
+
+    def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        try:
+            settings_of({**vars(self.settings), **_ours(parameters)})
+            for parameter in parameters:
+                setting = BY_NAME.get(parameter.name)
+                if setting is not None and setting.fixed:
+                    raise RequestError(f"{parameter.name} to be set at the start only",
+                                       f"{parameter.value!r}", "start the node again")
+        except PoseStatsError as refusal:
+            return SetParametersResult(successful=False, reason=str(refusal))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: Sequence[Parameter]) -> None:
+        ours = _ours(parameters)
+        if ours:
+            self.settings = settings_of({**vars(self.settings), **ours})
+            self._on_change(self.settings)
+
+
+def _declare(node: Node, setting: Setting) -> Any:
+    kind = TYPES[type(setting.default)]
+    descriptor = ParameterDescriptor(
+        name=setting.name, type=kind.value, dynamic_typing=True,
+        description=setting.description,
+        additional_constraints="set at the start only" if setting.fixed else "")
+    if kind is Parameter.Type.DOUBLE and setting.low is not None:
+        descriptor.floating_point_range = [FloatingPointRange(
+            from_value=float(setting.low), to_value=float(setting.high or 0.0))]
+    if kind is Parameter.Type.INTEGER and setting.low is not None:
+        descriptor.integer_range = [IntegerRange(
+            from_value=int(setting.low), to_value=int(setting.high or 0), step=1)]
+    # Bounds are held by `settings_of`, whose refusals say more; a copy tells tools of them.
+    given = node.declare_parameter(setting.name, setting.default, descriptor, False)
+    return _value(setting, _widened(given))
+
+
+def _widened(parameter: Parameter) -> Parameter:
+    setting = BY_NAME.get(parameter.name)
+    if setting is None:
+        return parameter
+    if isinstance(setting.default, float) and parameter.type_ is Parameter.Type.INTEGER:
+        return Parameter(parameter.name, Parameter.Type.DOUBLE, float(parameter.value))
+    if isinstance(setting.default, list) and not parameter.value:
+        return Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
+    return parameter
+
+
+def _value(setting: Setting, parameter: Parameter) -> Any:
+    wanted = TYPES[type(setting.default)]
+    if parameter.type_ is not wanted:
+        raise RequestError(f"{setting.name} as {wanted.name.lower()}", f"{parameter.value!r}",
+                           f"{setting.default!r} is the default")
+    return list(parameter.value) if isinstance(setting.default, list) else parameter.value
+
+
+def _ours(parameters: Sequence[Parameter]) -> dict[str, Any]:
+    return {parameter.name: _value(BY_NAME[parameter.name], parameter)
+            for parameter in parameters if parameter.name in BY_NAME}

@@ -1,0 +1,84 @@
+"""A latched publisher for a CAD file."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from ros_pose_stats_msgs.msg import PartMesh
+
+from ..errors import RequestError
+from ..geometry.mesh_files import metres_per_unit, read_mesh
+from ..geometry.parts import part_from_mesh
+from .latching import LATCHED
+from .part_messages import part_message
+from .part_requests import PartRequest
+from .times import now
+
+
+def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
+                 part_id: str, topic: str, seconds: float | None,
+                 arguments: Sequence[str]) -> int:
+    """Publish until SIGINT, SIGTERM or the end of the time.
+
+    Parameters
+    ----------
+    file : str
+    unit : str, optional
+        Default: what the file declares, else metres.
+    center_of_mass : three floats, optional
+        In the file's unit.
+    part_id : str
+        Empty: the file's name without its suffix.
+    topic : str
+    seconds : float, optional
+    arguments : sequence of str
+        For rclpy.
+
+    Raises
+    ------
+    PoseStatsError
+        If the file is no mesh of a part.
+    """
+    if seconds is not None and not seconds >= 0.0:
+        raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
+    message = _message(file, unit, center_of_mass, part_id)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = rclpy.create_node("part_publisher")
+        publisher = node.create_publisher(PartMesh, topic, LATCHED)
+        publisher.publish(message)
+        print(f"{message.part_id}: {len(message.triangles) // 3} triangles published on {topic}",
+              flush=True)
+        left = seconds
+        while (left is None or left > 0.0) and not stop.wait(0.2 if left is None
+                                                             else min(0.2, left)):
+            left = None if left is None else left - 0.2
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
+             part_id: str) -> PartMesh:
+    """The file as a message; what the node would refuse is refused here, with the reason."""
+    vertices, triangles, declared = read_mesh(file)
+    length = metres_per_unit(unit) if unit else declared or 1.0
+    center = None if center_of_mass is None else length * np.asarray(center_of_mass)
+    part = part_from_mesh(vertices, triangles, center, unit=length)
+    request = PartRequest(
+        part_id or Path(file).stem, np.asarray(vertices, dtype=np.float64),
+        np.asarray(triangles, dtype=np.uint32), length)
+    if center is not None:
+        request = PartRequest(request.part_id, request.vertices, request.triangles, length,
+                              part.mass, part.center_of_mass)
+    return part_message(request, request.part_id, now())

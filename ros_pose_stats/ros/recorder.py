@@ -1,0 +1,99 @@
+"""Messages to the bag; a bag that cannot be written never stops the node."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..recording.message_types import MessageType, message_type
+from ..recording.recording_error import RecordingError
+from ..recording.run_log import RunLog
+from .settings import Settings
+
+PACKAGE = "ros_pose_stats_msgs"
+PART_MESH = "/pose_stats/part_mesh"
+POSE_STATISTICS = "/pose_stats/pose_statistics"
+ANSWERS = "/pose_stats/answers"
+JOB_EVENTS = "/pose_stats/job_events"
+POSE_COUNTS = "/pose_stats/pose_counts"
+DROP_RECORDS = "/pose_stats/drop_records"
+
+TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
+         JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
+
+
+def share_directory(package: str) -> Path:
+    """Share folder of an interface package, in a ROS installation or in a virtual environment."""
+    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+    try:
+        return Path(get_package_share_directory(package))
+    except (PackageNotFoundError, ValueError, OSError):
+        return Path(sys.prefix) / "share" / package
+
+
+def bag_types() -> dict[str, MessageType]:
+    """The bag's topics and their types."""
+    return {topic: message_type(f"{PACKAGE}/msg/{name}", share_directory)
+            for topic, name in TYPES.items()}
+
+
+class Recorder:
+    """The run's bag.
+
+    Parameters
+    ----------
+    settings : Settings
+    say : callable
+        Told once when recording fails and once when it works again.
+    """
+
+    def __init__(self, settings: Settings, say: Callable[[str], object]) -> None:
+        self.log = RunLog(settings.directory(), bag_types(),
+                          max_bag_bytes=settings.max_bag_bytes,
+                          max_log_bytes=settings.max_log_bytes)
+        self._say = say
+        self._lock = threading.Lock()
+        self.problem = ""
+        self.lost = 0
+
+    def record(self, topic: str, data: bytes, *, durable: bool = False) -> bool:
+        """Write a serialised message; durable ones are on disk when this returns.
+
+        Returns
+        -------
+        bool
+            False if it could not be written; `problem` says why.
+        """
+        try:
+            self.log.write(topic, data, durable=durable)
+        except (RecordingError, OSError) as error:
+            self._note(str(error))
+            return False
+        self._note("")
+        return True
+
+    def close(self) -> None:
+        """Finish the bag."""
+        try:
+            self.log.close()
+        except (RecordingError, OSError) as error:
+            self._note(str(error))
+
+    def _note(self, problem: str) -> None:
+        with self._lock:
+            changed = bool(problem) != bool(self.problem)
+            self.problem = problem
+            self.lost += bool(problem)
+        if changed:
+            self._say(f"NOT_RECORDED: {problem}" if problem else "recording works again")
+
+    def state(self) -> dict[str, Any]:
+        """What diagnostics say about the bag."""
+        left = self.log.bytes_left
+        return {"bag": str(self.log.directory), "bytes written": self.log.bytes_written,
+                "bytes left": "unlimited" if left is None else left,
+                "messages not recorded": self.lost}

@@ -1,0 +1,163 @@
+"""From what clients ask to parts and jobs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NotYet
+from typing import Any
+
+from ..errors import RequestError
+from ..records import Part
+from .catalogue import KnownPart
+from .intake import Intake
+from .jobs import Job, JobRequest, Jobs
+from .part_messages import is_given, request_of_message
+from .part_requests import PartRequest, check_request
+from .results import Results
+from .settings import Settings
+
+PATIENCE = 0.004
+"""Seconds that a start waits for a carried part, so that most bad meshes are refused at once."""
+
+
+class Requests:
+    """Resolves parts and starts jobs, for services, the action and the node itself.
+
+    Parameters
+    ----------
+    settings : callable
+        Gives the present `Settings`.
+    results : Results
+    intake : Intake
+    jobs : Jobs
+    on_refusal : callable
+        Told the source and the reason of a refused mesh.
+    """
+
+    def __init__(self, settings: Callable[[], Settings], results: Results, intake: Intake,
+                 jobs: Jobs, on_refusal: Callable[[str, str], object]) -> None:
+        self._settings = settings
+        self._results = results
+        self._intake = intake
+        self._jobs = jobs
+        self._on_refusal = on_refusal
+
+    def part(self, part_id: str, message: Any) -> tuple[Future[KnownPart], str, bytes,
+                                                        tuple[float, float]]:
+        """The part of a request: known, or carried and on its way.
+
+        Returns
+        -------
+        Future of KnownPart, part_id, content, wishes
+
+        Raises
+        ------
+        PoseStatsError
+            If there is none, or two.
+        """
+        if not is_given(message):
+            if part_id and message.part_id and part_id != message.part_id:
+                raise RequestError("one part", f"part_id '{part_id}' and part '{message.part_id}'",
+                                   "fill one of the two")
+            known = self._results.parts.known(part_id or message.part_id)
+            done: Future[KnownPart] = Future()
+            done.set_result(known)
+            return done, known.part.part_id, known.content, known.wishes
+        if part_id and message.part_id and part_id != message.part_id:
+            raise RequestError("the same part_id in the request and in its part",
+                               f"'{part_id}' and '{message.part_id}'", "fill one of the two")
+        message.part_id = message.part_id or part_id
+        request = request_of_message(message)
+        check_request(request, self._settings().max_mesh_bytes)
+        wishes = (request.restitution, request.drop_height)
+        self._settings().scene(wishes)
+        content = request.content()
+        known = self._results.parts.find(request.part_id) if request.part_id else None
+        if known is not None and known.content == content and known.wishes == wishes:
+            done = Future()
+            done.set_result(known)
+            return done, request.part_id, content, wishes
+        return self._take(request), request.part_id, content, wishes
+
+    def _take(self, request: PartRequest) -> Future[KnownPart]:
+        coming = self._intake.put(lambda: self._results.take(request), request.bytes())
+
+        def look(future: Future[KnownPart]) -> None:
+            error = None if future.cancelled() else future.exception()
+            if error is not None:
+                self._on_refusal(f"request for '{request.part_id}'", str(error))
+
+        coming.add_done_callback(look)
+        return coming
+
+    def start(self, request: Any) -> Job:
+        """Accept a drop simulation out of a `StartDropSimulation` or a goal.
+
+        Raises
+        ------
+        PoseStatsError
+            With the value and the bound.
+        """
+        settings = self._settings()
+        asked = _numbers(request, settings)
+        coming, part_id, content, wishes = self.part(request.part_id, request.part)
+        try:
+            known = coming.result(timeout=PATIENCE)
+            part_id = known.part.part_id
+        except NotYet:
+            if coming.done():
+                raise
+        scene = settings.scene((request.restitution, request.drop_height), wishes)
+        return self._jobs.submit(JobRequest(part_id, content, scene, *asked), _part(coming),
+                                 settings)
+
+    def refine(self, known: KnownPart) -> None:
+        """Refine a part's latched result in the background, if that is wanted and not done."""
+        settings = self._settings()
+        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed")
+        if not settings.refine_drops and not settings.target_error:
+            return
+        drops = min(settings.refine_drops or settings.drops, settings.max_drops)
+        latched = known.latched
+        if latched is not None and latched.drops and (
+                latched.drops >= drops or 0.0 < latched.expected_error <= settings.target_error):
+            return
+        request = JobRequest(known.part.part_id, known.content, settings.scene(known.wishes),
+                             drops, 0, settings.target_error, settings.max_job_seconds, True)
+        self._jobs.submit(request, known.ready(), settings)
+
+
+def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
+    """Drops, seed, target error and seconds, within the node's bounds."""
+    drops = request.drops or min(settings.drops, settings.max_drops)
+    if drops > settings.max_drops:
+        raise RequestError(f"at most {settings.max_drops} drops (parameter max_drops)",
+                           f"{drops}", "ask for fewer, or raise the parameter")
+    if not 0.0 <= request.target_error < 1.0:
+        raise RequestError("a target_error from 0 to below 1, as a fraction",
+                           f"{request.target_error}", "0.01 is one point; 0 asks for all drops")
+    seconds = request.max_seconds or settings.max_job_seconds
+    if not 0.0 < seconds <= settings.max_job_seconds or math.isnan(seconds):
+        raise RequestError(
+            f"max_seconds from 0 to {settings.max_job_seconds:g} s (parameter max_job_seconds)",
+            f"{request.max_seconds:g} s", "0 stands for the node's")
+    return drops, request.seed, request.target_error, seconds
+
+
+def _part(coming: Future[KnownPart]) -> Future[Part]:
+    """The bare part of a known part that may still be coming."""
+    part: Future[Part] = Future()
+
+    def pass_on(done: Future[KnownPart]) -> None:
+        if done.cancelled():
+            part.set_exception(RequestError("a running node", "one that is ending",
+                                            "start it again"))
+        elif (error := done.exception()) is not None:
+            part.set_exception(error)
+        else:
+            part.set_result(done.result().part)
+
+    coming.add_done_callback(pass_on)
+    return part

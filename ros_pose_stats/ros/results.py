@@ -1,0 +1,267 @@
+"""Parts in, results out: what is known, estimated, latched and put on record."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import PoseStatistics
+
+from .. import records
+from ..errors import PoseStatsError
+from ..estimators import estimate
+from ..estimators.registry import estimator
+from ..records import DropScene
+from ..simulation.drops import release_height
+from ..version import VERSION
+from .catalogue import Catalogue, KnownPart
+from .latching import LatchedPublishers, replaces
+from .part_messages import part_message
+from .part_requests import PartRequest, check_request, part_of
+from .recorder import ANSWERS, PART_MESH, POSE_STATISTICS, Recorder
+from .settings import Settings
+from .statistics_messages import Answer, statistics_message
+from .times import now
+
+REMEMBERED = 1024
+"""Results kept for parts and scenes that come again."""
+
+BUILT = 16
+"""Parts kept after another mesh of the same name has come: the first may come again."""
+
+SECONDS_BETWEEN = 1.0
+"""A part that is being refined is published at most this often."""
+
+NOT_RECORDED = "NOT_RECORDED: this result could not be written to the bag: {}."
+
+
+class Results:
+    """All that the node knows of parts.
+
+    Parameters
+    ----------
+    settings : callable
+        Gives the present `Settings`.
+    recorder : Recorder
+    publishers : LatchedPublishers
+    on_part : callable
+        Told each `KnownPart` once it is estimated.
+    on_change : callable
+        Called when what is latched has changed.
+    """
+
+    def __init__(self, settings: Callable[[], Settings], recorder: Recorder,
+                 publishers: LatchedPublishers, on_part: Callable[[KnownPart], object],
+                 on_change: Callable[[], object]) -> None:
+        self._settings = settings
+        self._recorder = recorder
+        self._publishers = publishers
+        self._on_part = on_part
+        self._on_change = on_change
+        self._memory: OrderedDict[tuple[Any, ...], PoseStatistics] = OrderedDict()
+        self._refused: OrderedDict[tuple[str, bytes], PoseStatsError] = OrderedDict()
+        self._built: OrderedDict[tuple[str, bytes], records.Part] = OrderedDict()
+        self._lock = threading.Lock()
+        self.parts = Catalogue(self._withdraw)
+
+    def take(self, request: PartRequest, last: PoseStatistics | None = None) -> KnownPart:
+        """Make a received mesh a known part, estimated and latched.
+
+        A copy of what is known is ignored; one that was refused is refused again at once.
+
+        Parameters
+        ----------
+        request : PartRequest
+        last : PoseStatistics, optional
+            What was latched for it in the last run.
+
+        Raises
+        ------
+        PoseStatsError
+            With one line that says what is wrong.
+        """
+        settings = self._settings()
+        check_request(request, settings.max_mesh_bytes)
+        wishes = (request.restitution, request.drop_height)
+        scene = settings.scene(wishes)
+        content = request.content()
+        before = self._same(request.part_id, content)
+        if before is not None and before.wishes == wishes:
+            return before
+        part = self._build(request, content) if before is None else before.part
+        stamp = request.stamp or now()
+        message = part_message(request, part.part_id, stamp)
+        self._recorder.record(PART_MESH, serialize_message(message))
+        known = KnownPart(part, content, wishes)
+        old = self.parts.current(part.part_id)
+        if old is not None:
+            known.revision, known.shown = old.revision, old.shown
+        self.estimate(known, "", scene)  # before anybody can see it: what has no equilibrium
+        self.parts.put(known, settings.max_parts)  # is no part
+        if last is not None and self._still_true(known, last, scene):
+            self.offer(known, last, scene)
+        self.refresh(known)
+        return known
+
+    @staticmethod
+    def _still_true(known: KnownPart, last: PoseStatistics, scene: DropScene) -> bool:
+        """Whether a result of the last run holds for the part and its present scene."""
+        if (last.part_digest, last.version) != (known.part.digest, VERSION):
+            return False
+        if (last.restitution, last.cluster_tolerance) != (scene.restitution,
+                                                          scene.cluster_tolerance):
+            return False
+        known.revision = max(known.revision, last.revision)
+        last.final = True
+        released = release_height(scene, last.radius)
+        return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
+
+    def refresh(self, known: KnownPart) -> None:
+        """Latch the best that is known for the part's present scene, at least an estimate."""
+        settings = self._settings()
+        scene = settings.scene(known.wishes)
+        best = self._recall(("best", known.part.part_id, known.part.digest, scene,
+                             settings.plate, settings.plate_frame))
+        if best is not None:
+            self.offer(known, best, scene)
+        self.offer(known, self.estimate(known, "", scene), scene)
+        self._on_part(known)
+
+    def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
+        """An analytic result, from memory where it was asked for before.
+
+        Raises
+        ------
+        PoseStatsError
+            If the method is unknown, or the part has no equilibrium.
+        """
+        settings = self._settings()
+        name = estimator(method or settings.default_method).name
+        key = (name, known.part.part_id, known.part.digest, scene, settings.plate,
+               settings.plate_frame)
+        found = self._recall(key)
+        if found is None:
+            statistics = estimate(
+                known.part, name, restitution=scene.restitution, drop_height=scene.drop_height,
+                cluster_tolerance=scene.cluster_tolerance)
+            found = self.message(known, statistics, settings)
+            self._remember(key, found)
+        return found
+
+    def message(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
+                job_id: str = "", final: bool = True,
+                warnings: tuple[str, ...] = ()) -> PoseStatistics:
+        """Make the message of a new result of a part."""
+        with known.lock:
+            known.revision += 1
+            revision = known.revision
+        return statistics_message(found, Answer(now(), settings.plate_frame, settings.plate,
+                                                revision, job_id, final, warnings))
+
+    def answer(self, message: PoseStatistics, *, durable: bool = True) -> PoseStatistics:
+        """Put an answer on record before it goes to a caller; warn where that fails."""
+        if self._recorder.record(ANSWERS, serialize_message(message), durable=durable):
+            return message
+        return with_warning(message, NOT_RECORDED.format(self._recorder.problem))
+
+    def due(self, known: KnownPart, scene: DropScene) -> bool:
+        """Whether an intermediate result for this scene may be latched again by now."""
+        return (self._settings().scene(known.wishes) == scene
+                and time.monotonic() - known.published >= SECONDS_BETWEEN)
+
+    def offer(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
+        """Latch a result for the part's present scene unless a better one is latched."""
+        settings = self._settings()
+        with known.lock:
+            if self.parts.current(known.part.part_id) is not known:
+                return
+            if settings.scene(known.wishes) != scene:
+                return
+            if known.scene == scene and known.latched is not None:
+                if message is known.latched or not replaces(message, known.latched):
+                    return
+            if not message.final and time.monotonic() - known.published < SECONDS_BETWEEN:
+                return
+            self._latch(known, message, scene)
+        self._remember(("best", known.part.part_id, known.part.digest, scene, settings.plate,
+                        settings.plate_frame), message)
+        self._on_change()
+
+    def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
+        if message.revision <= known.shown:
+            known.revision += 1
+            message = _copy(message)
+            message.revision = known.revision
+        known.shown = message.revision
+        data = serialize_message(message)
+        if not self._recorder.record(POSE_STATISTICS, data, durable=False):
+            message = with_warning(message, NOT_RECORDED.format(self._recorder.problem))
+            data = serialize_message(message)
+        known.latched, known.scene, known.published = message, scene, time.monotonic()
+        self._publishers.publish(known.part.part_id, data)
+
+    def _same(self, part_id: str, content: bytes) -> KnownPart | None:
+        """The known part of this name and mesh; by the mesh alone where there is no name."""
+        if part_id:
+            known = self.parts.find(part_id)
+            return known if known is not None and known.content == content else None
+        for known in self.parts.all():
+            if known.content == content and known.part.part_id.startswith("mesh_"):
+                return self.parts.find(known.part.part_id)
+        return None
+
+    def _build(self, request: PartRequest, content: bytes) -> records.Part:
+        key = (request.part_id, content)
+        with self._lock:
+            before, part = self._refused.get(key), self._built.get(key)
+        if before is not None:
+            raise before
+        if part is None:
+            try:
+                part = part_of(request)
+            except PoseStatsError as refusal:
+                self._keep(self._refused, key, refusal, REMEMBERED)
+                raise
+            self._keep(self._built, key, part, BUILT)
+        return part
+
+    def _withdraw(self, known: KnownPart) -> None:
+        self._publishers.withdraw(known.part.part_id)
+        self._on_change()
+
+    def _recall(self, key: tuple[Any, ...]) -> PoseStatistics | None:
+        with self._lock:
+            found = self._memory.get(key)
+            if found is not None:
+                self._memory.move_to_end(key)
+            return found
+
+    def _remember(self, key: tuple[Any, ...], message: PoseStatistics) -> None:
+        self._keep(self._memory, key, message, REMEMBERED)
+
+    def _keep(self, memory: OrderedDict[Any, Any], key: Any, value: Any, most: int) -> None:
+        with self._lock:
+            memory[key] = value
+            memory.move_to_end(key)
+            while len(memory) > most:
+                memory.popitem(last=False)
+
+
+def _copy(message: PoseStatistics) -> PoseStatistics:
+    """A message of its own that shares the poses."""
+    twin = PoseStatistics()
+    for name in message.get_fields_and_field_types():
+        setattr(twin, name, getattr(message, name))
+    return twin
+
+
+def with_warning(message: PoseStatistics, warning: str) -> PoseStatistics:
+    """The same result with one more warning."""
+    twin = _copy(message)
+    twin.warnings = [*message.warnings, warning]
+    return twin

@@ -1,0 +1,165 @@
+"""Service callbacks: a request in, a response out, refusals as messages."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.node import Node
+from ros_pose_stats_msgs import srv
+
+from ..errors import PoseStatsError, RequestError
+from .job_reports import JobReports
+from .jobs import Jobs, State
+from .requests import Requests
+from .results import Results, with_warning
+from .settings import Settings
+
+CANCEL_PATIENCE = 0.06
+"""Seconds that a cancel waits for the simulation's end, so that its state is told right."""
+
+Callback = Callable[..., Any]
+
+
+def refusing(callback: Callback) -> Callback:
+    """Turn refusals into `success = false` and their message."""
+    @functools.wraps(callback)
+    def answer(self: Services, request: Any, response: Any) -> Any:
+        try:
+            response.success = True
+            callback(self, request, response)
+        except PoseStatsError as refusal:
+            response.success, response.message = False, str(refusal)
+        except Exception as error:  # the client gets an answer in any case
+            response.success = False
+            response.message = f"internal failure: {type(error).__name__}: {error}"
+            self.say_failure(f"{callback.__name__}: {response.message}")
+        return response
+
+    return answer
+
+
+class Services:
+    """All services of the node.
+
+    Parameters
+    ----------
+    node : Node
+    settings : callable
+        Gives the present `Settings`.
+    results : Results
+    requests : Requests
+    jobs : Jobs
+    reports : JobReports
+    on_forgotten : callable
+        Told the id of a part that a client had forgotten.
+    """
+
+    def __init__(self, node: Node, settings: Callable[[], Settings], results: Results,
+                 requests: Requests, jobs: Jobs, reports: JobReports,
+                 on_forgotten: Callable[[str, str], object]) -> None:
+        self._settings = settings
+        self._results = results
+        self._requests = requests
+        self._jobs = jobs
+        self._reports = reports
+        self._on_forgotten = on_forgotten
+        self.say_failure = node.get_logger().error
+        quick = ReentrantCallbackGroup()
+        # Estimates and carried parts take time: one of each at a time, beside the quick ones.
+        for name, kind, callback, group in (
+                ("estimate", srv.EstimatePoses, self.estimate, MutuallyExclusiveCallbackGroup()),
+                ("start_drop_simulation", srv.StartDropSimulation, self.start,
+                 MutuallyExclusiveCallbackGroup()),
+                ("get_statistics", srv.GetStatistics, self.get_statistics, quick),
+                ("forget_part", srv.ForgetPart, self.forget, quick),
+                ("get_drop_simulation", srv.GetDropSimulation, self.get, quick),
+                ("list_drop_simulations", srv.ListDropSimulations, self.list, quick),
+                ("cancel_drop_simulation", srv.CancelDropSimulation, self.cancel, quick)):
+            node.create_service(kind, f"~/{name}", callback, callback_group=group)
+
+    @refusing
+    def estimate(self, request: Any, response: Any) -> None:
+        """An analytic answer at once."""
+        if not 0.0 <= request.target_error < 1.0:
+            raise _bad_target(request.target_error)
+        coming, _, _, wishes = self._requests.part(request.part_id, request.part)
+        known = coming.result()
+        scene = self._settings().scene((request.restitution, request.drop_height), wishes)
+        found = self._results.estimate(known, request.method, scene)
+        if request.target_error and not found.expected_error <= request.target_error:
+            error = ("not known" if math.isnan(found.expected_error)
+                     else f"{found.expected_error:.2g}")
+            found = with_warning(found, f"TARGET_MISSED: the expected error of {found.method} is "
+                                 f"{error}, the target {request.target_error:g}; start a drop "
+                                 f"simulation.")
+        response.statistics = self._results.answer(found)
+
+    @refusing
+    def start(self, request: Any, response: Any) -> None:
+        """Queue a drop simulation."""
+        response.job_id = self._requests.start(request).job_id
+
+    @refusing
+    def get_statistics(self, request: Any, response: Any) -> None:
+        """What is latched."""
+        parts = self._results.parts
+        chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
+        response.statistics = [known.latched for known in chosen if known.latched is not None]
+
+    @refusing
+    def forget(self, request: Any, response: Any) -> None:
+        """Forget a part."""
+        known = self._results.parts.known(request.part_id)
+        self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
+        self._results.parts.forget(request.part_id)
+        self._on_forgotten(request.part_id, known.part.digest)
+
+    @refusing
+    def get(self, request: Any, response: Any) -> None:
+        """How far a job is."""
+        job = self._jobs.get(request.job_id)
+        if job is None:
+            response.success, response.message = False, _unknown(request.job_id)
+            return
+        response.state = int(job.state)
+        response.message = job.message
+        response.drops_done, response.drops_total = job.drops_done, job.request.drops
+        response.statistics = self._reports.current_answer(job)
+
+    def list(self, request: Any, response: Any) -> Any:
+        """All jobs."""
+        for job in self._jobs.all():
+            response.job_id.append(job.job_id)
+            response.part_id.append(job.request.part_id)
+            response.state.append(int(job.state))
+            response.drops_done.append(job.drops_done)
+            response.drops_total.append(job.request.drops)
+        return response
+
+    @refusing
+    def cancel(self, request: Any, response: Any) -> None:
+        """Cancel a job; what was done is kept."""
+        before = self._jobs.get(request.job_id)
+        ended = before is not None and before.state.ended
+        job = self._jobs.cancel(request.job_id, "cancelled by a client")
+        if job is None:
+            response.success, response.message = False, _unknown(request.job_id)
+        elif ended:
+            response.success = False
+            response.message = f"{job.job_id} had ended before: {State(job.state).name}"
+        else:
+            job.finished.wait(CANCEL_PATIENCE)
+
+
+def _unknown(job_id: str) -> str:
+    return (f"expected the job_id of a drop simulation, got '{job_id}'; list_drop_simulations "
+            f"lists those that the node knows")
+
+
+def _bad_target(value: float) -> PoseStatsError:
+    return RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
+                        "0.01 is one point; 0 asks for no error in particular")

@@ -1,0 +1,29 @@
+"""Stamps as whole nanoseconds and as messages."""
+
+from __future__ import annotations
+
+import time
+
+from builtin_interfaces.msg import Duration, Time
+
+
+def now() -> int:
+    """Nanoseconds since the epoch."""
+    return time.time_ns()
+
+
+def nanoseconds(stamp: Time) -> int:
+    """A stamp as nanoseconds."""
+    return int(10**9 * stamp.sec + stamp.nanosec)
+
+
+def time_message(stamp: int) -> Time:
+    """Nanoseconds as a stamp."""
+    seconds, rest = divmod(stamp, 10**9)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def duration_message(seconds: float) -> Duration:
+    """Seconds, at least 0, as a duration; 0 where they are not known."""
+    whole, rest = divmod(round(1e9 * seconds) if seconds > 0.0 else 0, 10**9)
+    return Duration(sec=whole, nanosec=rest)
