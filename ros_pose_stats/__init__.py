@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         StablePose,
         Trajectory,
     )
+    from .recording.analysis import analyse_bags
     from .simulation import record_drop, simulate
 
 _HOMES = {
@@ -39,6 +40,7 @@ _HOMES = {
     "PoseStatsError": "errors",
     "StablePose": "records",
     "Trajectory": "records",
+    "analyse_bags": "recording.analysis",
     "estimate": "estimators",
     "estimate_all": "estimators",
     "load_part": "geometry.parts",
@@ -50,8 +52,9 @@ _HOMES = {
 }
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "PoseStatsError",
-           "StablePose", "Trajectory", "__version__", "estimate", "estimate_all", "load_part",
-           "part_from_mesh", "record_drop", "resting_poses", "simulate", "splitting_graph"]
+           "StablePose", "Trajectory", "__version__", "analyse_bags", "estimate", "estimate_all",
+           "load_part", "part_from_mesh", "record_drop", "resting_poses", "simulate",
+           "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

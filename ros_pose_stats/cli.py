@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from .commands import estimate, shapes, simulate
+from .commands import bag, estimate, node, publish, shapes, simulate
 from .errors import PoseStatsError
 from .version import VERSION
 
@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=VERSION)
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
                                   parser_class=Parser)
-    for module in (estimate, simulate, shapes):
+    for module in (estimate, simulate, shapes, bag, node, publish):
         module.register(commands)
     return top
 
@@ -56,7 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0; 2 for a refused input; 130 after Ctrl-C; 1 for an internal failure.
     """
-    parsed = parser().parse_args(arguments)
+    ours, rest = _split(sys.argv[1:] if arguments is None else list(arguments))
+    reader = parser()
+    parsed = reader.parse_args(ours)
+    if rest and not getattr(parsed, "takes_ros_arguments", False):
+        reader.error(f"--ros-args goes with node and publish, not with {parsed.command}")
+    parsed.ros_arguments = rest
     try:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
@@ -80,3 +85,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
               file=sys.stderr)
         return FAILED
     return status
+
+
+def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Our own arguments, and those from --ros-args on."""
+    if "--ros-args" not in arguments:
+        return arguments, []
+    place = arguments.index("--ros-args")
+    return arguments[:place], arguments[place:]

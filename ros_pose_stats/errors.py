@@ -45,3 +45,7 @@ class RequestError(PoseStatsError):
 
 class MeshFileError(PoseStatsError):
     """A mesh file that cannot be read."""
+
+
+class BagError(PoseStatsError):
+    """A bag that cannot be read, or that holds nothing to analyse."""

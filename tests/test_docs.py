@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from ros_pose_stats.cli import parser
 from ros_pose_stats.estimators import ESTIMATORS
@@ -32,12 +33,20 @@ def shell_lines() -> list[str]:
     return [line for line in lines if line.startswith("ros_pose_stats")]
 
 
+def lines_of(*commands: str) -> list[str]:
+    return [line for line in shell_lines() if line.split()[1] in commands]
+
+
+def lines_without_ros() -> list[str]:
+    return [line for line in shell_lines() if line not in lines_of("node", "publish", "bag")]
+
+
 def test_readme_has_code_to_run():
     assert len(shell_lines()) >= 4
     assert blocks("python")
 
 
-@pytest.mark.parametrize("line", shell_lines())
+@pytest.mark.parametrize("line", lines_without_ros())
 def test_shell_lines_of_the_readme_run(line, demo_directory):
     command = [sys.executable, "-m", *shlex.split(line)]
     done = subprocess.run(command, cwd=demo_directory, capture_output=True, text=True, check=False)
@@ -99,3 +108,27 @@ def test_documents_name_files_that_exist():
         text = document.read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#:]+)\)", text):
             assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_every_parameter_of_the_node_is_in_its_page_and_in_the_example_file():
+    from ros_pose_stats.ros.settings import TABLE
+
+    page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
+    example = yaml.safe_load((ROOT / "config/pose_stats.yaml").read_text(encoding="utf-8"))
+    values = example["/**"]["ros__parameters"]
+    assert set(values) == {setting.name for setting in TABLE} - {"mesh_topics"}
+    for setting in TABLE:
+        default = setting.default
+        shown = str(default).lower() if isinstance(default, bool) else str(default) or "''"
+        assert f"| `{setting.name}` | `{shown}` | {setting.description}" in page
+        if setting.name in values:
+            assert values[setting.name] == default
+            assert type(values[setting.name]) is type(default)
+
+
+def test_every_interface_is_in_the_page_of_the_node():
+    page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
+    for file in (ROOT / "msg_defs").rglob("*.srv"):
+        assert f"| `{file.stem}` |" in page
+    for name in ("PartMesh", "PoseStatistics", "SimulateDrops"):
+        assert f"`{name}`" in page

@@ -30,7 +30,7 @@ FLOORS = (
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 FLOOR[""] = len(FLOORS)  # the package's own __init__, which no module may import
 
-NEIGHBOURS = {("cli", "commands"), ("__main__", "cli")}
+NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros")}
 """Rooms of one floor that may be imported all the same."""
 
 ROOMS_OF = {
@@ -40,7 +40,10 @@ ROOMS_OF = {
     "trimesh": {"geometry"},
     "manifold3d": {"geometry"},
     "mcap": {"recording"},
+    "mcap_ros2": {"recording"},
+    "zstandard": {"recording"},
     "matplotlib": {"plots"},
+    "mpl_toolkits": {"plots"},
     "rclpy": {"ros"},
     "dask": {"benchmark"},
 }

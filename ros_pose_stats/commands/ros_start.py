@@ -11,7 +11,7 @@ from ..errors import PoseStatsError, RequestError
 INTERFACES = "ros_pose_stats_msgs"
 
 
-class RosMissing(PoseStatsError):
+class RosMissingError(PoseStatsError):
     """ROS or the interface package cannot be imported."""
 
 
@@ -20,14 +20,14 @@ def prepare_ros() -> None:
 
     Raises
     ------
-    RosMissing
+    RosMissingError
         With the command that helps.
     """
     if find_spec("rclpy") is None:
-        raise RosMissing("ROS 2 Jazzy to be importable", "no module rclpy",
+        raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",
                          "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
     if find_spec(INTERFACES) is None:
-        raise RosMissing(
+        raise RosMissingError(
             f"the interface package {INTERFACES}", "none",
             "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
     if "numpy" not in sys.modules:

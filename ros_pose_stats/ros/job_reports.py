@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from rclpy.serialization import serialize_message
@@ -143,7 +142,7 @@ class JobReports:
         return known if known is not None and known.part.digest == part.digest else None
 
     def _known_or_own(self, job: Job) -> KnownPart | None:
-        known: Any = self._part_of(job)
+        known = self._part_of(job)
         if known is None and job.snapshot is not None:
             known = KnownPart(job.part.result(), b"", (-1.0, -1.0))
         return known

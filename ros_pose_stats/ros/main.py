@@ -69,7 +69,7 @@ def _run(stop: threading.Event) -> int:
     failure: list[BaseException] = []
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
     spinning.start()
-    node.create_timer(0.0, _Ready(node))
+    _Ready(node)
     try:
         while not stop.wait(0.5):  # short, for signals are handled between waits
             pass
@@ -94,13 +94,12 @@ def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
 
 
 class _Ready:
-    """Says once that the executor answers."""
+    """Says once, out of the executor, that it answers."""
 
     def __init__(self, node: PoseStatsNode) -> None:
         self._node = node
-        self._said = False
+        self._timer = node.create_timer(0.001, self._say)
 
-    def __call__(self) -> None:
-        if not self._said:
-            self._said = True
-            self._node.get_logger().info("ready")
+    def _say(self) -> None:
+        self._timer.cancel()
+        self._node.get_logger().info("ready")

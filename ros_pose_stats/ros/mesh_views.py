@@ -8,7 +8,7 @@ which primitives are aligned to their own size, counted from behind the header.
 from __future__ import annotations
 
 import struct
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ LITTLE_ENDIAN_CDR = b"\x00\x01"
 HEADER = 4
 
 
-class NotPlainCdr(Exception):
+class NotPlainCdrError(Exception):
     """The bytes are in another encapsulation, or not what they should be."""
 
 
@@ -56,7 +56,7 @@ class _Cursor:
 
     def __init__(self, data: bytes) -> None:
         if len(data) < HEADER or bytes(data[:2]) != LITTLE_ENDIAN_CDR:
-            raise NotPlainCdr
+            raise NotPlainCdrError
         self._data = data
         self._at = HEADER
 
@@ -72,7 +72,7 @@ class _Cursor:
         try:
             return bytes(self._data[begin:begin + max(length - 1, 0)]).decode("utf-8")
         except UnicodeDecodeError as error:
-            raise NotPlainCdr from error
+            raise NotPlainCdrError from error
 
     def floats(self, count: int) -> NDArray[np.float64]:
         """The next float64 numbers; none are not aligned for."""
@@ -85,9 +85,9 @@ class _Cursor:
     def end(self) -> None:
         """Make sure that all was read, but for padding to a multiple of four."""
         if len(self._data) - self._at >= 4:
-            raise NotPlainCdr
+            raise NotPlainCdrError
 
-    def _array(self, count: int, kind: str, size: int) -> NDArray[np.generic]:
+    def _array(self, count: int, kind: str, size: int) -> Any:
         self._align(size)
         begin = self._advance(count * size)
         return np.frombuffer(self._data, dtype=kind, count=count, offset=begin)
@@ -99,7 +99,7 @@ class _Cursor:
         begin = self._at
         self._at += length
         if self._at > len(self._data):
-            raise NotPlainCdr
+            raise NotPlainCdrError
         return begin
 
 
@@ -122,7 +122,7 @@ def mesh_numbers(data: bytes) -> Numbers:
 
     Raises
     ------
-    NotPlainCdr
+    NotPlainCdrError
         If it has to go through the deserialiser.
     """
     cursor = _Cursor(data)
@@ -146,3 +146,18 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     scalars = cursor.floats(SCALARS)
     cursor.end()
     return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)
+
+
+def part_id_of(data: bytes) -> str:
+    """The part_id of a serialised message that begins with a header and a part_id.
+
+    Raises
+    ------
+    NotPlainCdrError
+        If it has to go through the deserialiser.
+    """
+    cursor = _Cursor(data)
+    cursor.count()
+    cursor.count()
+    cursor.text()  # frame_id
+    return cursor.text()

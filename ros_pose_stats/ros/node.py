@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
@@ -52,7 +53,7 @@ class PoseStatsNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
-        self._parameters = Parameters(self, self._on_change)
+        self.table = Parameters(self, self._on_change)
         settings = self._settings()
         say = self.get_logger()
         self.refusals = Refusals()
@@ -74,7 +75,7 @@ class PoseStatsNode(Node):
         self.jobs.start()
 
     def _settings(self) -> Settings:
-        return self._parameters.settings
+        return self.table.settings
 
     def _open(self, settings: Settings) -> None:
         """Topics, services, action and timers."""
@@ -100,21 +101,28 @@ class PoseStatsNode(Node):
         """Plain and latched publishers both arrive; a copy is ignored later."""
         def on_mesh(data: bytes) -> None:
             future = self.intake.put(lambda: self.results.take(take(data)), len(data))
-            future.add_done_callback(lambda done: self._look(topic, done))
+            future.add_done_callback(partial(self._look, topic))
 
         for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL):
             quality = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
                                  durability=durability)
-            events = SubscriptionEventCallbacks(
-                message_lost=lambda lost: self.refusals.lose(lost.total_count_change))
-            try:
-                self.create_subscription(kind, topic, on_mesh, quality, raw=True,
-                                         callback_group=group, event_callbacks=events)
-            except UnsupportedEventTypeError:
-                self.create_subscription(kind, topic, on_mesh, quality, raw=True,
-                                         callback_group=group)
+            self.create_subscription(kind, topic, on_mesh, quality, raw=True,
+                                     callback_group=group,
+                                     event_callbacks=self._mesh_events(durability))
 
-    def _look(self, topic: str, done: Future[KnownPart]) -> None:
+    def _mesh_events(self, durability: DurabilityPolicy) -> SubscriptionEventCallbacks:
+        """Count what a flood overruns.
+
+        Plain publishers do not match the latched subscription and are not warned of: the plain
+        one, which they match, warns of all else.
+        """
+        events = SubscriptionEventCallbacks(
+            message_lost=lambda lost: self.refusals.lose(lost.total_count_change))
+        if durability is DurabilityPolicy.TRANSIENT_LOCAL:
+            events.incompatible_qos = lambda info: None
+        return events
+
+    def _look(self, topic: str, done: Future[Any]) -> None:
         error = None if done.cancelled() else done.exception()
         if isinstance(error, PoseStatsError):
             self._refuse(topic, str(error))
@@ -140,8 +148,8 @@ class PoseStatsNode(Node):
         """Estimate known parts again, in the background."""
         self.results.parts.shrink(settings.max_parts)
         for known in self.results.parts.all():
-            self.intake.put_later(lambda known=known: self.results.refresh(known)
-                                  ).add_done_callback(lambda done: self._look("parameters", done))
+            again = self.intake.put_later(partial(self.results.refresh, known))
+            again.add_done_callback(partial(self._look, "parameters"))
 
     def _restore(self, settings: Settings) -> None:
         """Say what was mended, log the jobs found unfinished, and bring parts back."""
@@ -155,7 +163,7 @@ class PoseStatsNode(Node):
         self._log_unfinished(run, settings)
         if settings.restore:
             for part_id, request in run.parts.items():
-                self._bring_back(request, run.latched.get(part_id))
+                self._bring_back(request, run.latched(part_id))
 
     def _log_unfinished(self, run: LastRun, settings: Settings) -> None:
         jobs = [interrupted_job(event, settings) for event in run.unfinished.values()]
@@ -167,7 +175,7 @@ class PoseStatsNode(Node):
 
     def _bring_back(self, request: PartRequest, latched: Any) -> None:
         future = self.intake.put_later(lambda: self.results.take(request, latched))
-        future.add_done_callback(lambda done: self._look("restored part", done))
+        future.add_done_callback(partial(self._look, "restored part"))
 
     def _mesh_status(self) -> DiagnosticStatus:
         return self.refusals.status(f"{self.get_name()}: parts", len(self.results.parts.all()),

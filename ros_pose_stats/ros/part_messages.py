@@ -12,7 +12,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ..errors import MeshError, RequestError
-from .mesh_views import NotPlainCdr, Numbers, mesh_numbers, part_mesh_numbers
+from .mesh_views import NotPlainCdrError, Numbers, mesh_numbers, part_mesh_numbers
 from .part_requests import PartRequest
 from .times import nanoseconds, time_message
 
@@ -29,7 +29,7 @@ def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest
     """
     try:
         numbers = mesh_numbers(data)
-    except NotPlainCdr:
+    except NotPlainCdrError:
         mesh = _deserialized(data, Mesh)
         numbers = _numbers_of_mesh(mesh)
     return PartRequest(part_id, numbers.mesh_vertices, numbers.mesh_triangles, unit)
@@ -44,7 +44,7 @@ def request_of_part_bytes(data: bytes) -> PartRequest:
     """
     try:
         return _request(part_mesh_numbers(data))
-    except NotPlainCdr:
+    except NotPlainCdrError:
         return _request(numbers_of_message(_deserialized(data, PartMesh)))
 
 

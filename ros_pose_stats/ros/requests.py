@@ -62,9 +62,7 @@ class Requests:
                 raise RequestError("one part", f"part_id '{part_id}' and part '{message.part_id}'",
                                    "fill one of the two")
             known = self._results.parts.known(part_id or message.part_id)
-            done: Future[KnownPart] = Future()
-            done.set_result(known)
-            return done, known.part.part_id, known.content, known.wishes
+            return _ready(known), known.part.part_id, known.content, known.wishes
         if part_id and message.part_id and part_id != message.part_id:
             raise RequestError("the same part_id in the request and in its part",
                                f"'{part_id}' and '{message.part_id}'", "fill one of the two")
@@ -74,11 +72,9 @@ class Requests:
         wishes = (request.restitution, request.drop_height)
         self._settings().scene(wishes)
         content = request.content()
-        known = self._results.parts.find(request.part_id) if request.part_id else None
-        if known is not None and known.content == content and known.wishes == wishes:
-            done = Future()
-            done.set_result(known)
-            return done, request.part_id, content, wishes
+        same = self._results.parts.find(request.part_id) if request.part_id else None
+        if same is not None and same.content == content and same.wishes == wishes:
+            return _ready(same), request.part_id, content, wishes
         return self._take(request), request.part_id, content, wishes
 
     def _take(self, request: PartRequest) -> Future[KnownPart]:
@@ -144,6 +140,12 @@ def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
             f"max_seconds from 0 to {settings.max_job_seconds:g} s (parameter max_job_seconds)",
             f"{request.max_seconds:g} s", "0 stands for the node's")
     return drops, request.seed, request.target_error, seconds
+
+
+def _ready(known: KnownPart) -> Future[KnownPart]:
+    future: Future[KnownPart] = Future()
+    future.set_result(known)
+    return future
 
 
 def _part(coming: Future[KnownPart]) -> Future[Part]:

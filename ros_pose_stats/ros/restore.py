@@ -12,9 +12,10 @@ from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ..errors import RequestError
-from ..records import DropScene, Part
 from ..recording.raw_reader import raw_messages
+from ..records import DropScene, Part
 from .jobs import Job, JobRequest, State
+from .mesh_views import NotPlainCdrError, part_id_of
 from .part_messages import request_of_part_bytes
 from .part_requests import PartRequest
 
@@ -33,14 +34,12 @@ class LastRun:
     ----------
     parts : dict of str to PartRequest
         The last mesh of each part, in the order in which they came.
-    latched : dict of str to PoseStatistics
-        The last result of each part.
     unfinished : dict of str to JobEvent
         Jobs that were accepted and not heard of again.
     """
 
     parts: dict[str, PartRequest] = field(default_factory=dict)
-    latched: dict[str, PoseStatistics] = field(default_factory=dict)
+    _latched: dict[str, bytes] = field(default_factory=dict)
     unfinished: dict[str, JobEvent] = field(default_factory=dict)
 
     def take(self, topic: str, kind: str, data: bytes) -> None:
@@ -50,19 +49,30 @@ class LastRun:
             self.parts.pop(request.part_id, None)
             self.parts[request.part_id] = request
         elif kind == POSE_STATISTICS and topic.endswith("/pose_statistics"):
-            message = deserialize_message(data, PoseStatistics)
-            self.latched[message.part_id] = message
+            self._latched[_part_id(data)] = data
         elif kind == JOB_EVENT:
             self._take_event(deserialize_message(data, JobEvent))
+
+    def latched(self, part_id: str) -> PoseStatistics | None:
+        """The last result of a part."""
+        data = self._latched.get(part_id)
+        return None if data is None else deserialize_message(data, PoseStatistics)
 
     def _take_event(self, event: JobEvent) -> None:
         if event.event == JobEvent.PART_FORGOTTEN:
             self.parts.pop(event.part_id, None)
-            self.latched.pop(event.part_id, None)
+            self._latched.pop(event.part_id, None)
         elif event.event in (JobEvent.QUEUED, JobEvent.RUNNING):
             self.unfinished[event.job_id] = event
         else:
             self.unfinished.pop(event.job_id, None)
+
+
+def _part_id(data: bytes) -> str:
+    try:
+        return part_id_of(data)
+    except NotPlainCdrError:  # another encapsulation
+        return str(deserialize_message(data, PoseStatistics).part_id)
 
 
 def last_run(bags: Iterable[Path]) -> LastRun:

@@ -182,9 +182,11 @@ class Results:
                 return
             if settings.scene(known.wishes) != scene:
                 return
-            if known.scene == scene and known.latched is not None:
-                if message is known.latched or not replaces(message, known.latched):
-                    return
+            if (known.scene == scene and known.latched is not None
+                    and not replaces(message, known.latched)):
+                return
+            if message is known.latched:
+                return
             if not message.final and time.monotonic() - known.published < SECONDS_BETWEEN:
                 return
             self._latch(known, message, scene)

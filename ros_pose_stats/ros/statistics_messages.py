@@ -89,3 +89,52 @@ def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
 def _flat(points: NDArray[np.float64]) -> array[float]:
     """An `array.array`, which rclpy takes as it is."""
     return array("d", np.ascontiguousarray(points, dtype=np.float64).tobytes())
+
+
+@dataclass(frozen=True)
+class DrawnShape:
+    """Contact polygon and outline as they came in a message."""
+
+    polygon: NDArray[np.float64]
+    silhouette: NDArray[np.float64]
+
+    def support_polygon(self) -> NDArray[np.float64]:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
+        return self.polygon
+
+    def outline(self) -> NDArray[np.float64]:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+        return self.silhouette
+
+
+def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatistics:
+    """The record that a message stands for; members of clusters are not in messages.
+
+    Parameters
+    ----------
+    message : ros_pose_stats_msgs/PoseStatistics
+
+    Returns
+    -------
+    PoseStatistics
+    """
+    plain = {name: getattr(message, name) for name in (
+        "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+        "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
+        "version")}
+    seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
+    return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
+                                  seconds=seconds, warnings=tuple(message.warnings), **plain)
+
+
+def _pose_of(message: StablePoseMessage) -> records.StablePose:
+    position, turn, down = message.pose.position, message.pose.orientation, message.down
+    plain = {name: getattr(message, name) for name in (
+        "index", "group", "height", "top", "margin", "barrier", "spread", "probability",
+        "probability_low", "probability_high", "standard_error", "count")}
+    shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
+                       np.array(message.outline).reshape(-1, 2))
+    return records.StablePose(
+        down=np.array([down.x, down.y, down.z]), members=(), shape=shape,
+        orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
+        position=np.array([position.x, position.y, position.z]), **plain)

@@ -54,3 +54,11 @@ def expected_error(errors: ArrayLike) -> float:
     """
     values = np.asarray(errors, dtype=float)
     return math.sqrt(float(np.mean(values * values))) if values.size else math.nan
+
+
+def root_mean_square(differences: ArrayLike) -> float:
+    """Root mean square over the poses: the paper's measure of two sets of probabilities (Eq. 1).
+
+    NaN where one of them is, or without poses.
+    """
+    return expected_error(differences)

@@ -40,6 +40,7 @@ class JobRequest:
     Attributes
     ----------
     part_id : str
+        As it was sent: empty for a nameless part.
     content : bytes
         Digest of the mesh as it was sent.
     scene : DropScene
@@ -101,6 +102,14 @@ class Job:
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
     _next_snapshot: float = 0.0
+
+    @property
+    def part_id(self) -> str:
+        """Name of the part; of a nameless one, the name it got, once it is there."""
+        part = self.part
+        if not self.request.part_id and part.done() and part.exception() is None:
+            return part.result().part_id
+        return self.request.part_id
 
     def cancel(self, reason: str) -> None:
         """Ask the job to end; the first reason stays."""

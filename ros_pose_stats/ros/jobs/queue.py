@@ -11,7 +11,7 @@ import itertools
 import secrets
 import threading
 import time
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotYet
@@ -71,7 +71,8 @@ class Jobs:
         self._listener = listener
         self._on_failure = on_failure
         self._numbers = itertools.count(1)
-        self._known: OrderedDict[str, Job] = OrderedDict()
+        self._known: dict[str, Job] = {}
+        self._ended: deque[str] = deque()
         self._asked: deque[Job] = deque()
         self._refinements: deque[Job] = deque()
         self._running: Job | None = None
@@ -108,8 +109,12 @@ class Jobs:
             self._listener.queued(job)
             with self._changed:
                 self._known[job.job_id] = job
-                (self._refinements if request.refinement else self._asked).append(job)
-                self._changed.notify_all()
+                too_late = self._closing
+                if not too_late:
+                    (self._refinements if request.refinement else self._asked).append(job)
+                    self._changed.notify_all()
+            if too_late:  # closed while the acceptance went on record
+                self._end(job, State.CANCELLED, too_late)
             return job
 
     def cancel(self, job_id: str, reason: str) -> Job | None:
@@ -127,7 +132,7 @@ class Jobs:
     def cancel_refinement(self, part_id: str, reason: str) -> None:
         """Ask the refinements of a part to end."""
         for job in self.all():
-            if job.request.refinement and job.request.part_id == part_id:
+            if job.request.refinement and job.part_id == part_id:
                 self.cancel(job.job_id, reason)
 
     def get(self, job_id: str) -> Job | None:
@@ -143,7 +148,9 @@ class Jobs:
     def add_ended(self, jobs: Iterable[Job]) -> None:
         """Make jobs of an earlier run known."""
         with self._changed:
-            self._known.update((job.job_id, job) for job in jobs)
+            for job in jobs:
+                self._known[job.job_id] = job
+                self._note_end(job)
 
     def counts(self) -> tuple[int, int]:
         """Jobs waiting for clients, and refinements waiting."""
@@ -172,10 +179,11 @@ class Jobs:
 
     def _twin(self, request: JobRequest) -> Job | None:
         for job in self._known.values():
-            same = replace(job.request, refinement=request.refinement) == request
-            if same and not job.state.ended and not job.cancel_reason:
-                if job.request.refinement and not request.refinement:
-                    continue  # a client's job does not give way
+            if job.state.ended or job.cancel_reason:
+                continue
+            if job.request.refinement and not request.refinement:
+                continue  # a client's job does not give way
+            if replace(job.request, refinement=request.refinement) == request:
                 return job
         return None
 
@@ -225,16 +233,21 @@ class Jobs:
         except PoseStatsError as refusal:
             self._end(job, State.FAILED, str(refusal))
             return
-        if ending is Ending.GAVE_WAY:
-            with self._changed:
-                job.rewind()
-                self._refinements.appendleft(job)
+        if ending is Ending.GAVE_WAY and self._put_back(job):
             return
         job.keep(found)
-        if ending is Ending.CANCELLED:
+        if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
             self._end(job, State.DONE, "")
+
+    def _put_back(self, job: Job) -> bool:
+        """Back to the front of the queue; False if it was cancelled meanwhile."""
+        with self._changed:
+            if not job.cancel_reason:
+                job.rewind()
+                self._refinements.appendleft(job)
+            return not job.cancel_reason
 
     def _part(self, job: Job) -> Part | None:
         """The part, once it is there; None if the job is cancelled before."""
@@ -283,19 +296,25 @@ class Jobs:
 
     def _end(self, job: Job, state: State, message: str) -> None:
         job.message = message
-        try:
-            self._listener.ended(job, state)
-        finally:
-            with self._changed:
-                job.state = state
-                self._forget_old()
-            job.finished.set()
-            self._listener.told(job)
+        self._tell(job, lambda: self._listener.ended(job, state))
+        with self._changed:
+            job.state = state
+            self._note_end(job)
+        job.finished.set()
+        self._tell(job, lambda: self._listener.told(job))
 
-    def _forget_old(self) -> None:
-        ended = [job_id for job_id, job in self._known.items() if job.state.ended]
-        for job_id in ended[:-KEPT]:
-            del self._known[job_id]
+    def _tell(self, job: Job, event: Callable[[], object]) -> None:
+        """Tell the listener, whose failure must not keep a job from ending."""
+        try:
+            event()
+        except Exception as error:
+            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
+
+    def _note_end(self, job: Job) -> None:
+        """Forget the job that ended longest ago, if there are too many."""
+        self._ended.append(job.job_id)
+        while len(self._ended) > KEPT:
+            self._known.pop(self._ended.popleft(), None)
 
 
 class Ending(Enum):

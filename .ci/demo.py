@@ -1,0 +1,190 @@
+"""The main job end to end: a node, a CAD part, an estimate, a simulation, the bag.
+
+Run through `make demo`. The node and the publisher are processes of their own, as in a feeder
+cell; this process is the planner.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+DEMO = ROOT / "demo"
+PART = DEMO / "clamp.stl"
+PATIENCE = 120.0
+DROPS = 40_000
+COMMAND = [sys.executable, "-m", "ros_pose_stats"]
+
+# Alone on the machine, and out of the way of a real cell.
+os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 90 + 10))
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+os.environ.setdefault("ROS_LOG_DIR", str(DEMO / "ros_log"))
+
+
+@contextmanager
+def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A command of ours in the background; ended with SIGINT, whatever happens."""
+    child = subprocess.Popen([*COMMAND, *arguments], cwd=ROOT)
+    try:
+        yield child
+    finally:
+        child.send_signal(signal.SIGINT)
+        try:
+            child.wait(10.0)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+
+
+def wait_for(what: str, ready: Any, *alive: subprocess.Popen[bytes]) -> Any:
+    """Wait until `ready()` is true; end the demo where it never is."""
+    until = time.monotonic() + PATIENCE
+    while not (value := ready()):
+        if any(child.poll() is not None for child in alive) or time.monotonic() > until:
+            sys.exit(f"demo: no {what}")
+        time.sleep(0.02)
+    return value
+
+
+class Planner:
+    """A client with an executor in a thread of its own."""
+
+    def __init__(self) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from ros_pose_stats_msgs.msg import PoseStatistics
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("planner", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.latched: dict[str, Any] = {}
+        self.node.create_subscription(
+            PoseStatistics, "/pose_stats/pose_statistics",
+            lambda message: self.latched.__setitem__(message.part_id, message),
+            QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.thread = threading.Thread(target=self.executor.spin)
+        self.thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self.executor.shutdown()
+        self.thread.join()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def simulate(self, part_id: str, node: subprocess.Popen[bytes]) -> Any:
+        """Drop the part through the action, with a progress bar."""
+        from rclpy.action import ActionClient
+        from ros_pose_stats_msgs.action import SimulateDrops
+
+        client = ActionClient(self.node, SimulateDrops, "/pose_stats/simulate_drops")
+        wait_for("action server", client.server_is_ready, node)
+        goal = client.send_goal_async(SimulateDrops.Goal(part_id=part_id, drops=DROPS, seed=1),
+                                      feedback_callback=lambda message: show(message.feedback))
+        wait_for("answer to the goal", goal.done, node)
+        coming = goal.result().get_result_async()
+        wait_for("result", coming.done, node)
+        show_end()
+        result = coming.result().result
+        return result if result.success else sys.exit(f"demo: {result.message}")
+
+
+def show(feedback: Any) -> None:
+    """Draw the progress bar, or now and then a line where nobody watches."""
+    share = feedback.drops_done / feedback.drops_total
+    line = (f"[{'#' * int(24 * share):.<24}] {feedback.drops_done} of {feedback.drops_total} "
+            f"drops, {feedback.drops_per_second:.0f}/s, expected error "
+            f"{100.0 * feedback.expected_error:.2f} points")
+    if sys.stdout.isatty():
+        print(f"\r{line}", end="", flush=True)
+    elif time.monotonic() > show_end.next:
+        show_end.next = time.monotonic() + 1.0
+        print(line, flush=True)
+
+
+def show_end() -> None:
+    """Begin a new line after the bar."""
+    if sys.stdout.isatty():
+        print()
+
+
+show_end.next = 0.0
+
+
+def side_by_side(estimate: Any, simulation: Any) -> str:
+    """The estimate beside the simulation, pose by pose."""
+    estimated = {pose.index: pose.probability for pose in estimate.poses}
+    lines = [f"{'pose':>4} {'group':>5} {'estimate %':>11} {'simulation %':>13} {'90 %':>15} "
+             f"{'drops':>7} {'difference':>11}"]
+    squares = []
+    for pose in simulation.poses:
+        apart = estimated[pose.index] - pose.probability
+        squares.append(apart * apart)
+        interval = f"{100 * pose.probability_low:.2f} - {100 * pose.probability_high:.2f}"
+        lines.append(f"{pose.index:>4} {pose.group:>5} {100 * estimated[pose.index]:>11.2f} "
+                     f"{100 * pose.probability:>13.2f} {interval:>15} {pose.count:>7} "
+                     f"{100 * apart:>+11.2f}")
+    rms = math.sqrt(sum(squares) / len(squares))
+    return "\n".join([*lines, f"rms difference {100 * rms:.2f} points"])
+
+
+def picture(statistics: Any) -> Path:
+    """Draw the poses."""
+    from ros_pose_stats import load_part
+    from ros_pose_stats.plots.poses import poses_figure
+    from ros_pose_stats.ros.statistics_messages import statistics_of_message
+
+    file = DEMO / "clamp_poses.png"
+    figure = poses_figure(load_part(PART, unit="mm"), statistics_of_message(statistics))
+    figure.savefig(file, dpi=110)
+    return file
+
+
+def main() -> None:
+    """Run the demo."""
+    subprocess.run([*COMMAND, "shapes", str(DEMO)], cwd=ROOT, check=True)
+    bags = DEMO / "bags"
+    print("\n== the node, and a publisher with the part ==", flush=True)
+    with process("node", "--ros-args", "-p", f"log_directory:={bags}", "-p",
+                 "restore:=false") as node, \
+            process("publish", str(PART), "--unit", "mm") as publisher:
+        planner = Planner()
+        try:
+            estimate = wait_for("latched estimate", lambda: planner.latched.get("clamp"), node,
+                                publisher)
+            print("\n== the latched estimate, as every late joiner gets it ==")
+            from ros_pose_stats import load_part
+            from ros_pose_stats.commands.tables import report
+            from ros_pose_stats.ros.statistics_messages import statistics_of_message
+
+            print(report(load_part(PART, unit="mm"), statistics_of_message(estimate)))
+            print(f"\n== {DROPS} drops through the action ==", flush=True)
+            result = planner.simulate("clamp", node)
+            print("\n== the simulation beside the estimate ==")
+            print(side_by_side(estimate, result.statistics))
+        finally:
+            planner.close()
+    if node.returncode != 0:
+        sys.exit(f"demo: the node ended with status {node.returncode}")
+    bag = max(bags.glob("pose_stats_*"))
+    print("\n== the bag, read back ==", flush=True)
+    subprocess.run([*COMMAND, "bag", str(bag)], cwd=ROOT, check=True)
+    print(f"\npicture of the poses  {picture(result.statistics).relative_to(ROOT)}")
+    print(f"bag                   {bag.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Columns of text, as wide as what stands in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timezone
+from typing import NamedTuple
+
+SECOND = 1_000_000_000
+GAP = "  "
+
+
+class Column(NamedTuple):
+    """Head of a column: its title, the unit below it, and whether text is flush left."""
+
+    title: str
+    unit: str = ""
+    left: bool = False
+
+
+def columns(heads: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of a table, indented; the line of units is left out where there is none."""
+    cells = [[head.title for head in heads], [head.unit for head in heads],
+             *([printable(cell) for cell in row] for row in rows)]
+    if not any(cells[1]):
+        del cells[1]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [GAP + GAP.join(
+        cell.ljust(width) if head.left else cell.rjust(width)
+        for cell, width, head in zip(row, widths, heads, strict=True)).rstrip() for row in cells]
+
+
+def printable(text: str) -> str:
+    """Text out of a bag without line ends and other signs that would disturb a terminal."""
+    return "".join(sign if sign.isprintable() else "?" for sign in text)
+
+
+def shortened(text: str, width: int) -> str:
+    """At most `width` signs; the end gives way."""
+    return text if len(text) <= width else text[:width - 3] + "..."
+
+
+def percent(fraction: float) -> str:
+    """A fraction in percent or points with two decimals; a dash where it is not known."""
+    return "-" if math.isnan(fraction) else f"{100.0 * fraction:.2f}"
+
+
+def interval(low: float, high: float) -> str:
+    """Two fractions in percent."""
+    return "-" if math.isnan(low) else f"{100.0 * low:.2f} - {100.0 * high:.2f}"
+
+
+def millimetres(metres: float) -> str:
+    """A length; a dash where it is not known or has no bound."""
+    return f"{metres * 1e3:.4g}" if math.isfinite(metres) else "-"
+
+
+def degrees(radians: float) -> str:
+    """An angle; a dash where it is not known."""
+    return f"{math.degrees(radians):.2f}" if math.isfinite(radians) else "-"
+
+
+def several(count: int, noun: str) -> str:
+    """A number and its noun."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def utc(nanoseconds: int) -> str:
+    """A time since 1970 to the second; a dash for 0."""
+    if not nanoseconds:
+        return "-"
+    return f"{datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc):%Y-%m-%d %H:%M:%S}"

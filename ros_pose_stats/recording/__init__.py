@@ -1,0 +1,1 @@
+"""Bags: one directory a run, written so that nothing acknowledged is lost, mended and read."""

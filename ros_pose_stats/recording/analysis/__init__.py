@@ -1,0 +1,13 @@
+"""Bags read and analysed, whoever recorded them."""
+
+from .analyse import BagAnalysis, PartAnalysis, analyse, analyse_bags
+from .bag_contents import BagContents, BagFile, PartRecord
+from .bag_reader import read_bags
+from .camera_counts import CameraCounts
+from .comparisons import Comparison, CountComparison, SimulationComparison
+from .jobs import Job
+from .results import PoseTable, Prediction, ResultHistory
+
+__all__ = ["BagAnalysis", "BagContents", "BagFile", "CameraCounts", "Comparison",
+           "CountComparison", "Job", "PartAnalysis", "PartRecord", "PoseTable", "Prediction",
+           "ResultHistory", "SimulationComparison", "analyse", "analyse_bags", "read_bags"]

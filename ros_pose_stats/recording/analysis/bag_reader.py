@@ -1,0 +1,149 @@
+"""Goes through bags once and hands every message to the collector of its type."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from ...errors import BagError
+from ..raw_reader import RawMessage
+from . import decoding
+from .bag_contents import BagContents, BagFile, Paths
+from .bag_files import Bag, find_bags
+from .camera_counts import CountCollector
+from .decoding import Decoders, field, is_ours, kind_of, stamp_of
+from .drop_log import DropCollector
+from .file_messages import FileMessages
+from .jobs import JobCollector
+from .part_records import PartKey, part_records
+from .result_collector import ResultCollector
+
+ANSWERS = "answers"
+
+
+def read_bags(paths: Paths) -> BagContents:
+    """Read bags.
+
+    Parameters
+    ----------
+    paths : path or iterable of path
+        Bag directories, directories of many bags, or single files.
+
+    Raises
+    ------
+    BagError
+        If there is no bag, a named file cannot be read, or no message of this package's types
+        is in any of them.
+    """
+    return BagReader().read(paths)
+
+
+class BagReader:
+    """Reads once; see `read_bags`."""
+
+    def __init__(self) -> None:
+        self._decoders = Decoders()
+        self._files: list[BagFile] = []
+        self._messages: Counter[str] = Counter()
+        self._times: list[int] = []
+        self._sources: dict[tuple[Path, str], int] = {}
+        self._results: dict[PartKey, dict[float, ResultCollector]] = {}
+        self._jobs = JobCollector()
+        self._counts = CountCollector()
+        self._drops = DropCollector()
+        self._notes: Counter[str] = Counter()
+
+    def read(self, paths: Paths) -> BagContents:
+        """Read all of it."""
+        named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+        bags = find_bags(map(Path, named))
+        for bag in bags:
+            self._read_bag(bag, by_name=bag.path.is_file())
+        if not self._messages:
+            self._refuse(bags)
+        return BagContents(
+            tuple(self._files), dict(sorted(self._messages.items())),
+            min(self._times), max(self._times),
+            part_records(self._results, self._jobs, self._drops),
+            tuple(self._counts.counts()), tuple(self._remarks()))
+
+    def _read_bag(self, bag: Bag, by_name: bool) -> None:
+        for file in bag.files:
+            messages, seen = FileMessages(file), 0
+            for message in messages:
+                if is_ours(message.type_name):
+                    seen += 1
+                    self._take(message, bag)
+            if by_name and messages.state == "unreadable":
+                raise BagError("an MCAP file or a bag directory",
+                               f"{file}, which {messages.note}", "check the path")
+            self._files.append(BagFile(bag.path, file, messages.state, messages.note, seen))
+
+    def _take(self, raw: RawMessage, bag: Bag) -> None:
+        kind = kind_of(raw.type_name)
+        self._messages[kind] += 1
+        self._times[:] = ([min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
+                          if self._times else [raw.log_time] * 2)
+        # A mesh may be large and slow to decode, and nothing of it is needed here.
+        message = None if kind == decoding.PART_MESH else self._decoders.decode(raw)
+        if message is None:
+            return
+        try:
+            self._hand_over(kind, message, raw, bag)
+        except (AttributeError, OverflowError, TypeError, ValueError):
+            # A definition of another kind under our name, or numbers that cannot be.
+            self._decoders.failed += 1
+
+    def _hand_over(self, kind: str, message: Any, raw: RawMessage, bag: Bag) -> None:
+        stamp = stamp_of(message)
+        if kind == decoding.POSE_STATISTICS:
+            self._take_result(message, stamp or raw.log_time, raw.topic)
+        elif kind == decoding.JOB_EVENT:
+            self._jobs.add(message, stamp or raw.log_time)
+        elif kind == decoding.POSE_COUNTS:
+            source = self._sources.setdefault((bag.path, raw.topic), len(self._sources))
+            self._counts.add(message, source, stamp, raw.log_time)
+        elif kind == decoding.DROP_RECORDS:
+            self._drops.add(message)
+
+    def _take_result(self, message: Any, time: int, topic: str) -> None:
+        if not field(message, "poses", ()):
+            self._notes["{} left out, without poses: result"] += 1
+            return
+        key = str(field(message, "part_id", "")), str(field(message, "part_digest", ""))
+        tolerance = round(float(field(message, "cluster_tolerance", math.nan)), 12)
+        collector = self._results.get(key, {}).get(tolerance) or ResultCollector(message)
+        if not collector.fits(message):
+            self._notes["{} left out, numbering other poses than the first one of the same part "
+                        "and cluster tolerance: result"] += 1
+            return
+        collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
+        self._results.setdefault(key, {})[tolerance] = collector
+
+    def _remarks(self) -> list[str]:
+        counts = self._counts
+        found = {
+            **self._notes,
+            "{} left out, broken or of another definition: message": self._decoders.failed,
+            "{} left out, with more poses than numbers or fewer: camera count": counts.refused,
+            "{} in several bags, counted once: camera count": counts.copies.found,
+            "{} without a time stamp; copies in other bags were told by the time of recording "
+            "(within 1 s): camera count": counts.copies.unstamped,
+        }
+        notes = []
+        for text, count in found.items():
+            said, _, noun = text.rpartition(": ")
+            if count:
+                notes.append(said.format(f"{count} {noun}{'s'[:count > 1]}"))
+        return notes
+
+    def _refuse(self, bags: tuple[Bag, ...]) -> None:
+        unread = [file for file in self._files if file.state != "whole"]
+        said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
+        raise BagError(
+            f"messages of {decoding.PACKAGE} in {', '.join(str(bag.path) for bag in bags[:3])}",
+            f"none in {len(self._files)} file{'s'[:len(self._files) > 1]}{said}",
+            "name a bag of the node, or one recorded with its topics")

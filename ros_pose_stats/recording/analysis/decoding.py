@@ -1,0 +1,90 @@
+"""Messages of this package's types, decoded by the definition in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
+
+from ...errors import BagError
+from ..raw_reader import RawMessage
+from .bag_files import CONVERT
+
+PACKAGE: Final = "ros_pose_stats_msgs"
+PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
+    "PartMesh", "PoseStatistics", "JobEvent", "PoseCounts", "DropRecords")
+KINDS: Final = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
+SECOND: Final = 1_000_000_000
+PACKED: Final = b"\x28\xb5\x2f\xfd"
+"""How data compressed by zstd begins; a message begins with a zero."""
+
+
+def kind_of(type_name: str) -> str:
+    """Name of a message type of this package without the package; empty for all others."""
+    package, _, rest = type_name.partition("/")
+    name = rest.removeprefix("msg/")
+    return name if package == PACKAGE and name in KINDS else ""
+
+
+def is_ours(type_name: str) -> bool:
+    """Whether a type is one of those that the analysis reads."""
+    return bool(kind_of(type_name))
+
+
+class Decoders:
+    """Decodes by the definition that came with a message; each is parsed once.
+
+    Attributes
+    ----------
+    failed : int
+        Messages that did not fit their definition.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
+        self.failed = 0
+
+    def decode(self, message: RawMessage) -> Any | None:
+        """The message as an object with the fields of its definition; None if it is broken.
+
+        Raises
+        ------
+        BagError
+            If messages are compressed one by one, which only rosbag2 undoes.
+        """
+        if message.data.startswith(PACKED):
+            raise BagError("messages that are not compressed one by one",
+                           f"such on {message.topic}", CONVERT)
+        definition = message.type_name, message.definition
+        if definition not in self._known:
+            self._known[definition] = _decoder(*definition)
+        decoder = self._known[definition]
+        try:
+            if decoder is not None:
+                return decoder(message.data)
+        except Exception:
+            # struct, Unicode, index and memory errors alike: the bytes are not what was said.
+            pass
+        self.failed += 1
+        return None
+
+
+def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
+    schema = Schema(id=1, name=type_name, encoding="ros2msg", data=text.encode())
+    try:
+        return DecoderFactory().decoder_for("cdr", schema)
+    except Exception:
+        return None  # a definition that does not parse
+
+
+def field(message: Any, name: str, default: Any) -> Any:
+    """A field by name; the default where an older definition does not have it."""
+    return getattr(message, name, default)
+
+
+def stamp_of(message: Any) -> int:
+    """Time stamp of a message's header, nanoseconds since 1970; 0 where there is none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)

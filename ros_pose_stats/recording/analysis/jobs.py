@@ -1,0 +1,100 @@
+"""What became of each drop simulation, told by its events."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any, Final
+
+from . import decoding
+
+FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
+STATES: Final = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
+                 FAILED: "failed"}
+TERMINAL: Final = ("done", "cancelled", "failed")
+UNFINISHED: Final = ("queued", "running")
+
+
+@dataclass
+class Job:
+    """A drop simulation that was asked for.
+
+    Attributes
+    ----------
+    job_id, part_id, part_digest : str
+    state : str
+        `done`, `cancelled` or `failed`; `queued` or `running` where no end was recorded.
+    refinement : bool
+        Whether the node started it by itself.
+    drops, drops_done, seed : int
+        Asked for (or the most); done at the last event; of the random starts.
+    restitution, drop_height, cluster_tolerance : float
+        The drop height in metres, the tolerance as a fraction of the radius.
+    target_error, max_seconds : float
+        A fraction; seconds.
+    message : str
+        The last that a client was told.
+    queued, started, ended : int
+        Nanoseconds since 1970; 0 where no such event was recorded.
+    """
+
+    job_id: str
+    part_id: str = ""
+    part_digest: str = ""
+    state: str = "queued"
+    refinement: bool = False
+    drops: int = 0
+    drops_done: int = 0
+    seed: int = 0
+    restitution: float = math.nan
+    drop_height: float = math.nan
+    cluster_tolerance: float = math.nan
+    target_error: float = math.nan
+    max_seconds: float = math.nan
+    message: str = ""
+    queued: int = 0
+    started: int = 0
+    ended: int = 0
+    latest: tuple[bool, int, int] = field(default=(False, 0, 0), repr=False)
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether no end of it was recorded."""
+        return self.state not in TERMINAL
+
+    def tell(self, event: Any, time: int) -> None:
+        """Take in an event; events may come in any order and more than once."""
+        kind = int(event.event)
+        name = STATES[kind]
+        mark = {"queued": "queued", "running": "started"}.get(name, "ended")
+        setattr(self, mark, time)
+        # An end outranks everything: a clock that is put back does not revive a job.
+        rank = (name in TERMINAL, time, kind)
+        if rank < self.latest:
+            return
+        self.latest, self.state = rank, name
+        for one in fields(self):
+            if one.name in _TOLD:
+                setattr(self, one.name, decoding.field(event, one.name, getattr(self, one.name)))
+
+
+_TOLD: Final = frozenset((
+    "part_id", "part_digest", "refinement", "drops", "drops_done", "seed", "restitution",
+    "drop_height", "cluster_tolerance", "target_error", "max_seconds", "message"))
+
+
+class JobCollector:
+    """Gathers jobs, and when parts were forgotten."""
+
+    def __init__(self) -> None:
+        self.jobs: dict[str, Job] = {}
+        self.forgotten: dict[tuple[str, str], set[int]] = {}
+
+    def add(self, event: Any, time: int) -> None:
+        """Take in a JobEvent."""
+        kind = int(decoding.field(event, "event", -1))
+        if kind == FORGOTTEN:
+            part = (str(event.part_id), str(decoding.field(event, "part_digest", "")))
+            self.forgotten.setdefault(part, set()).add(time)
+        elif kind in STATES and event.job_id:
+            self.jobs.setdefault(event.job_id, Job(event.job_id)).tell(event, time)

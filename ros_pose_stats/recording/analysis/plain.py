@@ -1,0 +1,139 @@
+"""An analysis as plain values: what `bag --json` prints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .analyse import BagAnalysis, PartAnalysis
+from .comparisons import Comparison, CountComparison, SimulationComparison
+from .decoding import SECOND
+from .jobs import TERMINAL, Job
+from .results import Prediction, ResultHistory
+
+Plain = dict[str, Any]
+TIMES = ("begin", "end", "time", "queued", "started", "ended")
+POSE = ("index", "group", "down", "height", "top", "margin", "barrier", "spread")
+PREDICTED = ("probability", "probability_low", "probability_high", "standard_error", "count")
+RESULT = ("time", "method", "restitution", "drop_height", "drops", "unsettled", "expected_error",
+          "largest_change", "final", "latched")
+
+
+def as_dict(analysis: BagAnalysis) -> Plain:
+    """Everything under plain keys; times are seconds since 1970, NaN and infinity None."""
+    contents = analysis.contents
+    found: Plain = plain({
+        "bags": contents.bags,
+        "files": [_fields(file, ("bag", "path", "state", "note", "messages"))
+                  for file in contents.files],
+        "messages": contents.messages,
+        **_fields(contents, ("begin", "end", "notes")),
+        "parts": [_part(part) for part in analysis.parts],
+        "stray_counts": [_counts(one, ()) for one in analysis.strays],
+    })
+    return found
+
+
+def plain(value: Any) -> Any:
+    """Numbers, strings, lists and dicts of whatever this was."""
+    if isinstance(value, dict):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def job_counts(jobs: Iterable[Job]) -> dict[str, int]:
+    """How many jobs were accepted, and what became of them."""
+    states = [job.state for job in jobs]
+    return {"accepted": len(states), **{name: states.count(name) for name in TERMINAL},
+            "unfinished": sum(name not in TERMINAL for name in states)}
+
+
+def _fields(record: Any, names: Sequence[str]) -> Plain:
+    return {name: getattr(record, name) / SECOND if name in TIMES else getattr(record, name)
+            for name in names}
+
+
+def _rows(columns: Plain) -> list[Plain]:
+    """A dict a row out of columns of equal length."""
+    lists = {name: column.tolist() for name, column in columns.items()}
+    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+def _part(part: PartAnalysis) -> Plain:
+    record = part.record
+    return {
+        **_fields(record, ("part_id", "part_digest", "radius", "plates", "warnings")),
+        "forgotten": [time / SECOND for time in record.forgotten],
+        "drop_log": _fields(record.drop_log, ("drops", "unsettled", "impacts", "seconds")),
+        "job_counts": job_counts(record.jobs),
+        "jobs": [_job(job) for job in record.jobs],
+        "numberings": [_history(history, simulations) for history, simulations
+                       in zip(record.histories, part.simulations, strict=True)],
+        "counts": [_counts(one, _predictions(part, one)) for one in part.counts],
+    }
+
+
+def _predictions(part: PartAnalysis, counts: CountComparison) -> tuple[Prediction, ...]:
+    for history in part.record.histories:
+        if history.cluster_tolerance == counts.cluster_tolerance:
+            return history.predictions
+    return ()
+
+
+def _job(job: Job) -> Plain:
+    times = {name: getattr(job, name) / SECOND or None for name in ("queued", "started", "ended")}
+    return {**_fields(job, ("job_id", "state", "unfinished", "refinement", "drops", "drops_done",
+                            "seed", "restitution", "drop_height", "cluster_tolerance",
+                            "target_error", "max_seconds", "message")), **times}
+
+
+def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]) -> Plain:
+    results = {name: getattr(history, name) for name in RESULT}
+    return {
+        "cluster_tolerance": history.cluster_tolerance,
+        "poses": _rows({name: getattr(history.poses, name) for name in POSE}),
+        "predictions": [_prediction(one, history) for one in history.predictions],
+        "results": _rows({**results, "time": history.time / SECOND}),
+        "simulations": [{
+            "simulation": history.predictions.index(one.simulation),
+            "estimates": [_comparison(each, history.predictions) for each in one.estimates],
+        } for one in simulations],
+    }
+
+
+def _prediction(one: Prediction, history: ResultHistory) -> Plain:
+    of_poses = {"index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}}
+    return {**_fields(one, ("method", "restitution", "drop_height", "plate", "time", "drops",
+                            "unsettled", "seed", "expected_error", "plate_error", "seconds",
+                            "job_id", "version", "final")), "poses": _rows(of_poses)}
+
+
+def _comparison(one: Comparison, predictions: Sequence[Prediction]) -> Plain:
+    tests = {name: {**_fields(test, ("statistic", "degrees_of_freedom", "p_value", "bins",
+                                     "pooled", "too_few"))}
+             for name, test in (("by_pose", one.by_pose), ("by_group", one.by_group))}
+    return {"prediction": list(predictions).index(one.prediction),
+            **_fields(one, ("rms", "largest", "largest_pose", "unforeseen")), **tests}
+
+
+def _counts(one: CountComparison, predictions: Sequence[Prediction]) -> Plain:
+    counts = one.counts
+    return {
+        **_fields(counts, ("part_id", "part_digest", "cluster_tolerance", "plate", "drop_height",
+                           "messages", "begin", "end", "index", "count", "unclassified")),
+        "unclassified_share": counts.unclassified_share,
+        "compared": not one.problem,
+        **_fields(one, ("problem", "remarks")),
+        "share": one.share, "share_low": one.low, "share_high": one.high,
+        "predictions": [_comparison(each, predictions) for each in one.predictions],
+    }

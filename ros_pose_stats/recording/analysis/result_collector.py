@@ -1,0 +1,128 @@
+"""Gathers results out of PoseStatistics messages, a few numbers each."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .copies import fingerprint
+from .decoding import SECOND, field
+from .results import Array, PoseTable, Prediction, ResultHistory
+
+POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
+
+
+class ResultCollector:
+    """Results of one part at one cluster tolerance with one number of poses.
+
+    Holds eight bytes a probability and some eighty a result; the messages are let go.
+
+    Parameters
+    ----------
+    first : object
+        A decoded PoseStatistics, whose poses lay down the geometry.
+    """
+
+    def __init__(self, first: Any) -> None:
+        self.cluster_tolerance = float(field(first, "cluster_tolerance", math.nan))
+        self.radius = float(field(first, "radius", math.nan))
+        self.poses = _pose_table(_sorted(first.poses))
+        self.warnings: dict[str, None] = {}
+        self._rows: dict[bytes, int] = {}
+        self._methods: dict[str, int] = {}
+        self._predictions: dict[Any, Prediction] = {}
+        self._numbers = {name: array(code) for name, code in (
+            ("time", "q"), ("method", "q"), ("restitution", "d"), ("drop_height", "d"),
+            ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
+        self._flags = {"final": bytearray(), "latched": bytearray()}
+        self._probability = array("d")
+
+    def fits(self, message: Any) -> bool:
+        """Whether a result numbers the same poses."""
+        return bool(np.array_equal([pose.index for pose in _sorted(message.poses)],
+                                   self.poses.index))
+
+    def add(self, message: Any, time: int, latched: bool) -> None:
+        """Take in a result, unless it is known: latched and answered, or in another bag."""
+        found = _prediction(message, _sorted(message.poses), time)
+        key = fingerprint(time, found.scene, found.restitution, found.drops, found.unsettled,
+                          found.seed, found.job_id, found.final, found.probability, found.count)
+        row = self._rows.setdefault(key, len(self._rows))
+        self.warnings.update(dict.fromkeys(field(message, "warnings", ())))
+        if row < len(self._flags["final"]):
+            self._flags["latched"][row] |= latched
+            return
+        self._flags["final"].append(found.final)
+        self._flags["latched"].append(latched)
+        method = self._methods.setdefault(found.method, len(self._methods))
+        for name, column in self._numbers.items():
+            column.append(method if name == "method" else getattr(found, name))
+        self._probability.frombytes(found.probability.tobytes())
+        known = self._predictions.get(found.scene)
+        if known is None or found.knows_more_than(known):
+            self._predictions[found.scene] = found
+
+    def history(self) -> ResultHistory:
+        """Everything so far, by time."""
+        columns = {name: _copy(column, column.typecode) for name, column in self._numbers.items()}
+        flags = {name: _copy(column, "?") for name, column in self._flags.items()}
+        probability = _copy(self._probability, "d").reshape(len(columns["time"]), -1)
+        order = np.argsort(columns["time"], kind="stable")
+        names = np.array(list(self._methods), dtype=np.str_)
+        columns["method"] = names[columns["method"]]
+        ordered = {name: column[order] for name, column in {**columns, **flags}.items()}
+        return ResultHistory(self.cluster_tolerance, self.poses, **ordered,
+                             probability=probability[order],
+                             predictions=tuple(self._predictions.values()))
+
+
+def _copy(column: array[Any] | bytearray, code: str) -> NDArray[Any]:
+    return np.frombuffer(column, dtype=code).copy()
+
+
+def _sorted(poses: Sequence[Any]) -> list[Any]:
+    return sorted(poses, key=lambda pose: int(pose.index))
+
+
+def _pose_table(poses: Sequence[Any]) -> PoseTable:
+    down = [(pose.down.x, pose.down.y, pose.down.z) if hasattr(pose, "down")
+            else (math.nan,) * 3 for pose in poses]
+    return PoseTable(
+        np.array([pose.index for pose in poses], dtype=np.int64),
+        # Without groups every pose is a group of its own.
+        np.array([field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array(down, dtype=np.float64).reshape(-1, 3),
+        **{name: _numbers(poses, name) for name in POSE_NUMBERS})
+
+
+def _numbers(poses: Sequence[Any], name: str) -> Array:
+    return np.array([field(pose, name, math.nan) for pose in poses], dtype=np.float64)
+
+
+def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
+    spent = field(message, "compute_time", None)
+    return Prediction(
+        method=str(field(message, "method", "")),
+        restitution=float(field(message, "restitution", math.nan)),
+        drop_height=float(field(message, "drop_height", math.nan)),
+        plate=str(field(message, "plate", "")),
+        time=time,
+        drops=int(np.int64(field(message, "drops", 0))),
+        unsettled=int(np.int64(field(message, "unsettled", 0))),
+        seed=int(field(message, "seed", 0)),
+        expected_error=float(field(message, "expected_error", math.nan)),
+        plate_error=float(field(message, "plate_error", math.nan)),
+        seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
+        job_id=str(field(message, "job_id", "")),
+        version=str(field(message, "version", "")),
+        final=bool(field(message, "final", True)),
+        probability=_numbers(poses, "probability"),
+        probability_low=_numbers(poses, "probability_low"),
+        probability_high=_numbers(poses, "probability_high"),
+        standard_error=_numbers(poses, "standard_error"),
+        count=np.array([field(pose, "count", 0) for pose in poses], dtype=np.int64))

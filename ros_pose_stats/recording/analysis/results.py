@@ -1,0 +1,162 @@
+"""The results that a bag holds for one part: what they said, and how it changed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class PoseTable:
+    """Geometry of a part's poses at one cluster tolerance, in the order of their index.
+
+    Attributes
+    ----------
+    index, group : (K,) arrays of int
+    down : (K, 3) array
+        Unit vectors in the part frame.
+    height, top, barrier : (K,) arrays
+        Metres.
+    margin, spread : (K,) arrays
+        Radians.
+    """
+
+    index: Index
+    group: Index
+    down: Array
+    height: Array
+    top: Array
+    margin: Array
+    barrier: Array
+    spread: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a method says about a part: of each scene the result that knows most.
+
+    That is the simulation with the most settled drops, or the newest estimate.
+
+    Attributes
+    ----------
+    method : str
+    restitution : float
+        As asked for.
+    drop_height : float
+        Metres; NaN where the method ignores it.
+    plate : str
+        Name of the plate; empty where none was given.
+    time : int
+        Nanoseconds since 1970.
+    drops, unsettled, seed : int
+    expected_error, plate_error : float
+        Fractions; NaN where unknown.
+    seconds : float
+        That computing took.
+    job_id, version : str
+    final : bool
+    probability, probability_low, probability_high, standard_error : (K,) arrays
+        In the order of the pose table.
+    count : (K,) array of int
+        Drops that came to rest in each pose; 0 for an estimate.
+    """
+
+    method: str
+    restitution: float
+    drop_height: float
+    plate: str
+    time: int
+    drops: int
+    unsettled: int
+    seed: int
+    expected_error: float
+    plate_error: float
+    seconds: float
+    job_id: str
+    version: str
+    final: bool
+    probability: Array
+    probability_low: Array
+    probability_high: Array
+    standard_error: Array
+    count: Index
+
+    @property
+    def scene(self) -> tuple[str, float | None, float | None]:
+        """What tells predictions apart; a method that ignores the drop height is blind."""
+        if math.isnan(self.drop_height):
+            return self.method, None, None
+        return self.method, round(self.restitution, 9), round(self.drop_height, 9)
+
+    @property
+    def counted(self) -> bool:
+        """Whether the probabilities are counts of drops, with an error of their own."""
+        return self.method == "simulation" and bool(self.count.any())
+
+    def knows_more_than(self, other: Prediction) -> bool:
+        """Whether this one should stand for their common scene."""
+        mine, others = self.drops - self.unsettled, other.drops - other.unsettled
+        return (mine, self.time) >= (others, other.time)
+
+
+@dataclass(frozen=True, eq=False)
+class ResultHistory:
+    """All results of a part at one cluster tolerance, by time.
+
+    Attributes
+    ----------
+    cluster_tolerance : float
+        Fraction of the radius.
+    poses : PoseTable
+    time : (n,) array of int
+        Nanoseconds since 1970.
+    method : (n,) array of str
+    restitution, drop_height : (n,) arrays
+        The latter in metres, NaN where the method ignores it.
+    drops, unsettled : (n,) arrays of int
+    expected_error : (n,) array
+        Fraction; NaN where unknown.
+    final, latched : (n,) arrays of bool
+        Whether it was a job's last word; whether subscribers got it or a caller alone.
+    probability : (n, K) array
+    predictions : tuple of Prediction
+        One a method and scene, in the order of first appearance.
+    """
+
+    cluster_tolerance: float
+    poses: PoseTable
+    time: Index
+    method: NDArray[np.str_]
+    restitution: Array
+    drop_height: Array
+    drops: Index
+    unsettled: Index
+    expected_error: Array
+    final: Flags
+    latched: Flags
+    probability: Array
+    predictions: tuple[Prediction, ...]
+
+    @property
+    def largest_change(self) -> Array:
+        """Largest change of a probability since the result before, (n,); NaN for the first."""
+        found = np.full(len(self.time), math.nan)
+        if len(self.time) > 1:
+            found[1:] = np.abs(np.diff(self.probability, axis=0)).max(axis=1, initial=0.0)
+        return found
+
+    @property
+    def leading(self) -> Prediction:
+        """The prediction to go by: the largest simulation, else the newest estimate."""
+        best = self.predictions[0]
+        for one in self.predictions[1:]:
+            if one.knows_more_than(best):
+                best = one
+        return best

@@ -1,0 +1,162 @@
+"""Whether counts differ by more than chance: Pearson's chi-square, with rare bins pooled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtrc
+
+from ..errors import RequestError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+LEAST_EXPECTED: Final = 5.0
+"""Expected count below which a bin is pooled: the usual rule (Cochran 1954).
+
+Below it the statistic no longer follows the chi-square distribution.
+"""
+
+
+@dataclass(frozen=True)
+class ChiSquare:
+    """Outcome of a test.
+
+    Attributes
+    ----------
+    statistic : float
+        NaN where there are too few counts for two bins.
+    degrees_of_freedom : int
+        Bins less one; nothing is fitted to the counts. 0 where there are too few.
+    p_value : float
+        Chance of a statistic this large if the counts do follow the prediction; NaN where
+        there are too few.
+    bins : int
+        That were compared, after pooling.
+    pooled : int
+        Bins that were put together into one; 0 for none.
+    """
+
+    statistic: float
+    degrees_of_freedom: int
+    p_value: float
+    bins: int
+    pooled: int
+
+    @property
+    def too_few(self) -> bool:
+        """Whether the counts do not suffice for a test."""
+        return self.degrees_of_freedom == 0
+
+
+def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike) -> ChiSquare:
+    """Compare counts with probabilities that are known without error.
+
+    Parameters
+    ----------
+    counts : (K,) array
+        0 <= count.
+    probabilities : (K,) array
+        0 <= probability, of which at least one is above 0; scaled to the sum 1. A bin of
+        probability 0 is pooled if something was counted there, else left out.
+
+    Raises
+    ------
+    RequestError
+        If these are no counts or no probabilities, or not as many of each.
+    """
+    observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
+    if observed.shape != weights.shape or not weights.sum() > 0.0:
+        raise RequestError("as many probabilities as counts, not all 0",
+                           f"{weights.size} of sum {weights.sum():g} for {observed.size} counts",
+                           "number both by the same poses")
+    expected = weights * (observed.sum() / weights.sum())
+    told = (observed > 0.0) | (expected > 0.0)
+    bins, pooled = pooled_bins(expected[told])
+    joined, foreseen = (np.bincount(bins, values[told]).astype(np.float64)
+                        for values in (observed, expected))
+    return _test(joined[None], foreseen[None], pooled)
+
+
+def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
+    """Compare two sets of counts, both with their own chance.
+
+    Parameters
+    ----------
+    first, second : (K,) arrays
+        0 <= count. A bin that is empty in both is left out.
+
+    Raises
+    ------
+    RequestError
+        If these are no counts, or not as many of each.
+    """
+    rows = [_checked("counts", first), _checked("counts", second)]
+    if rows[0].shape != rows[1].shape:
+        raise RequestError("two equally long sets of counts", f"{rows[0].size} and {rows[1].size}",
+                           "number both by the same poses")
+    table = np.stack(rows)
+    table = table[:, table.sum(axis=0) > 0.0]
+    if not table.sum(axis=1).all():
+        return _too_few(0)
+    shares = table.sum(axis=1) / table.sum()
+    bins, pooled = pooled_bins(shares.min() * table.sum(axis=0))
+    joined: Array = np.stack([np.bincount(bins, row) for row in table]).astype(np.float64)
+    return _test(joined, np.outer(shares, joined.sum(axis=0)), pooled)
+
+
+def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Index, int]:
+    """Put bins with small expected counts together.
+
+    All bins below the bound become one; while that one stays below, the smallest of the others
+    joins it.
+
+    Parameters
+    ----------
+    expected : (K,) array
+    least : float
+
+    Returns
+    -------
+    bins : (K,) array of int
+        Number of the new bin of each old one, from 0 on.
+    pooled : int
+        How many old ones share a new one; 0 for none.
+    """
+    values = np.asarray(expected, dtype=np.float64)
+    order = np.argsort(values, kind="stable")
+    small = int(np.count_nonzero(values < least))
+    if small:
+        together = np.cumsum(values[order])
+        # Rounding must not drag another bin in.
+        enough = np.flatnonzero(together >= least * (1.0 - 1e-12))
+        small = max(small, int(enough[0]) + 1) if enough.size else values.size
+    bins = np.empty(values.size, dtype=np.int64)
+    bins[order[:small]] = 0
+    bins[order[small:]] = np.arange(values.size - small) + min(small, 1)
+    return bins, small if small > 1 else 0
+
+
+def _test(observed: Array, expected: Array, pooled: int) -> ChiSquare:
+    """Pearson's sum over a table (1 or 2, bins)."""
+    bins = observed.shape[1]
+    if bins < 2 or expected.min() < LEAST_EXPECTED * (1.0 - 1e-9):
+        return _too_few(pooled)
+    statistic = float((np.square(observed - expected) / expected).sum())
+    return ChiSquare(statistic, bins - 1, float(chdtrc(bins - 1, statistic)), bins, pooled)
+
+
+def _too_few(pooled: int) -> ChiSquare:
+    return ChiSquare(math.nan, 0, math.nan, 1, pooled)
+
+
+def _checked(what: str, values: ArrayLike) -> Array:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 1 or not np.all((array >= 0.0) & np.isfinite(array)):
+        raise RequestError(f"finite {what} from 0 up, in one row", f"{array.tolist()}",
+                           "leave unknown ones out")
+    return array

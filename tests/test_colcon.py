@@ -1,0 +1,61 @@
+"""The repository builds with colcon, as in an ordinary Jazzy workspace."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+TAKEN = ("package.xml", "setup.py", "setup.cfg", "README.md", "resource", "launch", "config",
+         "ros_pose_stats", "msg_defs")
+MEND = ROOT / ".ci/drop_missing_include_dirs.cmake"
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory):
+    """A workspace with both packages built."""
+    home = tmp_path_factory.mktemp("workspace")
+    source = home / "src/ros_pose_stats"
+    source.mkdir(parents=True)
+    for name in TAKEN:
+        subprocess.run(["cp", "-r", str(ROOT / name), str(source)], check=True)
+    done = colcon(home, "build", "--base-paths", "src/ros_pose_stats",
+                  "src/ros_pose_stats/msg_defs", "--cmake-args",
+                  f"-DPython3_EXECUTABLE={sys.executable}", "-DBUILD_TESTING=OFF",
+                  f"-DCMAKE_PROJECT_INCLUDE={MEND}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return home
+
+
+def colcon(home, *arguments):
+    prefix = sys.prefix
+    environment = {**os.environ, "AMENT_PREFIX_PATH": prefix, "CMAKE_PREFIX_PATH": prefix,
+                   "PATH": f"{prefix}/bin:{os.environ['PATH']}",
+                   "CMAKE_BUILD_PARALLEL_LEVEL": "2"}
+    return subprocess.run([f"{prefix}/bin/colcon", *arguments], cwd=home, env=environment,
+                          capture_output=True, text=True, check=False)
+
+
+def test_both_packages_are_installed(workspace):
+    install = workspace / "install"
+    assert (install / "ros_pose_stats_msgs/share/ros_pose_stats_msgs/msg/PartMesh.msg").is_file()
+    assert (install / "ros_pose_stats/share/ros_pose_stats/package.xml").is_file()
+    assert (install / "ros_pose_stats/share/ros_pose_stats/launch/pose_stats.launch.py").is_file()
+    assert (install / "ros_pose_stats/share/ros_pose_stats/config/pose_stats.yaml").is_file()
+    index = "share/ament_index/resource_index"
+    assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()
+    assert (install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs").is_file()
+
+
+def test_ros2_run_finds_the_executable(workspace):
+    executable = workspace / "install/ros_pose_stats/lib/ros_pose_stats/pose_stats_node"
+    assert os.access(executable, os.X_OK)
+
+
+def test_a_bare_build_finds_only_the_root_package(tmp_path):
+    for name in TAKEN:
+        subprocess.run(["cp", "-r", str(ROOT / name), str(tmp_path)], check=True)
+    found = colcon(tmp_path, "list", "--names-only")
+    assert found.stdout.split() == ["ros_pose_stats"], found.stderr
