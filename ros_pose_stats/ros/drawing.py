@@ -11,7 +11,7 @@ from visualization_msgs.msg import MarkerArray
 
 from .catalogue import KnownPart
 from .latching import LATCHED
-from .markers import MOST_POSES, corners, marker_array, triangles_each
+from .markers import corners, marker_array, poses_each, triangles_each
 from .results import Results
 
 SECONDS_BETWEEN = 1.0
@@ -44,7 +44,8 @@ class Drawing:
         self._changed.clear()
         shown = [known for known in self._results.parts.all() if known.latched is not None]
         shown.sort(key=lambda known: known.part.part_id)
-        drawn = sum(min(len(known.latched.poses), MOST_POSES) for known in shown)
+        each = poses_each(len(shown))
+        drawn = sum(min(len(known.latched.poses), each) for known in shown)
         most = triangles_each(drawn)
         kept = {(known.part.digest, most): self._soup(known, most) for known in shown}
         self._corners = kept

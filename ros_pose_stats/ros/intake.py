@@ -9,6 +9,8 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from ..errors import RequestError
+
 T = TypeVar("T")
 
 MOST_WAITING = 64
@@ -33,6 +35,7 @@ class Intake:
     def __init__(self, most_bytes: Callable[[], int]) -> None:
         self._most_bytes = most_bytes
         self._tasks: deque[_Task[object]] = deque()
+        self._urgent: deque[_Task[object]] = deque()
         self._later: deque[_Task[object]] = deque()
         self._bytes = 0
         self._changed = threading.Condition()
@@ -64,6 +67,22 @@ class Intake:
             self._append(self._tasks, task)
         return task.future
 
+    def put_first(self, work: Callable[[], T]) -> Future[T]:
+        """Queue a task that a client waits for, before the others; never waits itself.
+
+        Raises
+        ------
+        RequestError
+            If too many wait.
+        """
+        task = _Task(work, 0, Future())
+        with self._changed:
+            if len(self._urgent) >= MOST_WAITING:
+                raise RequestError(f"at most {MOST_WAITING} meshes of requests waiting",
+                                   "as many", "ask again in a moment")
+            self._append(self._urgent, task)
+        return task.future
+
     def put_later(self, work: Callable[[], T]) -> Future[T]:
         """Queue a small task for when nothing else waits; never waits itself."""
         task = _Task(work, 0, Future())
@@ -86,13 +105,14 @@ class Intake:
     def waiting(self) -> int:
         """Tasks that wait."""
         with self._changed:
-            return len(self._tasks) + len(self._later)
+            return len(self._urgent) + len(self._tasks) + len(self._later)
 
     def close(self) -> None:
         """Finish the task in hand and drop the others."""
         with self._changed:
             self._closed = True
-            dropped = [*self._tasks, *self._later]
+            dropped = [*self._urgent, *self._tasks, *self._later]
+            self._urgent.clear()
             self._tasks.clear()
             self._later.clear()
             self._changed.notify_all()
@@ -114,8 +134,9 @@ class Intake:
 
     def _next(self) -> _Task[object] | None:
         with self._changed:
-            while not self._tasks and not self._later and not self._closed:
+            while not self._closed:
+                waiting = self._urgent or self._tasks or self._later
+                if waiting:
+                    return waiting.popleft()
                 self._changed.wait()
-            if self._closed:
-                return None
-            return (self._tasks or self._later).popleft()
+            return None

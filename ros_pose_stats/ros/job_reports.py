@@ -23,7 +23,7 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     request = job.request
     found = JobEvent(event=event)
     found.header.stamp = time_message(now())
-    found.job_id, found.part_id, found.message = job.job_id, request.part_id, message
+    found.job_id, found.part_id, found.message = job.job_id, job.part_id, message
     found.refinement = request.refinement
     found.drops, found.drops_done, found.seed = request.drops, job.drops_done, job.seed
     found.restitution = float(request.scene.restitution)
@@ -71,12 +71,10 @@ class JobReports:
         self.on_progress: Callable[[Job], object] = lambda job: None
         self.on_started: Callable[[Job], object] = lambda job: None
         self.on_end: Callable[[Job], object] = lambda job: None
-        self._unrecorded: set[str] = set()
 
-    def queued(self, job: Job) -> None:
+    def queued(self, job: Job) -> bool:
         """Put the acceptance on record before it is told."""
-        if not self._record(job_event(job, JobEvent.QUEUED), durable=True):
-            self._unrecorded.add(job.job_id)
+        return self._record(job_event(job, JobEvent.QUEUED), durable=True)
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
@@ -113,7 +111,7 @@ class JobReports:
             if current is not None:
                 self._results.offer(current, job.answer, job.request.scene)
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
-                  f"{job.request.drops} drops of '{job.request.part_id}'"
+                  f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
 
     def told(self, job: Job) -> None:
@@ -148,10 +146,7 @@ class JobReports:
         return known
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
-        if job.job_id in self._unrecorded:
-            self._unrecorded.discard(job.job_id)
-            return (NOT_RECORDED.format("its acceptance failed"),)
-        return ()
+        return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)
 
     def _record(self, event: JobEvent, *, durable: bool) -> bool:
         return self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)

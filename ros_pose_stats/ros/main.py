@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 from collections.abc import Sequence
-from types import FrameType
 
 import rclpy
 from rclpy.exceptions import InvalidParameterException, InvalidParameterValueException
@@ -15,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..errors import PoseStatsError
 from .node import PoseStatsNode
+from .stop_signals import StopSignals
 from .warm_up import warm_up
 
 REFUSED = 2
@@ -24,11 +23,13 @@ SWITCH_SECONDS = 0.001
 """Threads that wait for the interpreter get it this soon."""
 
 
-def run_node(arguments: Sequence[str] | None = None) -> int:
+def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
     Parameters
     ----------
+    stop : StopSignals
+        Made before ROS was imported, which takes a second.
     arguments : sequence of str, optional
         With `--ros-args`; default: the process's own.
 
@@ -37,14 +38,6 @@ def run_node(arguments: Sequence[str] | None = None) -> int:
     int
         0; 2 for a refused parameter; 1 for an internal failure.
     """
-    stop = threading.Event()
-
-    def on_signal(_number: int, _frame: FrameType | None) -> None:
-        stop.set()
-
-    # Before rclpy is up, so that no signal finds it half-way.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, on_signal)
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
@@ -57,22 +50,24 @@ def run_node(arguments: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(stop: threading.Event) -> int:
+def _run(stop: StopSignals) -> int:
     executor = MultiThreadedExecutor(num_threads=THREADS)
+    if stop.asked:
+        return 0
     try:
         node = PoseStatsNode()
     except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
         print(f"pose_stats: {refusal}", file=sys.stderr)
         return REFUSED
-    warm_up(node.get_logger().info)
+    if not stop.asked:
+        warm_up(node.get_logger().info)
     executor.add_node(node)
     failure: list[BaseException] = []
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
-    spinning.start()
     _Ready(node)
+    spinning.start()
     try:
-        while not stop.wait(0.5):  # short, for signals are handled between waits
-            pass
+        stop.wait()
     finally:
         node.close()
         executor.shutdown(timeout_sec=2.0)
@@ -85,12 +80,13 @@ def _run(stop: threading.Event) -> int:
 
 
 def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
-          stop: threading.Event) -> None:
+          stop: StopSignals) -> None:
     try:
         executor.spin()
-    except BaseException as error:  # told by the main thread
-        failure.append(error)
-        stop.set()
+    except BaseException as error:
+        if not stop.asked:  # else the main thread has just taken the executor apart
+            failure.append(error)  # told by the main thread
+            stop.ask()
 
 
 class _Ready:

@@ -21,11 +21,14 @@ Array = NDArray[np.float64]
 MOST_POSES = 16
 """Poses drawn of a part, the most probable ones."""
 
-MOST_TRIANGLES = 20_000
-"""Of the whole array: rclpy turns each corner into an object."""
+MOST_DRAWN = 400
+"""Poses drawn in all; with many parts fewer of each."""
 
-FINEST, COARSEST = 120, 12
-"""Triangles of one drawn part."""
+MOST_TRIANGLES = 6_000
+"""Of the whole array: rclpy turns each corner into an object, and services wait meanwhile."""
+
+FINENESS = (120, 60, 30, 12)
+"""Triangles of one drawn part; few steps, so that parts are seldom thinned anew."""
 
 GAP = 0.6
 """Between the parts, in radii."""
@@ -34,9 +37,14 @@ LETTER = 0.35
 """Height of the labels, in radii."""
 
 
+def poses_each(parts: int) -> int:
+    """How many poses of each of so many parts are drawn."""
+    return max(1, min(MOST_POSES, MOST_DRAWN // max(parts, 1)))
+
+
 def triangles_each(drawn: int) -> int:
     """How many triangles a drawn pose may have where `drawn` poses are drawn."""
-    return int(np.clip(MOST_TRIANGLES // max(drawn, 1), COARSEST, FINEST))
+    return next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
 
 
 def corners(part: Part, most: int) -> list[Point]:
@@ -61,15 +69,15 @@ def marker_array(rows: Sequence[tuple[PoseStatistics, Sequence[Point]]]) -> Mark
     y = 0.0
     for found, soup in rows:
         y -= found.radius * (1.0 + 0.5 * GAP) if markers[1:] else 0.0
-        markers += _row(found, soup, y)
+        markers += _row(found, soup, y, poses_each(len(rows)))
         y -= found.radius * (1.0 + 0.5 * GAP)
     return MarkerArray(markers=markers)
 
 
-def _row(found: PoseStatistics, soup: Sequence[Point], y: float) -> list[Marker]:
+def _row(found: PoseStatistics, soup: Sequence[Point], y: float, most: int) -> list[Marker]:
     markers = [_label(found, 0, found.part_id, -2.0 * found.radius, y, LETTER * found.radius)]
     step = (2.0 + GAP) * found.radius
-    for place, pose in enumerate(found.poses[:MOST_POSES]):
+    for place, pose in enumerate(found.poses[:most]):
         x = place * step
         markers.append(_body(found, pose, soup, x, y))
         text = f"{pose.index}: {100.0 * pose.probability:.1f} %"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
 from typing import Any
@@ -34,6 +34,7 @@ from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder
 from .requests import Requests
 from .restore import LastRun, interrupted_job, last_run
 from .results import Results
+from .sequence_gaps import SequenceGaps
 from .services import Services
 from .settings import Settings
 from .simulate_drops import SimulateDropsServer
@@ -103,24 +104,23 @@ class PoseStatsNode(Node):
             future = self.intake.put(lambda: self.results.take(take(data)), len(data))
             future.add_done_callback(partial(self._look, topic))
 
-        for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL):
-            quality = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
-                                 durability=durability)
-            self.create_subscription(kind, topic, on_mesh, quality, raw=True,
-                                     callback_group=group,
-                                     event_callbacks=self._mesh_events(durability))
+        gaps = SequenceGaps()
 
-    def _mesh_events(self, durability: DurabilityPolicy) -> SubscriptionEventCallbacks:
-        """Count what a flood overruns.
+        def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
+            self.refusals.lose(gaps.missing_before(info["publication_sequence_number"] or 0))
+            on_mesh(data)
 
-        Plain publishers do not match the latched subscription and are not warned of: the plain
-        one, which they match, warns of all else.
-        """
-        events = SubscriptionEventCallbacks(
-            message_lost=lambda lost: self.refusals.lose(lost.total_count_change))
-        if durability is DurabilityPolicy.TRANSIENT_LOCAL:
-            events.incompatible_qos = lambda info: None
-        return events
+        plain = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
+                           durability=DurabilityPolicy.VOLATILE)
+        latched = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE,
+                             durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(kind, topic, on_counted_mesh, plain, raw=True,
+                                 callback_group=group)
+        # Plain publishers do not match this one; what else is wrong with a publisher, the
+        # plain subscription warns of.
+        self.create_subscription(
+            kind, topic, on_mesh, latched, raw=True, callback_group=group,
+            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=lambda info: None))
 
     def _look(self, topic: str, done: Future[Any]) -> None:
         error = None if done.cancelled() else done.exception()
@@ -178,16 +178,20 @@ class PoseStatsNode(Node):
         future.add_done_callback(partial(self._look, "restored part"))
 
     def _mesh_status(self) -> DiagnosticStatus:
-        return self.refusals.status(f"{self.get_name()}: parts", len(self.results.parts.all()),
+        return self.refusals.status(self._line("parts"), len(self.results.parts.all()),
                                     self.intake.waiting())
+
+    def _line(self, about: str) -> str:
+        """Name of a line in diagnostics."""
+        return f"{self.get_fully_qualified_name()[1:]}: {about}"
 
     def _job_status(self) -> DiagnosticStatus:
         asked, refinements = self.jobs.counts()
         job = self.jobs.running
         text = "idle" if job is None else (
             f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of "
-            f"'{job.request.part_id}'")
-        return status(f"{self.get_name()}: jobs", False, text, {
+            f"'{job.part_id}'")
+        return status(self._line("jobs"), False, text, {
             "queued": asked, "refinements queued": refinements,
             "queue bound": self._settings().max_queued_jobs,
             "running": "" if job is None else job.job_id,
@@ -197,11 +201,14 @@ class PoseStatsNode(Node):
         problem = self.recorder.problem
         values = self.recorder.state()
         values["last repair"] = str(self.repairs[-1]) if self.repairs else "none"
-        return status(f"{self.get_name()}: recording", bool(problem),
-                      f"NOT_RECORDED: {problem}" if problem else "recording", values)
+        text = f"NOT_RECORDED: {problem}" if problem else "recording"
+        if not problem and self.recorder.log.over_bound:
+            text = "this run alone is larger than max_log_bytes; nothing of it is deleted"
+        return status(self._line("recording"), text != "recording", text, values)
 
     def close(self) -> None:
         """End jobs and goals, and finish the bag; what was done is kept."""
         self.intake.close()
         self.jobs.close("the node ended")
+        self.action.wait_until_told()
         self.recorder.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import threading
 from collections.abc import Callable
@@ -59,6 +60,7 @@ class Recorder:
         self._lock = threading.Lock()
         self.problem = ""
         self.lost = 0
+        self._deleted: list[str] = []
 
     def record(self, topic: str, data: bytes, *, durable: bool = False) -> bool:
         """Write a serialised message; durable ones are on disk when this returns.
@@ -93,7 +95,18 @@ class Recorder:
 
     def state(self) -> dict[str, Any]:
         """What diagnostics say about the bag."""
-        left = self.log.bytes_left
+        self._deleted += [run.name for run in self.log.deleted_runs]
         return {"bag": str(self.log.directory), "bytes written": self.log.bytes_written,
-                "bytes left": "unlimited" if left is None else left,
-                "messages not recorded": self.lost}
+                "bytes left": self._left(), "messages not recorded": self.lost,
+                "runs deleted for max_log_bytes": len(self._deleted),
+                "last run deleted": self._deleted[-1] if self._deleted else "none"}
+
+    def _left(self) -> int | str:
+        """What the bound on all bags and the disk leave room for."""
+        bounds = [] if self.log.bytes_left is None else [self.log.bytes_left]
+        try:
+            home = next(path for path in self.log.directory.parents if path.is_dir())
+            bounds.append(shutil.disk_usage(home).free)
+        except OSError as error:
+            return f"unknown: {error}"
+        return min(bounds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
 from typing import Any
 
@@ -78,7 +78,7 @@ class Requests:
         return self._take(request), request.part_id, content, wishes
 
     def _take(self, request: PartRequest) -> Future[KnownPart]:
-        coming = self._intake.put(lambda: self._results.take(request), request.bytes())
+        coming = self._intake.put_first(lambda: self._results.take(request))
 
         def look(future: Future[KnownPart]) -> None:
             error = None if future.cancelled() else future.exception()
@@ -100,8 +100,7 @@ class Requests:
         asked = _numbers(request, settings)
         coming, part_id, content, wishes = self.part(request.part_id, request.part)
         try:
-            known = coming.result(timeout=PATIENCE)
-            part_id = known.part.part_id
+            outcome(coming, PATIENCE)
         except NotYet:
             if coming.done():
                 raise
@@ -112,17 +111,21 @@ class Requests:
     def refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
-        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed")
-        if not settings.refine_drops and not settings.target_error:
-            return
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        latched = known.latched
-        if latched is not None and latched.drops and (
-                latched.drops >= drops or 0.0 < latched.expected_error <= settings.target_error):
-            return
         request = JobRequest(known.part.part_id, known.content, settings.scene(known.wishes),
                              drops, 0, settings.target_error, settings.max_job_seconds, True)
-        self._jobs.submit(request, known.ready(), settings)
+        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed",
+                                     but=request)
+        wanted = settings.refine_drops or settings.target_error
+        if wanted and not _fine_enough(known.latched, drops, settings.target_error):
+            self._jobs.submit(request, known.ready(), settings)
+
+
+def _fine_enough(latched: Any, drops: int, target_error: float) -> bool:
+    """Whether what is latched is as good as a refinement would make it."""
+    if latched is None or not latched.drops:
+        return False
+    return bool(latched.drops >= drops or 0.0 < latched.expected_error <= target_error)
 
 
 def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
@@ -148,14 +151,32 @@ def _ready(known: KnownPart) -> Future[KnownPart]:
     return future
 
 
+def _ending() -> RequestError:
+    return RequestError("a running node", "one that is ending", "start it again")
+
+
+def outcome(coming: Future[KnownPart], timeout: float | None = None) -> KnownPart:
+    """The part, once it is there.
+
+    Raises
+    ------
+    PoseStatsError
+        If it is none, or the node ends.
+    concurrent.futures.TimeoutError
+    """
+    try:
+        return coming.result(timeout)
+    except CancelledError as error:
+        raise _ending() from error
+
+
 def _part(coming: Future[KnownPart]) -> Future[Part]:
     """The bare part of a known part that may still be coming."""
     part: Future[Part] = Future()
 
     def pass_on(done: Future[KnownPart]) -> None:
         if done.cancelled():
-            part.set_exception(RequestError("a running node", "one that is ending",
-                                            "start it again"))
+            part.set_exception(_ending())
         elif (error := done.exception()) is not None:
             part.set_exception(error)
         else:

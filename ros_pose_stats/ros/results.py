@@ -37,7 +37,7 @@ BUILT = 16
 SECONDS_BETWEEN = 1.0
 """A part that is being refined is published at most this often."""
 
-NOT_RECORDED = "NOT_RECORDED: this result could not be written to the bag: {}."
+NOT_RECORDED = "NOT_RECORDED: this could not be written to the bag: {}."
 
 
 class Results:
@@ -167,7 +167,11 @@ class Results:
         """Put an answer on record before it goes to a caller; warn where that fails."""
         if self._recorder.record(ANSWERS, serialize_message(message), durable=durable):
             return message
-        return with_warning(message, NOT_RECORDED.format(self._recorder.problem))
+        return with_warning(message, self.not_recorded())
+
+    def not_recorded(self) -> str:
+        """The warning of an answer that could not be put on record."""
+        return NOT_RECORDED.format(self._recorder.problem)
 
     def due(self, known: KnownPart, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
@@ -202,7 +206,7 @@ class Results:
         known.shown = message.revision
         data = serialize_message(message)
         if not self._recorder.record(POSE_STATISTICS, data, durable=False):
-            message = with_warning(message, NOT_RECORDED.format(self._recorder.problem))
+            message = with_warning(message, self.not_recorded())
             data = serialize_message(message)
         known.latched, known.scene, known.published = message, scene, time.monotonic()
         self._publishers.publish(known.part.part_id, data)

@@ -14,7 +14,7 @@ from ros_pose_stats_msgs import srv
 from ..errors import PoseStatsError, RequestError
 from .job_reports import JobReports
 from .jobs import Jobs, State
-from .requests import Requests
+from .requests import Requests, outcome
 from .results import Results, with_warning
 from .settings import Settings
 
@@ -87,7 +87,7 @@ class Services:
         if not 0.0 <= request.target_error < 1.0:
             raise _bad_target(request.target_error)
         coming, _, _, wishes = self._requests.part(request.part_id, request.part)
-        known = coming.result()
+        known = outcome(coming)
         scene = self._settings().scene((request.restitution, request.drop_height), wishes)
         found = self._results.estimate(known, request.method, scene)
         if request.target_error and not found.expected_error <= request.target_error:
@@ -101,7 +101,10 @@ class Services:
     @refusing
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
-        response.job_id = self._requests.start(request).job_id
+        job = self._requests.start(request)
+        response.job_id = job.job_id
+        if not job.recorded:
+            response.message = self._results.not_recorded()
 
     @refusing
     def get_statistics(self, request: Any, response: Any) -> None:
@@ -134,7 +137,7 @@ class Services:
         """All jobs."""
         for job in self._jobs.all():
             response.job_id.append(job.job_id)
-            response.part_id.append(job.request.part_id)
+            response.part_id.append(job.part_id)
             response.state.append(int(job.state))
             response.drops_done.append(job.drops_done)
             response.drops_total.append(job.request.drops)

@@ -18,7 +18,12 @@ from .jobs import Job, Jobs, State
 from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
-CANCEL_SECONDS = 0.05
+CANCEL_SECONDS = 5.0
+"""The transition that follows a cancel's callback takes a millisecond, on a busy machine more."""
+
+LAST_SECONDS = 1.0
+
+MOST_ASKED = 1000
 
 RESULT_SECONDS = 900
 """Results can be asked for this long after the end."""
@@ -44,8 +49,9 @@ class SimulateDropsServer:
         self._jobs = jobs
         self._reports = reports
         self._goals: dict[str, list[ServerGoalHandle]] = {}
-        self._asked: dict[int, tuple[Any, Job | PoseStatsError]] = {}
+        self._asked: dict[int, tuple[Any, Job | str]] = {}
         self._waiting: dict[str, bytes] = {}
+        self._ending = 0
         self._lock = threading.Lock()
         self._next_feedback = 0.0
         reports.on_started, reports.on_progress = self._begin, self._feedback
@@ -56,22 +62,32 @@ class SimulateDropsServer:
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
             result_timeout=RESULT_SECONDS)
 
-    def destroy(self) -> None:
-        """Take the action off the node."""
-        self._server.destroy()
+    def wait_until_told(self) -> None:
+        """Give the clients of jobs that have just ended the time to hear of it."""
+        until = time.monotonic() + LAST_SECONDS
+        told = self._ending == 0
+        while self._ending and time.monotonic() < until:
+            time.sleep(0.01)
+        if not told:  # the results are on their way
+            time.sleep(0.1)
 
     def _ask(self, request: Any) -> GoalResponse:
         """Queue the job, so that it is on record before the goal is accepted.
 
         A refused goal is accepted too, and aborted: a rejection could carry no message.
         """
-        answer: Job | PoseStatsError
+        answer: Job | str
         try:
             answer = self._requests.start(request)
         except PoseStatsError as refusal:
-            answer = refusal
+            answer = str(refusal)
+        except Exception as error:  # must not end the executor
+            answer = f"internal failure: {type(error).__name__}: {error}"
+            self._node.get_logger().error(f"simulate_drops: {answer}")
         with self._lock:
             self._asked[id(request)] = request, answer
+            if len(self._asked) > MOST_ASKED:  # clients that were gone before the answer
+                del self._asked[next(iter(self._asked))]
         return GoalResponse.ACCEPT
 
     def _accepted(self, goal: ServerGoalHandle) -> None:
@@ -107,7 +123,8 @@ class SimulateDropsServer:
             for job_id, goals in self._goals.items():
                 if any(_key(one) == _key(goal) for one in goals):
                     return self._jobs.get(job_id)
-        return None
+            _, answer = self._asked.get(id(goal.request), (None, None))
+        return answer if isinstance(answer, Job) else None  # accepted this moment
 
     def _feedback(self, job: Job) -> None:
         now = time.monotonic()
@@ -130,7 +147,7 @@ class SimulateDropsServer:
             if not goals or job.job_id in self._waiting:
                 return
             self._waiting[job.job_id] = _key(goals[0])
-        goals[0].execute(lambda handle: self._end(handle, job))
+        self._execute(goals[0], job)
 
     def _complete(self, job: Job) -> None:
         """End the goals of a job that has ended."""
@@ -139,7 +156,16 @@ class SimulateDropsServer:
             waiting = self._waiting.pop(job.job_id, b"")
         for goal in goals:
             if _key(goal) != waiting:
-                goal.execute(lambda handle: self._end(handle, job))
+                self._execute(goal, job)
+
+    def _execute(self, goal: ServerGoalHandle, job: Job) -> None:
+        """Have the executor wait for the job's end and tell the goal of it."""
+        with self._lock:
+            self._ending += 1
+        try:
+            goal.execute(lambda handle: self._end(handle, job))
+        except RuntimeError:  # of rcl: cancelled just before it was to be shown as executing
+            goal.execute(lambda handle: self._end(handle, job))
 
     def _end(self, goal: ServerGoalHandle, job: Job) -> Any:
         job.finished.wait()
@@ -152,6 +178,8 @@ class SimulateDropsServer:
             goal.canceled()
         else:
             goal.abort()
+        with self._lock:
+            self._ending -= 1
         return result
 
     def _refuse(self, goal: ServerGoalHandle) -> Any:
@@ -159,7 +187,7 @@ class SimulateDropsServer:
         with self._lock:
             _, refusal = self._asked.pop(id(goal.request))
         goal.abort()
-        return SimulateDrops.Result(success=False, message=str(refusal))
+        return SimulateDrops.Result(success=False, message=refusal)
 
 
 def _key(goal: ServerGoalHandle) -> bytes:

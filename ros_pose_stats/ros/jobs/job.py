@@ -85,6 +85,8 @@ class Job:
         How it ended.
     answer : object
         The message with the end result, once made.
+    recorded : bool
+        Whether the acceptance is on record.
     """
 
     job_id: str
@@ -99,6 +101,7 @@ class Job:
     snapshot: PoseStatistics | None = None
     message: str = ""
     answer: Any = None
+    recorded: bool = True
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
     _next_snapshot: float = 0.0

@@ -34,8 +34,8 @@ POLL_SECONDS = 0.02
 class JobListener(Protocol):
     """Told what happens to jobs; all but `queued` in the queue's own thread."""
 
-    def queued(self, job: Job) -> None:
-        """Accepted; returns when that is on record."""
+    def queued(self, job: Job) -> bool:
+        """Accepted; returns when that is on record, false where it could not be put there."""
 
     def started(self, job: Job) -> None:
         """Begins to run."""
@@ -106,7 +106,7 @@ class Jobs:
                 self._check_room(request, settings.max_queued_jobs)
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
-            self._listener.queued(job)
+            job.recorded = self._listener.queued(job)
             with self._changed:
                 self._known[job.job_id] = job
                 too_late = self._closing
@@ -129,10 +129,11 @@ class Jobs:
             self._end(job, State.CANCELLED, reason)
         return job
 
-    def cancel_refinement(self, part_id: str, reason: str) -> None:
-        """Ask the refinements of a part to end."""
+    def cancel_refinement(self, part_id: str, reason: str,
+                          but: JobRequest | None = None) -> None:
+        """Ask the refinements of a part to end, but for one that was asked for anew."""
         for job in self.all():
-            if job.request.refinement and job.part_id == part_id:
+            if job.request.refinement and job.part_id == part_id and job.request != but:
                 self.cancel(job.job_id, reason)
 
     def get(self, job_id: str) -> Job | None:

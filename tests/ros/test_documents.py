@@ -1,0 +1,72 @@
+"""What README and docs/node.md tell a reader to type does what they say."""
+
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.test_docs import ROOT, lines_of
+
+from .harness_node import PATIENCE
+
+PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
+
+
+def python_blocks() -> list[str]:
+    return re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("cell")
+    subprocess.run([sys.executable, "-m", "ros_pose_stats", "shapes", "demo"], cwd=directory,
+                   check=True, stdout=subprocess.DEVNULL)
+    return directory
+
+
+@pytest.fixture(scope="module")
+def running(domain, home):
+    """The lines of the README that go on until Ctrl-C, running."""
+    children = [subprocess.Popen([sys.executable, "-m", *shlex.split(line)], cwd=home,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                for line in lines_of("node", "publish")]
+    yield children
+    for child in children:
+        if child.poll() is None:
+            child.send_signal(signal.SIGINT)
+        said = child.communicate(timeout=PATIENCE)[1]
+        assert child.returncode == 0, said
+        assert "Traceback" not in said
+
+
+def run(home: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=home, capture_output=True, text=True, check=False,
+                          timeout=PATIENCE)
+
+
+def test_the_readme_shows_the_three_commands():
+    assert len(lines_of("node")) == len(lines_of("publish")) == len(lines_of("bag")) == 1
+
+
+def test_bag_line_of_the_readme_shows_the_published_part(running, home):
+    (line,) = lines_of("bag")
+    until = time.monotonic() + PATIENCE
+    done = run(home, sys.executable, "-m", *shlex.split(line))
+    while "clamp" not in done.stdout and time.monotonic() < until:
+        time.sleep(1.0)
+        done = run(home, sys.executable, "-m", *shlex.split(line))
+    assert done.returncode == 0, done.stderr
+    assert "clamp" in done.stdout and "combined" in done.stdout
+
+
+@pytest.mark.parametrize("code", python_blocks())
+def test_planner_of_the_page_runs(code, running, home):
+    test_bag_line_of_the_readme_shows_the_published_part(running, home)  # the part is there
+    done = run(home, sys.executable, "-c", code)
+    assert done.returncode == 0, done.stderr
+    assert "clamp/0" in done.stdout and "expected error" in done.stdout
