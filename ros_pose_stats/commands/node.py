@@ -35,6 +35,9 @@ def main() -> int:
 def _run(rest: list[str]) -> int:
     arguments = ros_arguments("pose_stats_node", rest)
     prepare_ros()
+    from ..ros.stop_signals import StopSignals
+
+    stop = StopSignals()
     from ..ros.main import run_node
 
-    return run_node(arguments)
+    return run_node(stop, arguments)

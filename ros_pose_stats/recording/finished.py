@@ -41,7 +41,8 @@ def finished_contents(path: Path) -> Contents | None:
             found_statistics |= _take_in(record, contents)
     except UNREADABLE:
         return None
-    return contents if found_statistics else None
+    known = all(channel.schema_id in contents.schemas for channel in contents.channels.values())
+    return contents if found_statistics and known else None
 
 
 def finished_files(directory: Path) -> Files | None:

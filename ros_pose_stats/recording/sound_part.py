@@ -47,7 +47,14 @@ class SoundPart:
         self.cut_bytes += end - begin
 
     def keep(self, frame: Frame) -> None:
-        """Take in a record, unless it is a message whose channel got lost."""
+        """Take in a record.
+
+        Raises
+        ------
+        OSError
+            It is a message whose channel or type got lost. Leaving it out would be worse than
+            leaving the file as it is.
+        """
         if frame.opcode == Opcode.HEADER:
             return
         try:
@@ -68,16 +75,20 @@ class SoundPart:
         ------
         One of UNREADABLE
             The file is better off without it.
+        OSError
+            As above.
         """
         record = decode(frame.opcode, frame.body)
         if isinstance(record, Schema):
             self.contents.schemas[record.id] = record
         elif isinstance(record, Channel):
+            if record.schema_id not in self.contents.schemas:
+                raise McapError(f"no schema {record.schema_id}")
             self.contents.channels[record.id] = record
         elif isinstance(record, Metadata):
             place = self.size + (frame.end - frame.start) - frame.length
             self.contents.metadata.append(MetadataIndex(place, frame.length, record.name))
         elif isinstance(record, Message):
             if record.channel_id not in self.contents.channels:
-                raise McapError(f"no channel {record.channel_id}")
+                raise OSError("the description of a topic in it is damaged")
             self.contents.count(record.channel_id, record.log_time)

@@ -11,6 +11,7 @@ from typing import Any
 
 from ..errors import RequestError
 from ..records import DropScene, Part
+from .part_requests import PartRequest
 
 
 @dataclass(eq=False)
@@ -24,6 +25,8 @@ class KnownPart:
         Digest of the mesh as it was sent.
     wishes : (restitution, drop_height)
         Of the part's own scene; negative: the node's.
+    request : PartRequest or None
+        The mesh as it was sent.
     latched : object
         The current result's message; None before the first.
     scene : DropScene or None
@@ -39,6 +42,7 @@ class KnownPart:
     part: Part
     content: bytes
     wishes: tuple[float, float]
+    request: PartRequest | None = None
     latched: Any = None
     scene: DropScene | None = None
     published: float = 0.0

@@ -42,7 +42,7 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # what rcl raises for arguments it cannot parse has no base
-        print(f"pose_stats: {error}", file=sys.stderr)
+        print(f"pose_stats: {str(error).strip()}", file=sys.stderr)
         return REFUSED
     try:
         return _run(stop)

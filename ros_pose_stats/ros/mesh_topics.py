@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from ..errors import RequestError
 from .part_requests import check_name
+
+TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
@@ -28,8 +31,8 @@ def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for entry in entries:
         part_id, given, topic = entry.rpartition("=")
-        part_id = part_id if given else topic.rstrip("/").rpartition("/")[2]
-        if not topic.strip("/~") or not part_id:
+        part_id = part_id if given else topic.rpartition("/")[2]
+        if not TOPIC.fullmatch(topic) or not part_id:
             raise RequestError("mesh_topics as `topic` or `part_id=topic`", f"'{entry}'",
                                "for instance bracket=/cad/bracket")
         check_name(part_id)

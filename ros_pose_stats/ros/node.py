@@ -59,7 +59,7 @@ class PoseStatsNode(Node):
         say = self.get_logger()
         self.refusals = Refusals()
         self.repairs = repair_bags(settings.directory()) if settings.directory().is_dir() else []
-        self.recorder = Recorder(settings, say.warning)
+        self.recorder = Recorder(settings, say.warning, self._record_again)
         self.results = Results(self._settings, self.recorder,
                                LatchedPublishers(self, "~/pose_statistics"), self._on_part,
                                lambda: self.drawing.touch())
@@ -128,6 +128,9 @@ class PoseStatsNode(Node):
             self._refuse(topic, str(error))
         elif error is not None:
             self._refuse(topic, f"internal failure: {type(error).__name__}: {error}")
+
+    def _record_again(self) -> None:
+        self.intake.put_later(self.results.record_again)
 
     def _refuse(self, source: str, reason: str) -> None:
         if self.refusals.refuse(source, reason):

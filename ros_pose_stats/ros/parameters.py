@@ -46,6 +46,8 @@ class Parameters:
         node.add_pre_set_parameters_callback(self._widen)
         node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
                                        values[setting.name]) for setting in TABLE])
+        for setting in TABLE:  # bounds at last: the refusals of `settings_of` say more
+            node.set_descriptor(setting.name, _descriptor(setting))
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
@@ -73,6 +75,12 @@ class Parameters:
 
 
 def _declare(node: Node, setting: Setting) -> Any:
+    anything = ParameterDescriptor(name=setting.name, dynamic_typing=True)
+    given = node.declare_parameter(setting.name, setting.default, anything, False)
+    return _value(setting, _widened(given))
+
+
+def _descriptor(setting: Setting) -> ParameterDescriptor:
     kind = TYPES[type(setting.default)]
     descriptor = ParameterDescriptor(
         name=setting.name, type=kind.value, dynamic_typing=True,
@@ -84,9 +92,7 @@ def _declare(node: Node, setting: Setting) -> Any:
     if kind is Parameter.Type.INTEGER and setting.low is not None:
         descriptor.integer_range = [IntegerRange(
             from_value=int(setting.low), to_value=int(setting.high or 0), step=1)]
-    # Bounds are held by `settings_of`, whose refusals say more; a copy tells tools of them.
-    given = node.declare_parameter(setting.name, setting.default, descriptor, False)
-    return _value(setting, _widened(given))
+    return descriptor
 
 
 def _widened(parameter: Parameter) -> Parameter:

@@ -50,13 +50,19 @@ class Recorder:
     settings : Settings
     say : callable
         Told once when recording fails and once when it works again.
+    on_gap : callable
+        Called when something may be missing in the bag that goes on: after recording has
+        failed, or when the bag was deleted and a new one begun.
     """
 
-    def __init__(self, settings: Settings, say: Callable[[str], object]) -> None:
+    def __init__(self, settings: Settings, say: Callable[[str], object],
+                 on_gap: Callable[[], object]) -> None:
         self.log = RunLog(settings.directory(), bag_types(),
                           max_bag_bytes=settings.max_bag_bytes,
                           max_log_bytes=settings.max_log_bytes)
         self._say = say
+        self._on_gap = on_gap
+        self._bags_lost = 0
         self._lock = threading.Lock()
         self.problem = ""
         self.lost = 0
@@ -88,10 +94,16 @@ class Recorder:
     def _note(self, problem: str) -> None:
         with self._lock:
             changed = bool(problem) != bool(self.problem)
+            new_bag = self.log.times_lost != self._bags_lost
+            self._bags_lost = self.log.times_lost
             self.problem = problem
             self.lost += bool(problem)
         if changed:
             self._say(f"NOT_RECORDED: {problem}" if problem else "recording works again")
+        if new_bag and not problem:
+            self._say(f"the bag was deleted; recording goes on in {self.log.directory}")
+        if not problem and (changed or new_bag):
+            self._on_gap()
 
     def state(self) -> dict[str, Any]:
         """What diagnostics say about the bag."""

@@ -94,10 +94,8 @@ class Results:
         if before is not None and before.wishes == wishes:
             return before
         part = self._build(request, content) if before is None else before.part
-        stamp = request.stamp or now()
-        message = part_message(request, part.part_id, stamp)
-        self._recorder.record(PART_MESH, serialize_message(message))
-        known = KnownPart(part, content, wishes)
+        known = KnownPart(part, content, wishes, request)
+        self._record_part(known)
         old = self.parts.current(part.part_id)
         if old is not None:
             known.revision, known.shown = old.revision, old.shown
@@ -107,6 +105,19 @@ class Results:
             self.offer(known, last, scene)
         self.refresh(known)
         return known
+
+    def _record_part(self, known: KnownPart) -> None:
+        if known.request is not None:
+            message = part_message(known.request, known.part.part_id,
+                                   known.request.stamp or now())
+            self._recorder.record(PART_MESH, serialize_message(message))
+
+    def record_again(self) -> None:
+        """Put all parts and what is latched for them on record, after a gap in it."""
+        for known in self.parts.all():
+            self._record_part(known)
+            if known.latched is not None:
+                self._recorder.record(POSE_STATISTICS, serialize_message(known.latched))
 
     @staticmethod
     def _still_true(known: KnownPart, last: PoseStatistics, scene: DropScene) -> bool:

@@ -164,6 +164,11 @@ def settings_of(values: dict[str, Any]) -> Settings:
     mesh_topics(values["mesh_topics"])
     settings = Settings(**{**values, "mesh_topics": tuple(values["mesh_topics"])})
     settings.scene()
+    try:
+        settings.directory()
+    except RuntimeError as error:
+        raise RequestError("log_directory to be a folder", f"'{settings.log_directory}'",
+                           "there is no such user") from error
     return settings
 
 

@@ -132,7 +132,8 @@ class TestRos:
         message.mesh.vertices = [Point()] * 50_000
         data = serialize_message(message)
         lengths = CdrLength(kind)
-        start = time.perf_counter()
-        trimmed = lengths.trimmed(data)
-        assert time.perf_counter() - start < 0.01
+        start = time.process_time()
+        for _ in range(10):
+            trimmed = lengths.trimmed(data)
+        assert time.process_time() - start < 0.1
         assert 0 <= len(data) - len(trimmed) < 16

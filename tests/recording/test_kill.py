@@ -154,6 +154,6 @@ class TestTwoProcesses:
                     acknowledged |= {
                         line.split()[1].decode() for line in process.stdout.read().splitlines()}
         repair_bags(tmp_path)
-        assert len(acknowledged) > 50
+        assert len(acknowledged) > 5
         assert acknowledged <= digests([
             data for run in runs(tmp_path) for data in undamaged(run)])

@@ -129,6 +129,28 @@ class TestCut:
         assert [one for one in messages if one in kept] == kept
         assert all(one in MESSAGES for one in messages)
 
+    def test_messages_whose_type_got_lost_are_not_thrown_away(self, tmp_path, no_waiting):
+        directory, _ = unfinished_bag(tmp_path, MESSAGES, RUN)
+        file = only_file(directory)
+        content = file.read_bytes()
+        for name in (b"std_msgs/msg/String", b"/pose_stats/answers\3"):
+            damaged = content.replace(name, name.upper())
+            file.write_bytes(damaged)
+            [repair] = repair_bags(tmp_path)
+            assert repair.problem == (
+                f"cannot mend {directory}: the description of a topic in it is damaged")
+            assert file.read_bytes() == damaged
+            assert list(directory.glob("*.half")) == []
+
+    def test_damage_to_the_beginning_is_survived(self, cut, unfinished):
+        content, _ = unfinished
+        metadata = content.index(b"rosbag2"), content.index(b"ros_distro")
+        for place in (*range(60), *range(*metadata, 20)):
+            damaged = bytearray(content)
+            damaged[place] ^= 0x41
+            _, messages = cut(bytes(damaged))
+            assert messages == MESSAGES
+
     def test_a_flipped_bit_costs_its_message_only(self, cut, unfinished):
         content, sizes = unfinished
         for place in range(sizes[2], sizes[3]):
