@@ -3,8 +3,8 @@
 from .part import Part
 from .progress import DropProgress
 from .scene import DropScene
-from .statistics import PoseStatistics, StablePose
+from .statistics import PoseStatistics, RestingShape, StablePose
 from .trajectory import DropEvent, Trajectory
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "StablePose",
-           "Trajectory"]
+__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "RestingShape",
+           "StablePose", "Trajectory"]

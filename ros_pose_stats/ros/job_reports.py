@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from array import array
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
 from ..records import PoseStatistics as Statistics
@@ -16,6 +17,9 @@ from .jobs import Job, State
 from .recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from .results import NOT_RECORDED, Results
 from .times import now, time_message
+
+MOST_ANSWER_BYTES = 256 * 2**20
+"""Of the results of ended jobs that are kept; older ones are in the bag only."""
 
 
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
@@ -68,6 +72,9 @@ class JobReports:
         self._results = results
         self._recorder = recorder
         self._say = say
+        self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
+        self._answered: deque[Job] = deque()
+        self._answer_bytes = 0
         self.on_progress: Callable[[Job], object] = lambda job: None
         self.on_started: Callable[[Job], object] = lambda job: None
         self.on_end: Callable[[Job], object] = lambda job: None
@@ -97,19 +104,13 @@ class JobReports:
 
     def ended(self, job: Job, state: State) -> None:
         """Put the end and its result on record, and latch the result."""
-        found = job.snapshot
-        known = self._known_or_own(job)
-        if found is not None and known is not None:
-            message = self._results.message(
-                known, found, job.settings, job.job_id, True, self._warnings(job))
-            job.answer = self._results.answer(message, durable=False)
+        message = self._recorded_answer(job)
         recorded = self._record(job_event(job, int(state), job.message), durable=True)
-        if job.answer is not None and not recorded:
-            job.answer = self._results.answer(job.answer)  # says that it is not on record
-        if job.answer is not None and job.answer.drops > job.answer.unsettled:
-            current = self._part_of(job)
-            if current is not None:
-                self._results.offer(current, job.answer, job.request.scene)
+        if message is not None:
+            if not recorded:
+                message = self._results.answer(message)  # says that it is not on record
+            self._latch(job, message)
+            self._remember(job, serialize_message(message))
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
@@ -118,22 +119,52 @@ class JobReports:
         """Tell the goals."""
         self.on_end(job)
 
+    def _recorded_answer(self, job: Job) -> PoseStatistics | None:
+        """The message of what a job has done; it is durable once the job's end is."""
+        found, known = job.snapshot, self._known_or_own(job)
+        if found is None or known is None:
+            return None
+        message = self._results.message(
+            known, found, job.settings, job.job_id, True, self._warnings(job))
+        return self._results.answer(message, durable=False)
+
+    def _latch(self, job: Job, message: PoseStatistics) -> None:
+        current = self._part_of(job)
+        if current is not None and message.drops > message.unsettled:
+            self._results.offer(current, message, job.request.scene)
+
+    def _remember(self, job: Job, answer: bytes) -> None:
+        """Keep the answers of the newest jobs, as far as there is room."""
+        job.answer = answer
+        self._answered.append(job)
+        self._answer_bytes += len(answer)
+        while self._answer_bytes > MOST_ANSWER_BYTES and len(self._answered) > 1:
+            oldest = self._answered.popleft()
+            self._answer_bytes -= len(oldest.answer)
+            oldest.answer = b""
+
     def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
-        """The message of a running job's statistics so far."""
+        """The message of a running job's statistics so far, made once a snapshot."""
+        made = self._interims.get(job.job_id)
+        if made is not None and made[0] is snapshot:
+            return made[1]
         known = self._known_or_own(job)
-        assert known is not None  # a job that runs has its part
-        return self._results.message(known, snapshot, job.settings, job.job_id, False)
+        if known is None:  # has ended this moment
+            return PoseStatistics()
+        message = self._results.message(known, snapshot, job.settings, job.job_id, False)
+        self._interims = {job.job_id: (snapshot, message)}
+        return message
 
     def current_answer(self, job: Job) -> PoseStatistics:
         """What a job has to show at this time; empty before the first drops."""
-        if job.answer is not None:
-            return job.answer
         snapshot = job.snapshot
+        if job.answer:
+            return deserialize_message(job.answer, PoseStatistics)
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
     def _part_of(self, job: Job) -> KnownPart | None:
         """The catalogue's entry, as long as it is the part that the job drops."""
-        if not job.part.done():
+        if not job.part.done() or job.part.exception() is not None:
             return None
         part = job.part.result()
         known = self._results.parts.current(part.part_id)

@@ -28,8 +28,11 @@ def known_error(message: PoseStatistics) -> float:
 def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
-    A larger expected error never replaces a smaller one for the same digest.
+    A larger expected error never replaces a smaller one for the same digest, but that a
+    simulation ends what it has shown of itself: its last drops may raise the error a little.
     """
+    if new.final and new.job_id and new.job_id == old.job_id:
+        return True
     return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
 
 

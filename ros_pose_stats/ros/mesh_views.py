@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 LITTLE_ENDIAN_CDR = b"\x00\x01"
 HEADER = 4
+MOST_ROOM = 16
+"""Fast CDR reckons with an alignment of empty sequences that it does not write, which comes to
+eight bytes behind a `PartMesh`."""
 
 
 class NotPlainCdrError(Exception):
@@ -83,8 +86,8 @@ class _Cursor:
         return self._array(count, "<u4", 4) if count else NO_COUNTS
 
     def end(self) -> None:
-        """Make sure that all was read, but for padding to a multiple of four."""
-        if len(self._data) - self._at >= 4:
+        """Make sure that all was read, but for what serialisers leave room for at the end."""
+        if len(self._data) - self._at >= MOST_ROOM:
             raise NotPlainCdrError
 
     def _array(self, count: int, kind: str, size: int) -> Any:

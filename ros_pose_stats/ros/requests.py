@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import RequestError
 from ..records import Part
@@ -19,7 +20,35 @@ from .results import Results
 from .settings import Settings
 
 PATIENCE = 0.004
-"""Seconds that a start waits for a carried part, so that most bad meshes are refused at once."""
+"""Seconds that a start waits for a small part, so that most bad meshes are refused at once."""
+
+QUICK_TRIANGLES = 1000
+"""A larger carried mesh is begun with when the start of its simulation has been accepted."""
+
+LONGEST_ACCEPTANCE = 0.5
+"""Seconds; a disk may be slow."""
+
+
+class Sought(NamedTuple):
+    """The part of a request.
+
+    Attributes
+    ----------
+    coming : Future of KnownPart
+    part_id : str
+    content : bytes
+        Digest of the mesh as it was sent.
+    wishes : (restitution, drop_height)
+        Of the part's own scene; negative: the node's.
+    slow : bool
+        It may take longer than an answer should.
+    """
+
+    coming: Future[KnownPart]
+    part_id: str
+    content: bytes
+    wishes: tuple[float, float]
+    slow: bool = False
 
 
 class Requests:
@@ -44,13 +73,16 @@ class Requests:
         self._jobs = jobs
         self._on_refusal = on_refusal
 
-    def part(self, part_id: str, message: Any) -> tuple[Future[KnownPart], str, bytes,
-                                                        tuple[float, float]]:
+    def part(self, part_id: str, message: Any,
+             accepted: threading.Event | None = None) -> Sought:
         """The part of a request: known, or carried and on its way.
 
-        Returns
-        -------
-        Future of KnownPart, part_id, content, wishes
+        Parameters
+        ----------
+        part_id : str
+        message : PartMesh
+        accepted : Event, optional
+            A mesh that takes longer than its answer should is begun with only then.
 
         Raises
         ------
@@ -62,7 +94,7 @@ class Requests:
                 raise RequestError("one part", f"part_id '{part_id}' and part '{message.part_id}'",
                                    "fill one of the two")
             known = self._results.parts.known(part_id or message.part_id)
-            return _ready(known), known.part.part_id, known.content, known.wishes
+            return Sought(_ready(known), known.part.part_id, known.content, known.wishes)
         if part_id and message.part_id and part_id != message.part_id:
             raise RequestError("the same part_id in the request and in its part",
                                f"'{part_id}' and '{message.part_id}'", "fill one of the two")
@@ -74,11 +106,18 @@ class Requests:
         content = request.content()
         same = self._results.parts.find(request.part_id) if request.part_id else None
         if same is not None and same.content == content and same.wishes == wishes:
-            return _ready(same), request.part_id, content, wishes
-        return self._take(request), request.part_id, content, wishes
+            return Sought(_ready(same), request.part_id, content, wishes)
+        if accepted is None or len(request.triangles) <= QUICK_TRIANGLES:
+            return Sought(self._take(request, None), request.part_id, content, wishes)
+        return Sought(self._take(request, accepted), request.part_id, content, wishes, slow=True)
 
-    def _take(self, request: PartRequest) -> Future[KnownPart]:
-        coming = self._intake.put_first(lambda: self._results.take(request))
+    def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
+        def take() -> KnownPart:
+            if accepted is not None:
+                accepted.wait(LONGEST_ACCEPTANCE)
+            return self._results.take(request)
+
+        coming = self._intake.put_first(take)
 
         def look(future: Future[KnownPart]) -> None:
             error = None if future.cancelled() else future.exception()
@@ -98,15 +137,25 @@ class Requests:
         """
         settings = self._settings()
         asked = _numbers(request, settings)
-        coming, part_id, content, wishes = self.part(request.part_id, request.part)
+        accepted = threading.Event()
+        try:
+            sought = self.part(request.part_id, request.part, accepted)
+            if not sought.slow:
+                self._look_at(sought.coming)
+            scene = settings.scene((request.restitution, request.drop_height), sought.wishes)
+            return self._jobs.submit(JobRequest(sought.part_id, sought.content, scene, *asked),
+                                     _part(sought.coming), settings)
+        finally:
+            accepted.set()
+
+    @staticmethod
+    def _look_at(coming: Future[KnownPart]) -> None:
+        """Refuse a mesh that is found bad in a moment."""
         try:
             outcome(coming, PATIENCE)
         except NotYet:
             if coming.done():
                 raise
-        scene = settings.scene((request.restitution, request.drop_height), wishes)
-        return self._jobs.submit(JobRequest(part_id, content, scene, *asked), _part(coming),
-                                 settings)
 
     def refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""

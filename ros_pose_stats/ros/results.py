@@ -29,7 +29,10 @@ from .statistics_messages import Answer, statistics_message
 from .times import now
 
 REMEMBERED = 1024
-"""Results kept for parts and scenes that come again."""
+"""Refused meshes kept for when they come again."""
+
+REMEMBERED_POSES = 20_000
+"""Poses of results kept for parts and scenes that come again; some 2 kB each."""
 
 BUILT = 16
 """Parts kept after another mesh of the same name has come: the first may come again."""
@@ -63,6 +66,7 @@ class Results:
         self._publishers = publishers
         self._on_part = on_part
         self._on_change = on_change
+        self._poses = 0
         self._memory: OrderedDict[tuple[Any, ...], PoseStatistics] = OrderedDict()
         self._refused: OrderedDict[tuple[str, bytes], PoseStatsError] = OrderedDict()
         self._built: OrderedDict[tuple[str, bytes], records.Part] = OrderedDict()
@@ -259,7 +263,12 @@ class Results:
             return found
 
     def _remember(self, key: tuple[Any, ...], message: PoseStatistics) -> None:
-        self._keep(self._memory, key, message, REMEMBERED)
+        with self._lock:
+            old = self._memory.pop(key, None)
+            self._memory[key] = message
+            self._poses += len(message.poses) - (0 if old is None else len(old.poses))
+            while self._poses > REMEMBERED_POSES and len(self._memory) > 1:
+                self._poses -= len(self._memory.popitem(last=False)[1].poses)
 
     def _keep(self, memory: OrderedDict[Any, Any], key: Any, value: Any, most: int) -> None:
         with self._lock:

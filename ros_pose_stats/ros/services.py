@@ -86,9 +86,9 @@ class Services:
         """An analytic answer at once."""
         if not 0.0 <= request.target_error < 1.0:
             raise _bad_target(request.target_error)
-        coming, _, _, wishes = self._requests.part(request.part_id, request.part)
-        known = outcome(coming)
-        scene = self._settings().scene((request.restitution, request.drop_height), wishes)
+        sought = self._requests.part(request.part_id, request.part)
+        known = outcome(sought.coming)
+        scene = self._settings().scene((request.restitution, request.drop_height), sought.wishes)
         found = self._results.estimate(known, request.method, scene)
         if request.target_error and not found.expected_error <= request.target_error:
             error = ("not known" if math.isnan(found.expected_error)

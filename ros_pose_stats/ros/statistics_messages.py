@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from array import array
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,9 +82,21 @@ def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     position.x, position.y, position.z = pose.position.tolist()
     orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation.tolist()
     down.x, down.y, down.z = pose.down.tolist()
-    message.support_polygon = _flat(pose.support_polygon)
-    message.outline = _flat(pose.outline)
+    message.support_polygon, message.outline = _drawn(pose)
     return message
+
+
+_DRAWN: WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]] = (
+    WeakKeyDictionary())
+
+
+def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
+    """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
+    found = _DRAWN.get(pose.shape)
+    if found is None:
+        found = _flat(pose.support_polygon), _flat(pose.outline)
+        _DRAWN[pose.shape] = found
+    return found
 
 
 def _flat(points: NDArray[np.float64]) -> array[float]:
@@ -91,7 +104,7 @@ def _flat(points: NDArray[np.float64]) -> array[float]:
     return array("d", np.ascontiguousarray(points, dtype=np.float64).tobytes())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DrawnShape:
     """Contact polygon and outline as they came in a message."""
 

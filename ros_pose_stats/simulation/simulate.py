@@ -32,6 +32,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              on_progress: Callable[[DropProgress], object] | None = None,
              should_stop: Callable[[], bool] | None = None, *,
              on_drops: Callable[[DropChunk], object] | None = None,
+             background: bool = False,
              cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
@@ -67,6 +68,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     on_drops : callable, optional
         Told every single drop that counts, in order, a `DropChunk` at a time, in the caller's
         thread.
+    background : bool
+        Let the workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
 
@@ -98,7 +101,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     def stop() -> bool:
         return prefix.finished or (should_stop is not None and bool(should_stop()))
 
-    chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop)
+    chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop,
+                      background)
     for outcomes in chunks.in_order():
         first, kept = prefix.drops, prefix.add(outcomes.pose)
         if on_drops is not None and kept:

@@ -83,8 +83,8 @@ class Job:
         A recent state while running; the end result afterwards.
     message : str
         How it ended.
-    answer : object
-        The message with the end result, once made.
+    answer : bytes
+        The end result as a serialised message, once made.
     recorded : bool
         Whether the acceptance is on record.
     """
@@ -100,7 +100,7 @@ class Job:
     drops_per_second: float = math.nan
     snapshot: PoseStatistics | None = None
     message: str = ""
-    answer: Any = None
+    answer: bytes = b""
     recorded: bool = True
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
@@ -134,6 +134,11 @@ class Job:
         self.snapshot = progress.statistics()
         took = time.monotonic() - now
         self._next_snapshot = now + max(SNAPSHOT_SECONDS, took / SNAPSHOT_SHARE)
+
+    def release(self) -> None:
+        """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
+        self.part = Future()
+        self.snapshot = None
 
     def keep(self, found: PoseStatistics) -> None:
         """Note the end result."""

@@ -286,7 +286,7 @@ class Jobs:
             part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
             request.target_error, job.settings.threads(), on_progress=on_progress,
             on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
-            cluster_tolerance=request.scene.cluster_tolerance)
+            background=True, cluster_tolerance=request.scene.cluster_tolerance)
         if _complete(found, request):
             return found, Ending.COMPLETE
         if ending is Ending.OUT_OF_TIME:
@@ -301,6 +301,7 @@ class Jobs:
         with self._changed:
             job.state = state
             self._note_end(job)
+        job.release()
         job.finished.set()
         self._tell(job, lambda: self._listener.told(job))
 
