@@ -21,7 +21,9 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 DEMO = ROOT / "demo"
 PART = DEMO / "clamp.stl"
-PATIENCE = 120.0
+PATIENCE = 600.0
+"""Seconds for anything to happen; the first start on a machine compiles the kernels."""
+
 DROPS = 40_000
 COMMAND = [sys.executable, "-m", "ros_pose_stats"]
 
