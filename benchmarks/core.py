@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from . import bodies
 from .all_nine import TOLERANCES, all_nine, near_spheres, nine
 from .bodies import Body
+from .command import command
 from .growth import FIT_FROM, growth, slopes
 from .paper_size import paper_size
-from .report import collected, write_page
-from .results import Results, Section, save
+from .report import collected
+from .results import Results, Section
 from .timing import Pace
 
 MESHES, CALLS = Pace(15, 8.0), Pace(300, 2.0)
-DOCS = Path(__file__).resolve().parents[1] / "docs"
 
 
 @dataclass(frozen=True)
@@ -97,17 +95,8 @@ def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    parser = argparse.ArgumentParser(prog="benchmarks.core", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer and smaller bodies")
-    parser.add_argument("--write", action="store_true",
-                        help="store docs/benchmarks/core.json and render docs/benchmarks.md")
-    options = parser.parse_args(arguments)
-    if options.quick and options.write:
-        parser.error("--write stores full runs; leave --quick out")
-    results = run(QUICK if options.quick else Plan())
-    if options.write:
-        save(results, DOCS / "benchmarks" / "core.json")
-        print(write_page(DOCS))
+    command("core", __doc__, "fewer and smaller bodies",
+            lambda quick: run(QUICK if quick else Plan()), arguments)
 
 
 if __name__ == "__main__":

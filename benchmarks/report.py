@@ -10,16 +10,16 @@ from . import pictures
 from .machine import machine
 from .results import Results, Row, Section, load, shown
 
-STORED = ("core", "start", "drops")
+STORED = ("core", "start", "drops", "node")
 FIGURE = pictures.PICTURES["growth"].stem
 
 INTRODUCTION = """# Speed
 
-Written by `python -m benchmarks.core --write`, `python -m benchmarks.start --write` and
-`python -m benchmarks.drops --write` from `docs/benchmarks/*.json`; edits here are lost. The
-machine was shared while these ran: contenders took turns within one run, so the ratios are what
-counts, and times are there to give an idea. Kernels were compiled before, unless said otherwise.
-Times are medians, unless said otherwise. The load at the start is given with each run; on a busy
+Written by `python -m benchmarks.core --write`, and so by `benchmarks.start`, `benchmarks.drops`
+and `benchmarks.node`, from `docs/benchmarks/*.json`; edits here are lost. The machine was shared
+while these ran: contenders took turns within one run, so the ratios are what counts, and times
+are there to give an idea. Kernels were compiled before, unless said otherwise. Times are
+medians, unless said otherwise. The load at the start is given with each run; on a busy
 machine the threads of the linear algebra library wait for each other, which
 `OPENBLAS_NUM_THREADS=1` avoids.
 """

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ros_pose_stats.geometry.shapes.registry import write_demo_parts
 
-from .core import DOCS
+from .command import DOCS
 from .machine import machine
 from .report import table, write_page
 from .results import Results, Row, Section, Target, save

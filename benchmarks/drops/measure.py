@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from .. import bodies
-from ..core import DOCS
-from ..report import collected, write_page
-from ..results import Results, Section, save
+from ..command import command
+from ..report import collected
+from ..results import Results, Section
 from ..timing import Pace
 from . import vertices
 from .beside_mujoco import beside_mujoco
@@ -118,17 +117,8 @@ def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
-    parser = argparse.ArgumentParser(prog="benchmarks.drops", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer bodies and drops")
-    parser.add_argument("--write", action="store_true",
-                        help="store docs/benchmarks/drops.json and render docs/benchmarks.md")
-    options = parser.parse_args(arguments)
-    if options.quick and options.write:
-        parser.error("--write stores full runs; leave --quick out")
-    results = run(QUICK if options.quick else Plan())
-    if options.write:
-        save(results, DOCS / "benchmarks" / "drops.json")
-        print(write_page(DOCS))
+    command("drops", __doc__, "fewer bodies and drops",
+            lambda quick: run(QUICK if quick else Plan()), arguments)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""The node over DDS: `python -m benchmarks.node [--quick] [--write]`."""
