@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .geometry.parts import load_part, part_from_mesh
     from .geometry.poses import resting_poses
     from .geometry.splitting_graph import splitting_graph
+    from .recording.analysis import analyse_bags
     from .records import (
         DropEvent,
         DropProgress,
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
         StablePose,
         Trajectory,
     )
-    from .recording.analysis import analyse_bags
     from .simulation import record_drop, simulate
 
 _HOMES = {

@@ -90,6 +90,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
     """Our own arguments, and those from --ros-args on."""
     if "--ros-args" not in arguments:
+        if arguments[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(arguments):
+            raise SystemExit(_misplaced())
         return arguments, []
     place = arguments.index("--ros-args")
     return arguments[:place], arguments[place:]
+
+
+def _misplaced() -> int:
+    print("ros_pose_stats node: ROS arguments go behind --ros-args, for instance "
+          "`ros_pose_stats node --ros-args -p restitution:=0.3`", file=sys.stderr)
+    return REFUSED

@@ -39,6 +39,14 @@ ON_HULL: Final = 1e-12
 Below it the sign of the distance is decided by rounding.
 """
 
+SHAKEN: Final = (1e-12, 1e-11)
+"""By how much, as a fraction of the size, points are moved where a face of the hull is crowded.
+
+A hundred times more than what Qhull takes for coplanar. It decides how flat faces are cut, and
+whether a point that close to a face is a corner of it; no coordinate changes. The second is
+tried where Qhull gives up on the first.
+"""
+
 COPLANAR: Final = 1e-6
 """Hull triangles whose vertices lie this close to one plane form one face.
 

@@ -15,6 +15,7 @@ from .columns import (
     Column,
     columns,
     degrees,
+    ending,
     interval,
     millimetres,
     percent,
@@ -137,7 +138,7 @@ def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:
         (Column("job", left=True), Column("state", left=True), Column("queued", "UTC", left=True),
          Column("took", "s"), Column("done", "drops"), Column("of", "drops"),
          Column("restitution")),
-        ((shortened(job.job_id, 22), "unfinished" if job.unfinished else job.state,
+        ((ending(job.job_id, 22), "unfinished" if job.unfinished else job.state,
           utc(job.queued), _took(job), str(job.drops_done), str(job.drops),
           f"{job.restitution:g}") for job in listed))
     if len(jobs) > len(listed):

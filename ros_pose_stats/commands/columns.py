@@ -41,6 +41,11 @@ def shortened(text: str, width: int) -> str:
     return text if len(text) <= width else text[:width - 3] + "..."
 
 
+def ending(text: str, width: int) -> str:
+    """At most `width` signs; the beginning gives way."""
+    return text if len(text) <= width else "..." + text[3 - width:]
+
+
 def percent(fraction: float) -> str:
     """A fraction in percent or points with two decimals; a dash where it is not known."""
     return "-" if math.isnan(fraction) else f"{100.0 * fraction:.2f}"

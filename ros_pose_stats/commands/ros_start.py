@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 from ..errors import PoseStatsError, RequestError
 
@@ -42,6 +43,11 @@ def ros_arguments(program: str, rest: list[str]) -> list[str]:
     RequestError
         If there is something before `--ros-args`.
     """
+    files = [rest[k + 1] for k, word in enumerate(rest[:-1]) if word == "--params-file"]
+    for file in files:
+        if not Path(file).is_file():
+            raise RequestError("a file after --params-file", f"'{file}', which is none",
+                               "check the path")
     if rest and rest[0] != "--ros-args":
         raise RequestError("ROS arguments after --ros-args", " ".join(rest),
                          "for instance --ros-args -p log_directory:=/tmp/bags")

@@ -139,7 +139,7 @@ def _build(part: Part) -> ConvexBody:
     points = hull.points[used] + (shift - part.center_of_mass) / scale
     radius = float(np.sqrt((points * points).sum(axis=1).max()))
     points /= radius
-    number = np.full(hull.points.shape[0], -1, dtype=np.int64)
+    number = np.empty(hull.points.shape[0], dtype=np.int64)
     number[used] = np.arange(used.shape[0])
     triangles = number[hull.simplices]
     neighbors = hull.neighbors.astype(np.int64)

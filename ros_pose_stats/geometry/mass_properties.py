@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError
+from ..kernels.extents import bounds
+from ..kernels.tetrahedra import weighted_corners
 from ..tolerances import TRIANGLE_INEQUALITY
 
 
@@ -50,33 +52,18 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
     -------
     Solid
     """
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    low, high = bounds(vertices)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
-    corners = ((vertices - shift) / scale)[triangles]
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    six_volumes = tetrahedra(a, b, c)
+    six_volumes, corners, weighted = weighted_corners((vertices - shift) / scale, triangles)
     volume = float(six_volumes.sum()) / 6.0
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
-    total = a + b + c
-    centroid = six_volumes @ total / (24.0 * volume)
-    second = sum((part * six_volumes[:, None]).T @ part for part in (a, b, c, total)) / 120.0
+    centroid = six_volumes @ corners[3] / (24.0 * volume)
+    second = sum(weighted[k].T @ corners[k] for k in range(4)) / 120.0
     second = second - volume * np.outer(centroid, centroid)
     inertia = np.trace(second) * np.eye(3) - second
     return Solid(volume * scale**3, shift + scale * centroid,
                  0.5 * (inertia + inertia.T) * scale**5)
-
-
-def tetrahedra(
-    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Six times the signed volumes (T,) of tetrahedra from the origin to triangles a b c."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    cx, cy, cz = c.T
-    volumes: NDArray[np.float64] = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz)
-                                    + az * (bx * cy - by * cx))
-    return volumes
 
 
 def given_mass(mass: float | None) -> float | None:

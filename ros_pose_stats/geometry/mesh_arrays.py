@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
+from ..kernels.extents import largest_used_extent
 
 # Beyond these the fifth power of a length in the inertia leaves the range of float64.
 _SMALLEST_EXTENT = 1e-50
@@ -46,8 +47,7 @@ def checked_mesh(
         raise MeshError("finite vertices", f"{places[row].tolist()} at vertex {row}",
                         "export the mesh again")
     corners = _indices(triangles, len(places))
-    used = places[corners.ravel()]
-    extent = float(np.ptp(used, axis=0).max())
+    extent = largest_used_extent(places, corners)
     if extent != 0.0 and not _SMALLEST_EXTENT < extent < _LARGEST_EXTENT:
         raise MeshError(f"an extent from {_SMALLEST_EXTENT:g} to {_LARGEST_EXTENT:g} m",
                         f"{extent:g} m", "check the unit")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError, MeshError
+from ..kernels.extents import bounds, thinness
 from ..records.part import Part
 from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
 from .hull import Hull, hull_of, keep_hull
@@ -183,7 +184,7 @@ def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sur
 
 def _is_solid(solid: Solid, hull: Hull) -> bool:
     """Whether volume, centroid and inertia are such as a solid in this hull can have."""
-    whole = float(hull.qhull.volume) * hull.scale**3
+    whole = hull.qhull.volume * hull.scale**3
     return bool(solid.volume > HOLLOW * whole
                 and _beyond_hull(solid.centroid, hull) < 0.0
                 and np.linalg.eigvalsh(solid.inertia)[0] > 0.0)
@@ -222,29 +223,11 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
 
 
 def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
-    """Refuse points that are one point, a line or a plane to within `FLATTEST`.
-
-    The thickness is measured across the plane of the longest line and the point farthest
-    from it, so that it does not depend on how the part lies in its frame.
-    """
+    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
     if len(triangles) == 0:
         raise MeshError("triangles that span an area", "only triangles with coincident corners",
                         "check the mesh's unit and export it again with more digits")
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    points = vertices - (low + 0.5 * (high - low))
-    points = points / float((high - low).max())
-    axis = int((high - low).argmax())
-    base = points[points[:, axis].argmin()]
-    line = points[points[:, axis].argmax()] - base
-    longest = math.sqrt(float(line @ line))
-    line = line / longest
-    aside = points - base
-    aside = aside - np.outer(aside @ line, line)
-    far = aside[(aside * aside).sum(axis=1).argmax()]
-    width = math.sqrt(float(far @ far))
-    normal = np.cross(line, far) / width if width > 0.0 else line
-    thickness = float(np.ptp(points @ normal))
-    thinnest = min(width, thickness) / longest
+    thinnest = thinness(vertices, *bounds(vertices))
     if thinnest < FLATTEST:
         raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
                         f"one that is {thinnest:.2g} of its length thick",
@@ -253,7 +236,8 @@ def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int
 
 def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
     """Warn about a part of an unlikely size."""
-    extent = float(np.ptp(vertices, axis=0).max())
+    low, high = bounds(vertices)
+    extent = float((high - low).max())
     if _SMALLEST_USUAL <= extent <= _LARGEST_USUAL:
         return ()
     return (f"UNIT_SUSPECT: the part is {extent:.3g} m long, unusual for a fed part; "

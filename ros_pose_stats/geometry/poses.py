@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..errors import RequestError
+from ..kernels.equilibria import ways_out
 from ..kernels.silhouette import silhouette, tops
 from ..kernels.splits import split_probabilities
 from ..records import DropScene, Part, StablePose
@@ -169,14 +170,11 @@ def _margins(found: Equilibria, grouped: Clusters) -> Array:
     arrays = found.body.arrays
     pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
     pose_of_face[found.faces] = grouped.pose
-    own = pose_of_face[arrays.face]
-    beyond = arrays.face[arrays.twin]
-    way_out = (own >= 0) & (own != pose_of_face[beyond])
-    # A foot outside of a side by rounding, with a higher face beyond it that comes back.
-    basin = found.arrays.basin
-    way_out &= (arrays.inset > 0.0) | (basin[beyond] != basin[arrays.face])
     margins = np.full(grouped.node.shape[0], np.pi / 2.0)
-    np.minimum.at(margins, own[way_out], found.tilts[way_out])
+    sides = ways_out(arrays, found.arrays.basin, pose_of_face)
+    faces = arrays.face[sides]
+    tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
+    np.minimum.at(margins, pose_of_face[faces], tilts)
     return margins
 
 

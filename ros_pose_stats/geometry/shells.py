@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.extents import bounds, boxes_around
+from ..kernels.tetrahedra import tetrahedra
 from ..tolerances import OVERLAP
 from .crossings import crossings
-from .mass_properties import tetrahedra
 from .overlap import reach_into_each_other
 from .winding import Shells
 
@@ -65,14 +66,13 @@ def oriented_outward(
     overlapping : bool
         Whether bodies reach into each other by more than `OVERLAP` of the size.
     """
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    low, high = bounds(vertices)
     size = float((high - low).max())
     points = (vertices - (low + 0.5 * (high - low))) / size
-    corners = (points[shells.triangles[:, k]] for k in range(3))
-    weights = tetrahedra(*corners)
+    weights = tetrahedra(points, shells.triangles)
     if shells.total == 1:
         inverted = float(weights.sum()) < 0.0
-        return (shells.triangles[:, ::-1] if inverted else shells.triangles), False
+        return (_reversed(shells.triangles) if inverted else shells.triangles), False
     volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total
                           ).astype(np.float64)
     rank = np.empty(shells.total, dtype=np.int64)
@@ -88,6 +88,11 @@ def oriented_outward(
     overlapping = nesting.doubled or reach_into_each_other(
         points, ranked.triangles, nesting.body[ranked.shell])
     return triangles, overlapping
+
+
+def _reversed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles (T, 3) wound the other way."""
+    return np.ascontiguousarray(triangles[:, ::-1])
 
 
 def _nesting(
@@ -126,8 +131,7 @@ def _parents(
     for shell in range(1, shells.total):
         if abs(volumes[shell]) <= _NO_VOLUME:
             break
-        around = np.flatnonzero((low[:shell] <= low[shell] + OVERLAP).all(axis=1)
-                                & (high[:shell] >= high[shell] - OVERLAP).all(axis=1))
+        around = boxes_around(low, high, shell, OVERLAP)
         if len(around) == 0:
             continue
         own = slice(int(first[shell]), int(first[shell + 1]))

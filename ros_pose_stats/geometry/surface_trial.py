@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from ..kernels.matching import FeatureGrid, feature_grid, first_unmatched
+from ..kernels.surface_moments import moments_along
 from ..records import Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
@@ -24,10 +23,13 @@ PROBES = 12
 """Regions that a candidate must match before the whole surface is compared: the largest,
 and those that gave earlier candidates away."""
 
+_ALL = np.empty(0, dtype=np.int64)
 
-def _squares(vectors: Array) -> Array:
-    """Products (N, 9) of the components of vectors (N, 3) with each other."""
-    return (vectors[:, :, None] * vectors[:, None, :]).reshape(-1, 9)
+
+def keeps_inertia(part: Part, rotation: Array) -> bool:
+    """Whether a rotation carries the inertia into itself."""
+    inertia = part.inertia / np.trace(part.inertia)
+    return bool(np.abs(rotation @ inertia @ rotation.T - inertia).max() <= SYMMETRY)
 
 
 class SurfaceTrial:
@@ -42,58 +44,32 @@ class SurfaceTrial:
     def __init__(self, part: Part, body: ConvexBody) -> None:
         self.features: Features = surface_features(
             part, body.radius, max(COPLANAR, body.tolerance))
-        self.regions = cKDTree(self.features.regions)
-        self.corners = cKDTree(self.features.corners) if len(self.features.corners) else None
-        self.inertia = part.inertia / np.trace(part.inertia)
+        self.regions = feature_grid(self.features.regions, SYMMETRY)
+        self.corners = feature_grid(self.features.corners, SYMMETRY)
+        self.part = part
         self.probes = list(range(min(PROBES, len(self.features.regions))))
         self.effort = 0
 
     def refine(self, found: Equilibria, kind: Index) -> Index:
         """Split kinds by moments of the whole surface along each stable face's normal."""
-        along = found.downs
-        square = _squares(along)
-        regions = np.ascontiguousarray(self.features.regions[:, :3])
-        area = self.features.regions[:, 6:7] ** 2
-        facing = self.features.regions[:, 3:6] * self.features.regions[:, 6:7] * area
-        pairs = _squares(regions)
-        crossed = (facing[:, :, None] * regions[:, None, :]).reshape(-1, 9)
-        moments = (
-            square @ (pairs.T @ area[:, 0]),
-            ((square @ ((area * pairs).T @ regions)) * along).sum(axis=1),
-            ((square @ ((area * pairs).T @ pairs)) * square).sum(axis=1),
-            along @ facing.sum(axis=0),
-            ((along @ (facing.T @ regions)) * along).sum(axis=1),
-            ((along @ (facing.T @ pairs)) * square).sum(axis=1),
-            ((square @ (crossed.T @ pairs)) * square).sum(axis=1),
-        )
-        return ties(*((moment, 10.0 * SYMMETRY) for moment in moments), within=kind)
+        moments = moments_along(self.features.regions, found.downs)
+        return ties(*((moment, 10.0 * SYMMETRY) for moment in moments.T), within=kind)
 
     def holds(self, rotation: Array) -> bool:
         """Whether the rotation carries surface and inertia into themselves."""
-        turned = rotation @ self.inertia @ rotation.T
-        if np.abs(turned - self.inertia).max() > SYMMETRY:
+        if not keeps_inertia(self.part, rotation):
             return False
-        if len(self._unmatched(self.regions, self._image(rotation, self.probes))):
+        probes = np.array(self.probes, dtype=np.int64)
+        if self._first_unmatched(self.regions, rotation, probes) >= 0:
             return False
-        every = np.arange(len(self.features.regions))
-        lost = self._unmatched(self.regions, self._image(rotation, every))
-        if len(lost):
-            self.probes = [int(lost[0]), *self.probes][:2 * PROBES]
+        lost = self._first_unmatched(self.regions, rotation, _ALL)
+        if lost >= 0:
+            self.probes = [lost, *self.probes][:2 * PROBES]
             return False
-        if self.corners is None:
-            return True
-        return not len(self._unmatched(self.corners, self.features.corners @ rotation.T))
+        return (not len(self.features.corners)
+                or self._first_unmatched(self.corners, rotation, _ALL) < 0)
 
-    def _image(self, rotation: Array, chosen: Sequence[int] | Index) -> Array:
-        """Some regions after the rotation."""
-        regions = self.features.regions[chosen]
-        return np.column_stack([regions[:, :3] @ rotation.T, regions[:, 3:6] @ rotation.T,
-                                regions[:, 6]])
-
-    def _unmatched(self, features: cKDTree, image: Array) -> Index:
-        """Images with no feature of their own where they fall."""
-        self.effort += OVERHEAD + len(image)
-        gap, partner = features.query(image, distance_upper_bound=SYMMETRY)
-        first = np.zeros(len(image), dtype=np.bool_)
-        first[np.unique(partner, return_index=True)[1]] = True
-        return np.flatnonzero(~(first & np.isfinite(gap)))
+    def _first_unmatched(self, features: FeatureGrid, rotation: Array, chosen: Index) -> int:
+        """First feature with none of its own where the rotation puts it, -1 for none."""
+        self.effort += OVERHEAD + (len(chosen) or len(features.rows))
+        return first_unmatched(features, rotation, chosen)

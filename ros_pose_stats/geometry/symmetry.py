@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from ..records import Part
 from ..tolerances import SYMMETRY
 from .equilibria import Equilibria, ties
-from .surface_trial import SurfaceTrial
+from .surface_trial import SurfaceTrial, keeps_inertia
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,6 +29,11 @@ that are not symmetric after all) the remaining poses stay separate."""
 
 MOST_FACES = 4096
 """Stable faces that are looked at; a finely tessellated ball has more and needs no groups."""
+
+
+FEW_PAIRS = 128
+"""Pairs of like stable faces that are looked through before the whole surface is measured.
+On a part without symmetry few faces are alike, and by chance: none of these fits."""
 
 
 def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
@@ -52,10 +57,12 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
     kind = _kinds(found)
     if not len(_shared(kind, pose)):
         return group
+    frames = lru_cache(maxsize=None)(partial(_frame, found))
+    if _hopeless(part, frames, kind, pose):
+        return group
     trial = SurfaceTrial(part, found.body)
     kind = trial.refine(found, kind)
     trees = cKDTree(found.downs)
-    frames = lru_cache(maxsize=None)(partial(_frame, found))
     for face, other in _pairs(kind, pose):
         if group[pose[face]] == group[pose[other]]:
             continue
@@ -68,6 +75,16 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
                     group[group == max(group[a], group[b])] = min(group[a], group[b])
                 break
     return _renumber(group)
+
+
+def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Index) -> bool:
+    """Whether few pairs are alike, and no rotation fits the polygons and the inertia of any."""
+    for looked_at, (face, other) in enumerate(_pairs(kind, pose)):
+        if looked_at == FEW_PAIRS:
+            return False
+        if any(keeps_inertia(part, rotation) for rotation in _candidates(frames, face, other)):
+            return False
+    return True
 
 
 def _renumber(group: Index) -> Index:

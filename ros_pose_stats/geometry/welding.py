@@ -1,26 +1,13 @@
-"""Welding: vertices that coincide become one, and what that leaves over is cleared away.
-
-Files repeat a vertex for each triangle around it. All vertices are projected onto one
-direction of incommensurable components: coincident vertices are neighbours in the sorted
-projections, and few others are. Only neighbours are measured in space.
-"""
+"""Welding: vertices that coincide become one, and what that leaves over is cleared away."""
 
 from __future__ import annotations
-
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.coincidence import first_of_coincident
+from ..kernels.extents import bounds
 from ..tolerances import WELD
-from .connectivity import components
-
-# Square roots of primes, normalised: no lattice or symmetry plane projects onto one value.
-_DIRECTION: Final = np.sqrt([2.0, 3.0, 5.0]) / np.sqrt(10.0)
-
-# Neighbours looked at within a slab of foreign vertices with equal projection. More than a
-# handful never occur unless a facet happens to be perpendicular to _DIRECTION to 1e-8.
-_MOST_NEIGHBOURS: Final = 64
 
 
 def weld(
@@ -47,10 +34,12 @@ def weld(
     vertices, triangles = without_unused(vertices, triangles)
     if len(triangles) == 0:
         return vertices, triangles
-    low = vertices.min(axis=0)
-    extent = float((vertices.max(axis=0) - low).max())
-    first = _first_of_coincident(vertices, vertices @ _DIRECTION, WELD * extent)
-    if first is None:
+    low, high = bounds(vertices)
+    extent = float((high - low).max())
+    if extent == 0.0:
+        return vertices[:1], triangles[:0]
+    found, first = first_of_coincident(vertices, low, WELD * extent)
+    if not found:
         return without_unused(vertices, _without_collapsed(triangles))
     kept = first == np.arange(len(vertices))
     renumbered = np.cumsum(kept) - 1
@@ -74,65 +63,6 @@ def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     return triangles if whole.all() else triangles[whole]
-
-
-def _first_of_coincident(
-    vertices: NDArray[np.float64], along: NDArray[np.float64], tolerance: float
-) -> NDArray[np.int64] | None:
-    """For each vertex the lowest index among those it coincides with; None: all differ.
-
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    along : (V,) array
-        Projections onto a unit vector: never farther apart than the vertices.
-    tolerance : float
-    """
-    order = np.argsort(along)
-    sorted_along = along[order]
-    close = np.diff(sorted_along) <= tolerance
-    if not close.any():
-        return None
-    sorted_vertices = vertices[order]
-    step = sorted_vertices[1:] - sorted_vertices[:-1]
-    same = close & (np.einsum("ij,ij->i", step, step) <= tolerance * tolerance)
-    run = np.concatenate(([0], np.cumsum(~same)))
-    if not np.array_equal(close, same):
-        # A foreign vertex has come between: look past it.
-        apart = _pairs_past_foreign(sorted_vertices, sorted_along, close & ~same, tolerance)
-        if len(apart):
-            run = components(int(run[-1]) + 1, run[apart])[run]
-    first = np.full(int(run.max()) + 1, len(vertices))
-    np.minimum.at(first, run, order)
-    label = np.empty(len(vertices), dtype=np.int64)
-    label[order] = first[run]
-    return label
-
-
-def _pairs_past_foreign(
-    vertices: NDArray[np.float64],
-    along: NDArray[np.float64],
-    foreign: NDArray[np.bool_],
-    tolerance: float,
-) -> NDArray[np.int64]:
-    """Coincident pairs (k, 2) of sorted vertices that are not next to each other.
-
-    Only slabs (runs of close projections) with a foreign neighbour in them are searched.
-    """
-    slab = np.concatenate(([0], np.cumsum(np.diff(along) > tolerance)))
-    crowded = np.zeros(int(slab[-1]) + 1, dtype=bool)
-    crowded[slab[1:][foreign]] = True
-    here = np.flatnonzero(crowded[slab])
-    found = [np.zeros((0, 2), dtype=np.int64)]
-    for lag in range(2, _MOST_NEIGHBOURS + 1):
-        here = here[here + lag < len(along)]
-        here = here[along[here + lag] - along[here] <= tolerance]
-        if len(here) == 0:
-            break
-        step = vertices[here + lag] - vertices[here]
-        near = here[np.einsum("ij,ij->i", step, step) <= tolerance * tolerance]
-        found.append(np.stack((near, near + lag), axis=1))
-    return np.concatenate(found)
 
 
 def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -17,8 +17,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.components import component_labels
+from ..kernels.edges import grouped_edges, linked_triangles
 from ..tolerances import WELD
-from .connectivity import components
 from .crossings import crossings
 from .welding import without_repeated
 
@@ -87,15 +88,16 @@ def closed_shells(
         if len(cleared) != len(triangles):
             triangles = cleared
             edges = edges_of(triangles)
-    if len(triangles) == 0 or (edges.uses % 2).any():
+    if len(triangles) == 0 or (edges.uses & 1).any():
         return None
-    pairs, agree = _linked(edges)
-    patch = components(len(triangles), pairs)
+    pairs, agree = linked_triangles(*edges)
+    patch = component_labels(len(triangles), pairs)
     if not agree.all():
         turn = _turned(vertices, triangles, pairs, agree)
         if turn is None:
             return None
-        triangles = np.where(turn[:, None], triangles[:, ::-1], triangles)
+        triangles = triangles.copy()
+        triangles[turn] = triangles[turn, ::-1]
         edges = edges._replace(forward=edges.forward ^ turn[edges.triangle])
     if len(pairs) * 2 < len(edges.triangle):
         shell = _joined_patches(edges, patch)
@@ -108,24 +110,7 @@ def closed_shells(
 
 def edges_of(triangles: NDArray[np.int64]) -> Edges:
     """Group the directed edges of triangles (T, 3) by undirected edge."""
-    begin = triangles.ravel()
-    end = triangles[:, [1, 2, 0]].ravel()
-    forward = begin < end
-    low = np.where(forward, begin, end)
-    high = np.where(forward, end, begin)
-    key = low * (int(high.max(initial=0)) + 1) + high
-    order = np.argsort(key)
-    key = key[order]
-    start = np.flatnonzero(np.concatenate(([True], key[1:] != key[:-1])))[:len(key)]
-    count = np.diff(np.append(start, len(key)))
-    return Edges(order // 3, forward[order], start, count)
-
-
-def _linked(edges: Edges) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree."""
-    first = edges.start[edges.uses == 2]
-    pairs = np.stack((edges.triangle[first], edges.triangle[first + 1]), axis=1)
-    return pairs, edges.forward[first] != edges.forward[first + 1]
+    return Edges(*grouped_edges(np.ascontiguousarray(triangles)))
 
 
 def _turned(
@@ -142,7 +127,7 @@ def _turned(
         np.stack((left, right + swap), axis=1),
         np.stack((left + size, right + size - swap), axis=1),
     ))
-    side = components(2 * size, cover)
+    side = component_labels(2 * size, cover)
     as_given, turned = side[:size], side[size:]
     if (as_given == turned).any():
         return None
@@ -168,7 +153,7 @@ def _joined_patches(edges: Edges, patch: NDArray[np.int64]) -> NDArray[np.int64]
     follows = edge[1:] == edge[:-1]
     join = np.flatnonzero(follows & ~crowded_alone[edge[1:]])
     links = np.stack((patch[owner[join]], patch[owner[join + 1]]), axis=1)
-    return components(patch_count, links)[patch]
+    return component_labels(patch_count, links)[patch]
 
 
 def _balanced(edges: Edges, shell: NDArray[np.int64]) -> bool:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from .compilation import entry_kernel, kernel
 from .coplanar import orient, planar_regions, twins
 from .polygons import corner_loops, pair_sides, planes
-from .vectors import dot, norm, solid_angle
+from .vectors import solid_angle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -81,9 +81,9 @@ def build_body(points: Array, simplices: Index, adjacent: Index,
     normal, distance, area = planes(points, face_start, corner)
     if not valid or distance.min() <= 0.0:
         return False, _nothing()
-    inset, start, stop, reach, radius = _side_lengths(points, corner, face, twin, normal,
-                                                       distance)
-    angle = _face_angles(points, face_start, corner, distance, inset, start, stop, reach)
+    inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, face, twin,
+                                                      normal, distance)
+    angle = _face_angles(points, face_start, corner, distance, inset, start, stop, reach, radius)
     return True, BodyArrays(face_start, corner, face, twin, normal, distance, area, angle,
                             inset, start, stop, reach, radius)
 
@@ -96,8 +96,8 @@ def _nothing() -> BodyArrays:
 
 
 @kernel
-def _side_lengths(points: Array, corner: Index, face: Index, twin: Index, normal: Array,
-                  distance: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, twin: Index,
+                  normal: Array, distance: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Inset, start, stop and reach of every side, and the radius of every point.
 
     An edge lies along the difference of its corners, and along the line where its two planes
@@ -111,33 +111,44 @@ def _side_lengths(points: Array, corner: Index, face: Index, twin: Index, normal
     stop, reach = np.empty(sides), np.empty(sides)
     radius = np.empty(points.shape[0])
     for i in range(points.shape[0]):
-        radius[i] = norm(points[i])
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        radius[i] = math.sqrt(x * x + y * y + z * z)
+    # Places far apart in memory are best fetched in a loop that does little else.
+    beyond = np.empty(sides, np.int64)
     for k in range(sides):
-        n, m = normal[face[k]], normal[face[twin[k]]]
-        v, w = points[corner[k]], points[corner[twin[k]]]
-        ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        lx, ly = n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2]
-        lz = n[0] * m[1] - n[1] * m[0]
-        sine = math.sqrt(lx * lx + ly * ly + lz * lz)
-        if sine > length:
-            ex, ey, ez = lx / sine, ly / sine, lz / sine
-            inset[k] = (distance[face[twin[k]]] - dot(n, m) * distance[face[k]]) / sine
-        else:
-            ex, ey, ez = ex / length, ey / length, ez / length
-            cx, cy, cz = v[1] * ez - v[2] * ey, v[2] * ex - v[0] * ez, v[0] * ey - v[1] * ex
-            # n x e points into the polygon; n . (v x e) = -v . (n x e)
-            inset[k] = n[0] * cx + n[1] * cy + n[2] * cz
-        # From the plane, so that no side of a merged face comes closer than the face itself.
-        reach[k] = math.sqrt(distance[face[k]] ** 2 + inset[k] ** 2)
-        start[k] = -(v[0] * ex + v[1] * ey + v[2] * ez)
-        stop[k] = w[0] * ex + w[1] * ey + w[2] * ez
+        beyond[k] = face[twin[k]]
+    for f in range(face_start.shape[0] - 1):
+        begin, end = face_start[f], face_start[f + 1]
+        nx, ny, nz, d = normal[f, 0], normal[f, 1], normal[f, 2], distance[f]
+        wx, wy, wz = points[corner[begin], 0], points[corner[begin], 1], points[corner[begin], 2]
+        for k in range(begin, end):
+            vx, vy, vz = wx, wy, wz
+            w = corner[k + 1 if k + 1 < end else begin]
+            wx, wy, wz = points[w, 0], points[w, 1], points[w, 2]
+            g = beyond[k]
+            mx, my, mz = normal[g, 0], normal[g, 1], normal[g, 2]
+            ex, ey, ez = wx - vx, wy - vy, wz - vz
+            length = math.sqrt(ex * ex + ey * ey + ez * ez)
+            lx, ly, lz = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
+            sine = math.sqrt(lx * lx + ly * ly + lz * lz)
+            if sine > length:
+                ex, ey, ez = lx / sine, ly / sine, lz / sine
+                s = (distance[g] - (nx * mx + ny * my + nz * mz) * d) / sine
+            else:
+                ex, ey, ez = ex / length, ey / length, ez / length
+                # n x e points into the polygon; n . (v x e) = -v . (n x e)
+                s = nx * (vy * ez - vz * ey) + ny * (vz * ex - vx * ez) + nz * (vx * ey - vy * ex)
+            inset[k] = s
+            # From the plane, so that no side of a merged face comes closer than the face itself.
+            reach[k] = math.sqrt(d * d + s * s)
+            start[k] = -(vx * ex + vy * ey + vz * ez)
+            stop[k] = wx * ex + wy * ey + wz * ez
     return inset, start, stop, reach, radius
 
 
 @kernel
 def _face_angles(points: Array, face_start: Index, corner: Index, distance: Array,
-                 inset: Array, start: Array, stop: Array, reach: Array) -> Array:
+                 inset: Array, start: Array, stop: Array, reach: Array, radius: Array) -> Array:
     """Solid angle of every face, by the form that keeps its digits.
 
     With the foot inside, the right triangles of its sides all count one way; a long face
@@ -147,16 +158,20 @@ def _face_angles(points: Array, face_start: Index, corner: Index, distance: Arra
     angle = np.zeros(face_start.shape[0] - 1)
     for f in range(angle.shape[0]):
         begin, end = face_start[f], face_start[f + 1]
-        if inset[begin:end].min() >= 0.0:
+        inside = True
+        for k in range(begin, end):
+            inside = inside and inset[k] >= 0.0
+        total = 0.0
+        if inside:
             d = distance[f]
             for k in range(begin, end):
                 q, s = reach[k], inset[k]
-                v = norm(points[corner[k]])
-                w = norm(points[corner[k + 1 if k + 1 < end else begin]])
-                angle[f] += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
-                angle[f] += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
+                v, w = radius[corner[k]], radius[corner[k + 1 if k + 1 < end else begin]]
+                total += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
+                total += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
         else:
             p = points[corner[begin]]
             for k in range(begin + 1, end - 1):
-                angle[f] += solid_angle(p, points[corner[k]], points[corner[k + 1]])
+                total += solid_angle(p, points[corner[k]], points[corner[k + 1]])
+        angle[f] = total
     return angle

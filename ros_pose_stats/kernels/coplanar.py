@@ -13,11 +13,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compilation import entry_kernel, kernel
+from .compilation import entry_kernel, inlined, kernel
+from .sorting import falling_order
 from .vectors import area_vector
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flag = NDArray[np.bool_]
 
 
 @kernel
@@ -97,21 +99,20 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
         Regions numbered from 0, larger seeds first.
     """
     count = triangles.shape[0]
-    vectors = np.empty((count, 3))
-    areas = np.empty(count)
-    for t in range(count):
-        x, y, z = area_vector(points[triangles[t, 0]], points[triangles[t, 1]],
-                              points[triangles[t, 2]])
-        vectors[t, 0], vectors[t, 1], vectors[t, 2] = x, y, z
-        areas[t] = math.sqrt(x * x + y * y + z * z)
-    region = np.full(count, -1, np.int64)
     if tolerance <= 0.0:
         return np.arange(count)
-    order = np.argsort(-areas, kind="mergesort")
+    vectors, areas = area_vectors(points, triangles)
+    alone = _alone(points, triangles, neighbors, vectors, areas, tolerance)
+    region = np.full(count, -1, np.int64)
     queue = np.empty(count, np.int64)
+    plane = np.empty(7)
     number = 0
-    for seed in order:
+    for seed in falling_order(areas):
         if region[seed] >= 0:
+            continue
+        if alone[seed]:
+            region[seed] = number
+            number += 1
             continue
         if areas[seed] == 0.0:
             # A triangle without area has no plane of its own; its largest neighbour takes it.
@@ -123,16 +124,61 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
             if region[best] >= 0:
                 region[seed] = region[best]
                 continue
-        _grow(points, triangles, neighbors, vectors, areas, region, queue, seed, number, tolerance)
+        _grow(points, triangles, neighbors, vectors, areas, region, queue, plane, seed, number,
+              tolerance)
         number += 1
     return region
 
 
 @kernel
+def _alone(points: Array, triangles: Index, neighbors: Index, vectors: Array, areas: Array,
+           tolerance: float) -> Flag:
+    """Whether no neighbour of a triangle (M,) lies in its plane.
+
+    Most triangles of a curved surface are such; going through them in their own order spares
+    a search from one end of the memory to the other for each seed.
+    """
+    alone = np.zeros(triangles.shape[0], np.bool_)
+    plane = np.empty(7)
+    for t in range(triangles.shape[0]):
+        if areas[t] == 0.0:
+            continue
+        plane[:] = 0.0
+        _gather(points, triangles, vectors, areas, plane, t)
+        found = False
+        for i in range(3):
+            n = neighbors[t, i]
+            found = found or (n >= 0 and _near_plane(points, triangles, plane, n, tolerance))
+        alone[t] = not found
+    return alone
+
+
+@kernel
+def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
+    """Area along the normal (M, 3) and area (M,) of triangles (M, 3)."""
+    count = triangles.shape[0]
+    vectors, areas = np.empty((count, 3)), np.empty(count)
+    for t in range(count):
+        p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        px, py, pz = points[p, 0], points[p, 1], points[p, 2]
+        ax, ay, az = points[q, 0] - px, points[q, 1] - py, points[q, 2] - pz
+        bx, by, bz = points[r, 0] - px, points[r, 1] - py, points[r, 2] - pz
+        x, y, z = 0.5 * (ay * bz - az * by), 0.5 * (az * bx - ax * bz), 0.5 * (ax * by - ay * bx)
+        vectors[t, 0], vectors[t, 1], vectors[t, 2] = x, y, z
+        areas[t] = math.sqrt(x * x + y * y + z * z)
+    return vectors, areas
+
+
+@inlined
 def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, areas: Array,
-          region: Index, queue: Index, seed: int, number: int, tolerance: float) -> None:
-    plane = np.zeros(6)  # area vector and area-weighted sum of centroids
-    total = _gather(points, triangles, vectors, areas, plane, 0.0, seed)
+          region: Index, queue: Index, plane: Array, seed: int, number: int,
+          tolerance: float) -> None:
+    """Fill a region from its seed; `plane` is scratch.
+
+    Area vector, area-weighted sum of centroids and sum of areas of what is gathered.
+    """
+    plane[:] = 0.0
+    _gather(points, triangles, vectors, areas, plane, seed)
     region[seed] = number
     queue[0], size = seed, 1
     grown = True
@@ -147,41 +193,41 @@ def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, are
                 n = neighbors[t, i]
                 if n < 0 or region[n] >= 0:
                     continue
-                if not _near_plane(points, triangles, plane, total, n, tolerance):
+                if not _near_plane(points, triangles, plane, n, tolerance):
                     continue
-                total = _gather(points, triangles, vectors, areas, plane, total, n)
+                _gather(points, triangles, vectors, areas, plane, n)
                 region[n] = number
                 queue[size] = n
                 size += 1
                 grown = True
 
 
-@kernel
+@inlined
 def _gather(points: Array, triangles: Index, vectors: Array, areas: Array, plane: Array,
-            total: float, t: int) -> float:
+            t: int) -> None:
+    p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
     for c in range(3):
         plane[c] += vectors[t, c]
-        centroid = (points[triangles[t, 0], c] + points[triangles[t, 1], c]
-                    + points[triangles[t, 2], c]) / 3.0
+        centroid = (points[p, c] + points[q, c] + points[r, c]) / 3.0
         plane[3 + c] += areas[t] * centroid
-    return float(total + areas[t])
+    plane[6] += areas[t]
 
 
-@kernel
-def _near_plane(points: Array, triangles: Index, plane: Array, total: float, t: int,
-                tolerance: float) -> bool:
+@inlined
+def _near_plane(points: Array, triangles: Index, plane: Array, t: int, tolerance: float) -> bool:
     """Whether a triangle lies in the plane gathered so far.
 
     Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
     are slivers and some fold back, and their area vectors still sum up to the facet's.
     """
-    length = math.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
+    nx, ny, nz, total = plane[0], plane[1], plane[2], plane[6]
+    length = math.sqrt(nx * nx + ny * ny + nz * nz)
     if length == 0.0 or total == 0.0:
         return False
+    mx, my, mz = plane[3] / total, plane[4] / total, plane[5] / total
     for j in range(3):
-        p = points[triangles[t, j]]
-        off = ((p[0] - plane[3] / total) * plane[0] + (p[1] - plane[4] / total) * plane[1]
-               + (p[2] - plane[5] / total) * plane[2])
+        p = triangles[t, j]
+        off = (points[p, 0] - mx) * nx + (points[p, 1] - my) * ny + (points[p, 2] - mz) * nz
         if abs(off) > tolerance * length:
             return False
     return True

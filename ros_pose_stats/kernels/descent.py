@@ -14,59 +14,74 @@ from numpy.typing import NDArray
 
 from ..tolerances import TIP_MARGIN
 from .body import BodyArrays
-from .compilation import kernel
+from .compilation import inlined, kernel
 
+Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-@kernel
-def side_level(body: BodyArrays, k: int) -> float:
+@inlined
+def side_level(reach: Array, start: Array, stop: Array, radius: Array, corner: Index, twin: Index,
+               k: int) -> float:
     """Smallest distance of a polygon side (a segment) from the origin.
 
     It is no smaller than the line's distance seen from either face; where corners lie off
     their planes by what still counts as coplanar, this is enforced.
     """
-    level = max(body.reach[k], body.reach[body.twin[k]])
-    if body.start[k] > 0.0 and body.stop[k] > 0.0:
+    level = max(reach[k], reach[twin[k]])
+    if start[k] > 0.0 and stop[k] > 0.0:
         return float(level)
-    ends = min(body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]])
-    return float(max(level, ends))
+    return float(max(level, min(radius[corner[k]], radius[corner[twin[k]]])))
 
 
-@kernel
-def is_lower(body: BodyArrays, g: int, f: int) -> bool:
+@inlined
+def is_lower(distance: Array, g: int, f: int) -> bool:
     """Face g lies below face f in the order of distances."""
-    if body.distance[g] == body.distance[f]:
+    if distance[g] == distance[f]:
         return g < f
-    return bool(body.distance[g] < body.distance[f])
+    return bool(distance[g] < distance[f])
 
 
 @kernel
-def descend(body: BodyArrays) -> Index:
+def faces_beyond(body: BodyArrays) -> Index:
+    """Face (N,) on the other side of each polygon side."""
+    face, twin = body.face, body.twin
+    beyond = np.empty(twin.shape[0], np.int64)
+    for k in range(twin.shape[0]):
+        beyond[k] = face[twin[k]]
+    return beyond
+
+
+@kernel
+def descend(body: BodyArrays, beyond: Index) -> Index:
     """Neighbour that each face joins when it is flooded from below; itself where stable.
 
     Taken is the side nearest to the foot among those that the foot lies beyond: the level
     {r < E} of the face first touches that side, and {R < E} flows over it as well, so the
     basins found by following these steps serve both functions.
     """
-    faces = body.distance.shape[0]
+    # Only numbers and arrays go to the helpers, no tuple of arrays: see `cap_areas`.
+    face_start, twin, corner, radius = body.face_start, body.twin, body.corner, body.radius
+    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
+    distance = body.distance
+    faces = distance.shape[0]
     parent = np.arange(faces)
     for f in range(faces):
         best, best_inset = math.inf, math.inf
         shallowest = math.inf
         lowest = f
-        for k in range(body.face_start[f], body.face_start[f + 1]):
-            shallowest = min(shallowest, body.inset[k])
-            g = body.face[body.twin[k]]
-            if not is_lower(body, g, f):
+        for k in range(face_start[f], face_start[f + 1]):
+            shallowest = min(shallowest, inset[k])
+            g = beyond[k]
+            if not is_lower(distance, g, f):
                 continue
-            if is_lower(body, g, lowest):
+            if is_lower(distance, g, lowest):
                 lowest = g
-            if body.inset[k] > TIP_MARGIN:
+            if inset[k] > TIP_MARGIN:
                 continue
-            level = side_level(body, k)
-            if level < best or (level == best and body.inset[k] < best_inset):
-                best, best_inset = level, body.inset[k]
+            level = side_level(reach, start, stop, radius, corner, twin, k)
+            if level < best or (level == best and inset[k] < best_inset):
+                best, best_inset = level, inset[k]
                 parent[f] = g
         # Rounding only: beyond a side, but the neighbour there is no lower.
         if shallowest <= TIP_MARGIN and parent[f] == f:
@@ -107,7 +122,7 @@ def basins(parent: Index) -> tuple[Index, Index]:
 
 
 @kernel
-def without_barrier(body: BodyArrays, parent: Index) -> bool:
+def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     """Let stable faces that nothing keeps in place descend further; tell whether any did.
 
     Among faces that are coplanar but for rounding, one can be the lowest of its neighbours
@@ -115,27 +130,29 @@ def without_barrier(body: BodyArrays, parent: Index) -> bool:
     leaves one stable face less and must not lead back.
     """
     stable, basin = basins(parent)
+    face_start, face, twin, corner = body.face_start, body.face, body.twin, body.corner
+    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
+    distance, radius = body.distance, body.radius
     lowest = np.full(stable.shape[0], math.inf)
     way_out = np.full(stable.shape[0], -1, np.int64)
-    for k in range(body.twin.shape[0]):
-        own = basin[body.face[k]]
-        if own == basin[body.face[body.twin[k]]]:
+    for k in range(twin.shape[0]):
+        own = basin[face[k]]
+        if own == basin[beyond[k]]:
             continue
-        level = side_level(body, k)
+        level = side_level(reach, start, stop, radius, corner, twin, k)
         if level < lowest[own]:
             lowest[own], way_out[own] = level, k
     moved = False
     for i in range(stable.shape[0]):
         f = stable[i]
-        beyond = -1
-        if lowest[i] <= body.distance[f]:
-            beyond = body.face[body.twin[way_out[i]]]
-        for k in range(body.face_start[f], body.face_start[f + 1]):
-            across = body.face[body.twin[k]]
-            if body.inset[k] <= 0.0 and basin[across] != i:
-                beyond = across
-        if beyond >= 0 and end_of(parent, beyond) != f:
-            parent[f] = beyond
+        onward = -1
+        if lowest[i] <= distance[f]:
+            onward = beyond[way_out[i]]
+        for k in range(face_start[f], face_start[f + 1]):
+            if inset[k] <= 0.0 and basin[beyond[k]] != i:
+                onward = beyond[k]
+        if onward >= 0 and end_of(parent, onward) != f:
+            parent[f] = onward
             moved = True
     return moved
 

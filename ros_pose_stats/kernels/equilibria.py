@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..tolerances import TIP_MARGIN
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
-from .descent import basins, descend, without_barrier
+from .descent import basins, descend, faces_beyond, without_barrier
 from .merge_tree import MergeTree, merge_tree
 from .toppling import settle, toppling
 
@@ -42,11 +42,12 @@ def find_equilibria(points: Array, body: BodyArrays) -> EquilibriumArrays:
         Hull points relative to the centre of mass, scaled to a radius of 1.
     body : BodyArrays
     """
-    parent = descend(body)
-    while without_barrier(body, parent):
+    beyond = faces_beyond(body)
+    parent = descend(body, beyond)
+    while without_barrier(body, beyond, parent):
         pass
     stable, basin = basins(parent)
-    target, share = toppling(points, body, parent)
+    target, share = toppling(points, body, beyond, parent)
     toppled = settle(body.angle / body.angle.sum(), target, share)
     return EquilibriumArrays(stable, basin, saddle_sides(body), unstable_points(body),
                              target, share, toppled, merge_tree(body, stable, basin))
@@ -89,3 +90,30 @@ def unstable_points(body: BodyArrays) -> Index:
 def settle_on_stable(initial: Array, target: Index, share: Array) -> Array:
     """`settle` for callers outside the kernels."""
     return settle(initial, target, share)
+
+
+@entry_kernel
+def ways_out(body: BodyArrays, basin: Index, pose: Index) -> Index:
+    """Polygon sides (k,) of stable faces that lead out of their pose.
+
+    Parameters
+    ----------
+    body : BodyArrays
+    basin : (F,) array
+        See `EquilibriumArrays`.
+    pose : (F,) array
+        Pose of each stable face, -1 for other faces.
+    """
+    face, twin, inset = body.face, body.twin, body.inset
+    found = np.empty(twin.shape[0], np.int64)
+    count = 0
+    for k in range(twin.shape[0]):
+        f = face[k]
+        if pose[f] < 0:
+            continue
+        g = face[twin[k]]
+        # A foot outside of a side by rounding, with a higher face beyond it that comes back.
+        if pose[g] != pose[f] and (inset[k] > 0.0 or basin[g] != basin[f]):
+            found[count] = k
+            count += 1
+    return found[:count].copy()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .body import BodyArrays
-from .compilation import kernel
+from .compilation import inlined, kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -42,15 +42,17 @@ class Flags(NamedTuple):
 def make_flags(body: BodyArrays, levels: Array, of_R: bool) -> Flags:
     """Measure the triangles of the faces that some of the (rising) levels cut through."""
     count, faces = 2 * body.twin.shape[0], body.distance.shape[0]
-    flags = Flags(np.empty(count), np.empty(count), np.empty(count), np.empty(count),
-                  np.empty(count), np.empty(count), np.empty(count), np.empty(count),
-                  np.empty(faces), np.zeros(faces), np.zeros(faces), np.empty(faces, np.bool_))
+    # Columns of one table: few triangles are measured, and these touch few pages of memory.
+    table = np.empty((count, 8))
+    flags = Flags(table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5],
+                  table[:, 6], table[:, 7], np.empty(faces), np.zeros(faces), np.zeros(faces),
+                  np.empty(faces, np.bool_))
     if of_R:
         _limits_R(body, levels[-1], flags)
     else:
         _limits_r(body, flags)
     for f in range(faces):
-        cut = np.searchsorted(levels, flags.enters[f], side="right")
+        cut = _first_above(levels, flags.enters[f])
         flags.partial[f] = cut < levels.shape[0] and levels[cut] < flags.fills[f]
         if flags.partial[f]:
             for k in range(body.face_start[f], body.face_start[f + 1]):
@@ -60,6 +62,19 @@ def make_flags(body: BodyArrays, levels: Array, of_R: bool) -> Flags:
                 _measure(flags, 2 * k + 1, body.distance[f], body.reach[k], w, body.inset[k],
                          body.stop[k], of_R)
     return flags
+
+
+@inlined
+def _first_above(levels: Array, value: float) -> int:
+    """Number of the first of the rising levels that is above a value."""
+    low, high = 0, levels.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if levels[middle] > value:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 @kernel
@@ -80,14 +95,15 @@ def _measure(flags: Flags, i: int, d: float, q: float, v: float, s: float, a: fl
 @kernel
 def _limits_r(body: BodyArrays, flags: Flags) -> None:
     for f in range(body.distance.shape[0]):
-        nearest = math.inf
+        nearest, farthest = math.inf, 0.0
         inside = True
         for k in range(body.face_start[f], body.face_start[f + 1]):
             v = body.radius[body.corner[k]]
-            flags.fills[f] = max(flags.fills[f], v)
+            farthest = max(farthest, v)
             inside = inside and body.inset[k] >= 0.0
             nearest = min(nearest,
                           body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v)
+        flags.fills[f] = farthest
         flags.enters[f] = body.distance[f] if inside else nearest
         flags.full[f] = body.angle[f]
 

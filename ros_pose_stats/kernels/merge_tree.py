@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..tolerances import SAME_LEVEL
 from .body import BodyArrays
 from .compilation import kernel
+from .components import root
 from .descent import side_level
 
 Array = NDArray[np.float64]
@@ -54,8 +55,8 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
             tie = _shallow_first(body, basin, sides, levels, link, bottom, order, place)
         i = order[place]
         k = sides[i]
-        a = _root(link, basin[body.face[k]])
-        b = _root(link, basin[body.face[body.twin[k]]])
+        a = root(link, basin[body.face[k]])
+        b = root(link, basin[body.face[body.twin[k]]])
         if a == b:
             continue
         child[joins, 0], child[joins, 1] = node[a], node[b]
@@ -84,33 +85,28 @@ def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, 
         depth = np.empty(end - begin)
         for j in range(begin, end):
             k = sides[order[j]]
-            depth[j - begin] = -min(bottom[_root(link, basin[body.face[k]])],
-                                    bottom[_root(link, basin[body.face[body.twin[k]]])])
+            depth[j - begin] = -min(bottom[root(link, basin[body.face[k]])],
+                                    bottom[root(link, basin[body.face[body.twin[k]]])])
         order[begin:end] = order[begin:end][np.argsort(depth, kind="mergesort")]
     return end
 
 
 @kernel
 def _borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+    face, twin, corner, radius = body.face, body.twin, body.corner, body.radius
+    reach, start, stop = body.reach, body.start, body.stop
     count = 0
-    for k in range(body.twin.shape[0]):
-        if k < body.twin[k] and basin[body.face[k]] != basin[body.face[body.twin[k]]]:
+    for k in range(twin.shape[0]):
+        if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
             count += 1
     sides, levels = np.empty(count, np.int64), np.empty(count)
     count = 0
-    for k in range(body.twin.shape[0]):
-        if k < body.twin[k] and basin[body.face[k]] != basin[body.face[body.twin[k]]]:
-            sides[count], levels[count] = k, side_level(body, k)
+    for k in range(twin.shape[0]):
+        if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
+            sides[count] = k
+            levels[count] = side_level(reach, start, stop, radius, corner, twin, k)
             count += 1
     return sides, levels
-
-
-@kernel
-def _root(link: Index, a: int) -> int:
-    while link[a] != a:
-        link[a] = link[link[a]]
-        a = link[a]
-    return a
 
 
 @kernel

@@ -11,23 +11,28 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compilation import kernel
+from .compilation import inlined, kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flag = NDArray[np.bool_]
 
 
-@kernel
-def next_on_boundary(h: int, region: Index, opposite: Index) -> int:
+@inlined
+def next_on_boundary(h: int, boundary: Flag, opposite: Index) -> int:
     """The boundary half-edge of the same region that starts where half-edge h ends."""
-    own = region[h // 3]
-    h = 3 * (h // 3) + (h + 1) % 3
-    for _ in range(region.shape[0]):
-        if region[opposite[h] // 3] != own:
+    h = following(h)
+    for _ in range(opposite.shape[0]):
+        if boundary[h]:
             return h
-        across = opposite[h]
-        h = 3 * (across // 3) + (across + 1) % 3
+        h = following(opposite[h])
     return -1
+
+
+@inlined
+def following(h: int) -> int:
+    """Next half-edge of the same triangle."""
+    return h + 1 if h % 3 < 2 else h - 2
 
 
 @kernel
@@ -59,15 +64,19 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     degree = np.zeros(points, np.int64)
     border = np.zeros(faces, np.int64)
     entry = np.full(faces, -1, np.int64)
+    origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            h = 3 * t + i
+            origin[h] = triangles[t, i + 1 if i < 2 else 0]
+            if opposite[h] < 0:
+                return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
+            boundary[h] = region[t] != region[opposite[h] // 3]
+            if boundary[h]:
+                degree[origin[h]] += 1
+                border[region[t]] += 1
     for h in range(halves):
-        if opposite[h] < 0:
-            return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
-        if region[h // 3] != region[opposite[h] // 3]:
-            degree[triangles[h // 3, (h + 1) % 3]] += 1
-            border[region[h // 3]] += 1
-    for h in range(halves):
-        corner = degree[triangles[h // 3, (h + 1) % 3]] >= 3
-        if corner and region[h // 3] != region[opposite[h] // 3]:
+        if boundary[h] and degree[origin[h]] >= 3:
             entry[region[h // 3]] = h
     face_start = np.zeros(faces + 1, np.int64)
     first = np.empty(border.sum(), np.int64)
@@ -76,13 +85,13 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     for f in range(faces):
         h, walked, corners = entry[f], 0, 0
         while h >= 0 and walked < border[f]:
-            if degree[triangles[h // 3, (h + 1) % 3]] >= 3:
+            if degree[origin[h]] >= 3:
                 first[size] = h
                 size += 1
                 corners += 1
             side_of[h] = size - 1
             walked += 1
-            h = next_on_boundary(h, region, opposite)
+            h = next_on_boundary(h, boundary, opposite)
             if h == entry[f]:
                 break
         if walked != border[f] or h != entry[f] or corners < 3:

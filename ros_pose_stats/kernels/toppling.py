@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..tolerances import SAME_EDGE, TIP_MARGIN
 from .body import BodyArrays
-from .compilation import kernel
+from .compilation import inlined, kernel
 from .descent import end_of, is_lower
 
 Array = NDArray[np.float64]
@@ -21,7 +21,8 @@ Index = NDArray[np.int64]
 
 
 @kernel
-def toppling(points: Array, body: BodyArrays, parent: Index) -> tuple[Index, Array]:
+def toppling(points: Array, body: BodyArrays, beyond: Index,
+             parent: Index) -> tuple[Index, Array]:
     """Toppling graph of the quasi-static estimator (section 4.B).
 
     An unstable face topples over the side pierced by the segment from its centroid to the
@@ -35,13 +36,15 @@ def toppling(points: Array, body: BodyArrays, parent: Index) -> tuple[Index, Arr
     share : (F, 2) array
         Fractions, summing to 1 for unstable faces and to 0 for stable ones.
     """
+    face_start, corner = body.face_start, body.corner
+    normal, distance, inset = body.normal, body.distance, body.inset
     faces = parent.shape[0]
     target = np.full((faces, 2), -1, np.int64)
     share = np.zeros((faces, 2))
     for f in range(faces):
         if parent[f] == f:
             continue
-        _pierced(points, body, f, target)
+        _pierced(points, face_start, corner, beyond, normal, distance, inset, f, target)
         if target[f, 0] < 0:
             target[f, 0] = end_of(parent, f)
         if target[f, 1] < 0:
@@ -51,81 +54,85 @@ def toppling(points: Array, body: BodyArrays, parent: Index) -> tuple[Index, Arr
     return target, share
 
 
-@kernel
-def _pierced(points: Array, body: BodyArrays, f: int, target: Index) -> None:
+@inlined
+def _pierced(points: Array, face_start: Index, corner: Index, beyond: Index, normal: Array,
+             distance: Array, inset: Array, f: int, target: Index) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
-    begin, end = body.face_start[f], body.face_start[f + 1]
-    cx, cy, cz = polygon_centroid(points, body, f)
+    begin, end = face_start[f], face_start[f + 1]
+    nx, ny, nz = normal[f, 0], normal[f, 1], normal[f, 2]
+    cx, cy, cz = polygon_centroid(points, corner, begin, end, nx, ny, nz)
     first, exit_side = math.inf, -1
     for k in range(begin, end):
-        inside = _inset_of(points, body, k, cx, cy, cz)
-        if body.inset[k] > TIP_MARGIN or inside <= body.inset[k]:
+        if inset[k] > TIP_MARGIN:
             continue
-        crossing = inside / (inside - body.inset[k])
-        if crossing < first and is_lower(body, body.face[body.twin[k]], f):
+        v, w = corner[k], corner[k + 1 if k + 1 < end else begin]
+        inside = _inset_of(points, v, w, nx, ny, nz, cx, cy, cz)
+        if inside <= inset[k]:
+            continue
+        crossing = inside / (inside - inset[k])
+        if crossing < first and is_lower(distance, beyond[k], f):
             first, exit_side = crossing, k
     if exit_side < 0:
         return
-    target[f, 0] = body.face[body.twin[exit_side]]
+    target[f, 0] = beyond[exit_side]
     after = exit_side + 1 if exit_side + 1 < end else begin
     before = exit_side - 1 if exit_side > begin else end - 1
-    if _off_line(points, body, f, body.corner[after], cx, cy, cz) < SAME_EDGE:
+    # From the centroid to the foot of the centre of mass.
+    d = distance[f]
+    ux, uy, uz = d * nx - cx, d * ny - cy, d * nz - cz
+    if _off_line(points, corner[after], nx, ny, nz, cx, cy, cz, ux, uy, uz) < SAME_EDGE:
         beside = after
-    elif _off_line(points, body, f, body.corner[exit_side], cx, cy, cz) < SAME_EDGE:
+    elif _off_line(points, corner[exit_side], nx, ny, nz, cx, cy, cz, ux, uy, uz) < SAME_EDGE:
         beside = before
     else:
         return
-    other = body.face[body.twin[beside]]
-    if is_lower(body, other, f):
+    other = beyond[beside]
+    if is_lower(distance, other, f):
         target[f, 1] = other
 
 
-@kernel
-def _off_line(points: Array, body: BodyArrays, f: int, corner: int, x: float, y: float,
-              z: float) -> float:
-    """Distance of a corner from the line through the centroid and the foot of the face."""
-    n, d = body.normal[f], body.distance[f]
-    p = points[corner]
-    ux, uy, uz = d * n[0] - x, d * n[1] - y, d * n[2] - z
+@inlined
+def _off_line(points: Array, p: int, nx: float, ny: float, nz: float, x: float, y: float,
+              z: float, ux: float, uy: float, uz: float) -> float:
+    """Distance of a point of a face from the line through x y z along u in the face."""
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
-    px, py, pz = p[0] - x, p[1] - y, p[2] - z
-    across = (n[0] * (uy * pz - uz * py) + n[1] * (uz * px - ux * pz)
-              + n[2] * (ux * py - uy * px))
+    px, py, pz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+    across = (nx * (uy * pz - uz * py) + ny * (uz * px - ux * pz)
+              + nz * (ux * py - uy * px))
     return float(abs(across) / length)
 
 
-@kernel
-def polygon_centroid(points: Array, body: BodyArrays, f: int) -> tuple[float, float, float]:
-    """Centroid of a face's area."""
-    begin, end = body.face_start[f], body.face_start[f + 1]
-    n = body.normal[f]
-    p = points[body.corner[begin]]
+@inlined
+def polygon_centroid(points: Array, corner: Index, begin: int, end: int, nx: float, ny: float,
+                     nz: float) -> tuple[float, float, float]:
+    """Centroid of the area of the face with the corners `corner[begin:end]` and normal n."""
+    p = corner[begin]
+    px, py, pz = points[p, 0], points[p, 1], points[p, 2]
     total = sx = sy = sz = 0.0
     for k in range(begin + 1, end - 1):
-        q, r = points[body.corner[k]], points[body.corner[k + 1]]
-        ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-        bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-        weight = (n[0] * (ay * bz - az * by) + n[1] * (az * bx - ax * bz)
-                  + n[2] * (ax * by - ay * bx))
+        q, r = corner[k], corner[k + 1]
+        ax, ay, az = points[q, 0] - px, points[q, 1] - py, points[q, 2] - pz
+        bx, by, bz = points[r, 0] - px, points[r, 1] - py, points[r, 2] - pz
+        weight = (nx * (ay * bz - az * by) + ny * (az * bx - ax * bz)
+                  + nz * (ax * by - ay * bx))
         total += weight
         sx += weight * (ax + bx)
         sy += weight * (ay + by)
         sz += weight * (az + bz)
-    return (p[0] + sx / (3.0 * total), p[1] + sy / (3.0 * total), p[2] + sz / (3.0 * total))
+    return (px + sx / (3.0 * total), py + sy / (3.0 * total), pz + sz / (3.0 * total))
 
 
-@kernel
-def _inset_of(points: Array, body: BodyArrays, k: int, x: float, y: float, z: float) -> float:
-    """Distance of a point of the face from side k, positive inside."""
-    v = points[body.corner[k]]
-    w = points[body.corner[body.twin[k]]]
-    n = body.normal[body.face[k]]
-    ex, ey, ez = w[0] - v[0], w[1] - v[1], w[2] - v[2]
+@inlined
+def _inset_of(points: Array, v: int, w: int, nx: float, ny: float, nz: float, x: float, y: float,
+              z: float) -> float:
+    """Distance of a place on the face with normal n from its side from v to w, inside positive."""
+    vx, vy, vz = points[v, 0], points[v, 1], points[v, 2]
+    ex, ey, ez = points[w, 0] - vx, points[w, 1] - vy, points[w, 2] - vz
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    ix = n[1] * ez - n[2] * ey
-    iy = n[2] * ex - n[0] * ez
-    iz = n[0] * ey - n[1] * ex
-    return float(((x - v[0]) * ix + (y - v[1]) * iy + (z - v[2]) * iz) / length)
+    ix = ny * ez - nz * ey
+    iy = nz * ex - nx * ez
+    iz = nx * ey - ny * ex
+    return float(((x - vx) * ix + (y - vy) * iy + (z - vz) * iz) / length)
 
 
 @kernel

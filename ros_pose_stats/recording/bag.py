@@ -27,6 +27,8 @@ class Bag:
         Type of each topic.
     max_bytes : int
         A file that would grow beyond it is finished and followed by the next.
+    node : str
+        Name of the node that records.
 
     Raises
     ------
@@ -34,9 +36,11 @@ class Bag:
         The directory cannot be made.
     """
 
-    def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int) -> None:
+    def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
+                 node: str = "") -> None:
         self._directory = BagDirectory(path)
         self._types = types
+        self._node = node
         self._max_bytes = max_bytes
         self._file: BagFile | None = None
         self._finished: dict[str, Contents] = {}
@@ -108,7 +112,7 @@ class Bag:
             while bag_file(self._directory.path, self._next_number).exists():
                 self._next_number += 1
             path = bag_file(self._directory.path, self._next_number)
-            self._file = BagFile(path, self._types)
+            self._file = BagFile(path, self._types, self._node)
             self._described = False
         return self._file
 

@@ -31,6 +31,8 @@ class BagFile:
         Must not exist yet.
     types : mapping
         Type of each topic.
+    node : str
+        Name of the node that records.
 
     Raises
     ------
@@ -51,11 +53,11 @@ class BagFile:
         Why the file cannot be gone on with.
     """
 
-    def __init__(self, path: Path, types: Mapping[str, MessageType]) -> None:
+    def __init__(self, path: Path, types: Mapping[str, MessageType], node: str = "") -> None:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
-        start, self.contents = opening(path.name, types, time.time_ns())
+        start, self.contents = opening(path.name, types, time.time_ns(), node)
         self._channels = {channel.topic: number
                           for number, channel in self.contents.channels.items()}
         self._closing_size = len(closing(path.name, self.contents, 0)) + _GROWTH * (

@@ -48,6 +48,9 @@ RECORD: Final = struct.Struct("<BQ")
 MESSAGE: Final = struct.Struct("<HIQQ")
 """Channel, number within the channel, log time and publish time [ns]; then the data."""
 
+NODE_KEY: Final = "node"
+"""In the metadata of a channel: the name of the node that recorded."""
+
 FOOTER_LENGTH: Final = 20
 
 _METADATA_NAME: Final = "rosbag2"
@@ -66,7 +69,8 @@ def message_head(channel: int, number: int, log_time: int, data: memoryview) -> 
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
 
-def opening(name: str, types: Mapping[str, MessageType], now: int) -> tuple[bytes, Contents]:
+def opening(name: str, types: Mapping[str, MessageType], now: int,
+            node: str = "") -> tuple[bytes, Contents]:
     """The beginning of a file, and its contents so far.
 
     Parameters
@@ -77,6 +81,8 @@ def opening(name: str, types: Mapping[str, MessageType], now: int) -> tuple[byte
         Type of each topic.
     now : int
         Time [ns] that stands in for that of a first message.
+    node : str
+        Name of the node that records, kept with every topic.
     """
     contents = Contents(start=now, end=now)
     numbers: dict[str, int] = {}
@@ -87,7 +93,8 @@ def opening(name: str, types: Mapping[str, MessageType], now: int) -> tuple[byte
         channel = len(contents.channels) + 1
         contents.channels[channel] = Channel(
             channel, topic.name, "cdr",
-            {"offered_qos_profiles": topic.qos, "topic_type_hash": topic.type_hash}, schema)
+            {"offered_qos_profiles": topic.qos, "topic_type_hash": topic.type_hash,
+             NODE_KEY: node}, schema)
     start = MAGIC + encoded([Header(PROFILE, LIBRARY)])
     metadata, index = _metadata(name, contents, len(start))
     contents.metadata.append(index)

@@ -12,6 +12,7 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from .bag_input import files_of_bag, opened, unpacked_chunk
 from .decoding import UNREADABLE, decode
 from .directory_lock import is_locked
+from .mcap_layout import NODE_KEY
 from .run_names import runs
 from .scan import frames
 
@@ -30,6 +31,8 @@ class RawMessage:
         When it was recorded [ns since 1970].
     definition : str
         Definition of the type, as the bag has it.
+    node : str
+        Name of the node that recorded it; empty in bags of other tools.
     """
 
     topic: str
@@ -37,6 +40,7 @@ class RawMessage:
     data: bytes
     log_time: int
     definition: str
+    node: str = ""
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ class _Messages:
         self._path = path
         self._on_damage = on_damage
         self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, tuple[str, str, str]] = {}
+        self._channels: dict[int, tuple[str, str, str, str]] = {}
 
     def read(self, file: BinaryIO) -> Iterator[RawMessage]:
         """The whole messages of the file, opened by the caller."""
@@ -117,8 +121,8 @@ class _Messages:
                 continue
             for one in records:
                 if isinstance(one, Message) and one.channel_id in self._channels:
-                    topic, type_name, definition = self._channels[one.channel_id]
-                    yield RawMessage(topic, type_name, one.data, one.log_time, definition)
+                    topic, type_name, definition, node = self._channels[one.channel_id]
+                    yield RawMessage(topic, type_name, one.data, one.log_time, definition, node)
                 elif isinstance(one, Message):
                     self._damaged(frame.start, frame.end, f"no channel {one.channel_id}")
                 else:
@@ -130,7 +134,8 @@ class _Messages:
         elif isinstance(record, Channel):
             schema = self._schemas.get(record.schema_id)
             definition = schema.data.decode(errors="replace") if schema else ""
-            self._channels[record.id] = (record.topic, schema.name if schema else "", definition)
+            self._channels[record.id] = (record.topic, schema.name if schema else "", definition,
+                                         record.metadata.get(NODE_KEY, ""))
 
     def _damaged(self, start: int, end: int, reason: str = "") -> None:
         reason = reason or ("no whole record" if end > start else "no footer")

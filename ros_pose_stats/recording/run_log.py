@@ -36,6 +36,8 @@ class RunLog:
         for no bound.
     name : str, optional
         Of the directory, in place of one made from time and process.
+    node : str, optional
+        Name of the node that records; several may share a log directory.
 
     Attributes
     ----------
@@ -47,13 +49,15 @@ class RunLog:
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
-                 max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None) -> None:
+                 max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None,
+                 node: str = "") -> None:
         self.directory = log_directory / (name or new_run_name())
         self.times_lost = 0
         self._types = dict(types)
+        self._node = node
         self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
         self._max_bag_bytes = max_bag_bytes
-        self._overhead = 2 * len(opening("", self._types, 0)[0])
+        self._overhead = 2 * len(opening("", self._types, 0, node)[0])
         self._space = SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.Lock()
         self._bag: Bag | None = None
@@ -158,5 +162,5 @@ class RunLog:
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name())
-            self._bag = Bag(self.directory, self._types, self._max_bag_bytes)
+            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node)
         return self._bag

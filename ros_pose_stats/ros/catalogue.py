@@ -29,6 +29,8 @@ class KnownPart:
         The mesh as it was sent.
     latched : object
         The current result's message; None before the first.
+    restored : object
+        The result of the last run that this one began with, if any.
     scene : DropScene or None
         That the latched result is for.
     published : float
@@ -44,6 +46,7 @@ class KnownPart:
     wishes: tuple[float, float]
     request: PartRequest | None = None
     latched: Any = None
+    restored: Any = None
     scene: DropScene | None = None
     published: float = 0.0
     revision: int = 0

@@ -14,6 +14,9 @@ from .times import now, time_message
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""
 
+COPY_SECONDS = 2.0
+"""The two copies of a latched mesh, and a client that asks again and again, count once."""
+
 RECENT_SECONDS = 60.0
 """A refused mesh is a warning for this long."""
 
@@ -28,12 +31,15 @@ class Refusals:
         self.overrun = 0
 
     def refuse(self, source: str, reason: str) -> bool:
-        """Note a refused mesh; False if it is the same as the one before."""
+        """Note a refused mesh; False if it is a copy of one that was refused just before."""
         with self._lock:
-            repeated = bool(self._recent) and self._recent[-1][1:] == (source, reason)
-            self.refused += 1
-            self._recent.append((now(), source, reason))
-        return not repeated
+            stamp = now()
+            copy = any(entry[1:] == (source, reason) and stamp - entry[0] < 1e9 * COPY_SECONDS
+                       for entry in self._recent)
+            if not copy:
+                self.refused += 1
+                self._recent.append((stamp, source, reason))
+        return not copy
 
     def lose(self, count: int) -> None:
         """Note meshes that a flood overran."""

@@ -35,10 +35,11 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     found.target_error, found.max_seconds = request.target_error, request.max_seconds
     found.drop_height = float("nan") if request.scene.drop_height is None else float(
         request.scene.drop_height)
-    if job.part.done() and not job.part.cancelled() and job.part.exception() is None:
-        found.part_digest = job.part.result().digest
-    if job.snapshot is not None:
-        found.drop_height = job.snapshot.drop_height
+    part, snapshot = job.built(), job.snapshot
+    if part is not None:
+        found.part_digest = part.digest
+    if snapshot is not None:
+        found.drop_height = snapshot.drop_height
     return found
 
 
@@ -164,17 +165,16 @@ class JobReports:
 
     def _part_of(self, job: Job) -> KnownPart | None:
         """The catalogue's entry, as long as it is the part that the job drops."""
-        if not job.part.done() or job.part.exception() is not None:
+        part = job.built()
+        if part is None:
             return None
-        part = job.part.result()
         known = self._results.parts.current(part.part_id)
         return known if known is not None and known.part.digest == part.digest else None
 
     def _known_or_own(self, job: Job) -> KnownPart | None:
+        part = job.built()
         known = self._part_of(job)
-        if known is None and job.snapshot is not None:
-            known = KnownPart(job.part.result(), b"", (-1.0, -1.0))
-        return known
+        return KnownPart(part, b"", (-1.0, -1.0)) if known is None and part is not None else known
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
         return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)

@@ -6,6 +6,7 @@ import math
 import threading
 from typing import Any
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -13,6 +14,8 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
+NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
+"""The executor fails on handlers of events that are destroyed while it waits for them."""
 
 
 def known_error(message: PoseStatistics) -> float:
@@ -58,7 +61,8 @@ class LatchedPublishers:
         with self._lock:
             publisher = self._publishers.get(part_id)
             if publisher is None:
-                publisher = self._node.create_publisher(PoseStatistics, self._topic, LATCHED)
+                publisher = self._node.create_publisher(
+                    PoseStatistics, self._topic, LATCHED, event_callbacks=NO_EVENTS)
                 self._publishers[part_id] = publisher
             publisher.publish(data)
 

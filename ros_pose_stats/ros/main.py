@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Sequence
 
 import rclpy
@@ -19,6 +20,8 @@ from .warm_up import warm_up
 REFUSED = 2
 FAILED = 1
 THREADS = 8
+RESTORE_SECONDS = 10.0
+GLANCE_SECONDS = 0.05
 SWITCH_SECONDS = 0.001
 """Threads that wait for the interpreter get it this soon."""
 
@@ -61,6 +64,7 @@ def _run(stop: StopSignals) -> int:
         return REFUSED
     if not stop.asked:
         warm_up(node.get_logger().info)
+        _restore(node, stop)
     executor.add_node(node)
     failure: list[BaseException] = []
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
@@ -77,6 +81,13 @@ def _run(stop: StopSignals) -> int:
         print(f"pose_stats: internal failure: {failure[0]!r}", file=sys.stderr)
         return FAILED
     return 0
+
+
+def _restore(node: PoseStatsNode, stop: StopSignals) -> None:
+    """Wait a while for the parts of the last run, so that the first client finds them."""
+    until = time.monotonic() + RESTORE_SECONDS
+    while not stop.asked and not node.restored(GLANCE_SECONDS) and time.monotonic() < until:
+        pass
 
 
 def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],

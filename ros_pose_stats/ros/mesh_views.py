@@ -151,8 +151,8 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)
 
 
-def part_id_of(data: bytes) -> str:
-    """The part_id of a serialised message that begins with a header and a part_id.
+def part_and_digest_of(data: bytes) -> tuple[str, str]:
+    """part_id and part_digest of a serialised `PoseStatistics`.
 
     Raises
     ------
@@ -163,4 +163,4 @@ def part_id_of(data: bytes) -> str:
     cursor.count()
     cursor.count()
     cursor.text()  # frame_id
-    return cursor.text()
+    return cursor.text(), cursor.text()

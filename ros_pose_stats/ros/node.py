@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
 
@@ -28,9 +28,10 @@ from .jobs import Jobs
 from .latching import LatchedPublishers
 from .mesh_topics import mesh_topics
 from .parameters import Parameters
+from .part_lines import count_problem, part_line
 from .part_messages import request_of_mesh_bytes, request_of_part_bytes
 from .part_requests import PartRequest
-from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder
+from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder, said
 from .requests import Requests
 from .restore import LastRun, interrupted_job, last_run
 from .results import Results
@@ -58,11 +59,11 @@ class PoseStatsNode(Node):
         settings = self._settings()
         say = self.get_logger()
         self.refusals = Refusals()
-        self.repairs = repair_bags(settings.directory()) if settings.directory().is_dir() else []
-        self.recorder = Recorder(settings, say.warning, self._record_again)
+        self.recorder = Recorder(settings, self.get_fully_qualified_name(), say.warning,
+                                 self._record_again)
         self.results = Results(self._settings, self.recorder,
                                LatchedPublishers(self, "~/pose_statistics"), self._on_part,
-                               lambda: self.drawing.touch())
+                               self._on_new_part, lambda: self.drawing.touch())
         self.intake = Intake(lambda: 2 * self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, say.info)
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
@@ -70,6 +71,7 @@ class PoseStatsNode(Node):
         self.requests = Requests(self._settings, self.results, self.intake, self.jobs,
                                  self._refuse)
         self.drawing = Drawing(self, self.results)
+        self._coming_back: list[Future[KnownPart]] = []
         self._restore(settings)
         self._open(settings)
         self.intake.start()
@@ -101,8 +103,15 @@ class PoseStatsNode(Node):
                    take: Callable[[bytes], PartRequest]) -> None:
         """Plain and latched publishers both arrive; a copy is ignored later."""
         def on_mesh(data: bytes) -> None:
-            future = self.intake.put(lambda: self.results.take(take(data)), len(data))
-            future.add_done_callback(partial(self._look, topic))
+            source = [topic]
+
+            def work() -> KnownPart:
+                request = take(data)
+                source[0] = f"{topic}, part '{request.part_id}'"
+                return self.results.take(request)
+
+            future = self.intake.put(work, len(data))
+            future.add_done_callback(lambda done: self._look(source[0], done))
 
         gaps = SequenceGaps()
 
@@ -139,8 +148,18 @@ class PoseStatsNode(Node):
     def _on_part(self, known: KnownPart) -> None:
         self.requests.refine(known)
 
+    def _on_new_part(self, known: KnownPart) -> None:
+        """Say what has come, so that a wrong unit is seen at once."""
+        self.get_logger().info(part_line(known.part, known.latched))
+        for warning in known.part.warnings:
+            self.get_logger().warning(f"{known.part.part_id}: {warning}")
+
     def _count(self, data: bytes) -> None:
+        """Record a count as it is; say if it cannot be compared with anything."""
         self.recorder.record(POSE_COUNTS, data, durable=True)
+        problem = count_problem(data, self.results.parts.current)
+        if problem:
+            self.get_logger().warning(f"~/pose_counts: recorded, but {problem}")
 
     def _note_forgotten(self, part_id: str, digest: str) -> None:
         event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=digest)
@@ -155,18 +174,22 @@ class PoseStatsNode(Node):
             again.add_done_callback(partial(self._look, "parameters"))
 
     def _restore(self, settings: Settings) -> None:
-        """Say what was mended, log the jobs found unfinished, and bring parts back."""
-        for repair in self.repairs:
-            self.get_logger().warning(str(repair))
-        try:
-            run = last_run(bags_to_restore(settings, [r.directory for r in self.repairs]))
-        except (OSError, PoseStatsError) as error:
-            self.get_logger().warning(f"nothing restored: {error}")
-            return
+        """Put on record what the last run left unfinished or is to go on, and mend its bag."""
+        run = last_run(bags_to_restore(settings.directory(),
+                                       self.get_fully_qualified_name()))
+        for bag, problem in run.problems.items():
+            self.get_logger().warning(f"{bag.name} could not be read to its end: {problem}")
         self._log_unfinished(run, settings)
         if settings.restore:
             for part_id, request in run.parts.items():
-                self._bring_back(request, run.latched(part_id))
+                last = self.results.take_over(request, run.latched(part_id))
+                self._bring_back(request, last)
+            if run.parts:
+                self.get_logger().info(f"restoring {len(run.parts)} parts of the last run")
+        self.recorder.sync()
+        self.repairs = [said(repair) for repair in repair_bags(settings.directory())]
+        for repair in self.repairs:
+            self.get_logger().warning(repair)
 
     def _log_unfinished(self, run: LastRun, settings: Settings) -> None:
         jobs = [interrupted_job(event, settings) for event in run.unfinished.values()]
@@ -179,6 +202,11 @@ class PoseStatsNode(Node):
     def _bring_back(self, request: PartRequest, latched: Any) -> None:
         future = self.intake.put_later(lambda: self.results.take(request, latched))
         future.add_done_callback(partial(self._look, "restored part"))
+        self._coming_back.append(future)
+
+    def restored(self, timeout: float) -> bool:
+        """Wait for the parts of the last run; whether they are all there."""
+        return not wait(self._coming_back, timeout).not_done
 
     def _mesh_status(self) -> DiagnosticStatus:
         return self.refusals.status(self._line("parts"), len(self.results.parts.all()),
@@ -203,7 +231,7 @@ class PoseStatsNode(Node):
     def _recording_status(self) -> DiagnosticStatus:
         problem = self.recorder.problem
         values = self.recorder.state()
-        values["last repair"] = str(self.repairs[-1]) if self.repairs else "none"
+        values["last repair"] = self.repairs[-1] if self.repairs else "none"
         text = f"NOT_RECORDED: {problem}" if problem else "recording"
         if not problem and self.recorder.log.over_bound:
             text = "this run alone is larger than max_log_bytes; nothing of it is deleted"
@@ -215,3 +243,5 @@ class PoseStatsNode(Node):
         self.jobs.close("the node ended")
         self.action.wait_until_told()
         self.recorder.close()
+        if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
+            self.get_logger().info(f"recorded to {self.recorder.log.directory}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -40,6 +41,7 @@ class Parameters:
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
         values = {setting.name: _declare(node, setting) for setting in TABLE}
+        _warn_of_unknown(node)
         self.settings = settings_of(values)
         self._on_change = on_change
         self._started = False
@@ -72,6 +74,16 @@ class Parameters:
         if ours:
             self.settings = settings_of({**vars(self.settings), **ours})
             self._on_change(self.settings)
+
+
+def _warn_of_unknown(node: Node) -> None:
+    """Say which parameters given at the start the node does not have."""
+    for name in node._parameter_overrides:  # which rclpy shows in no other way
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+            like = get_close_matches(name, BY_NAME, 1)
+            hint = f"; did you mean {like[0]}?" if like else ""
+            node.get_logger().warning(
+                f"there is no parameter '{name}', its value is ignored{hint}")
 
 
 def _declare(node: Node, setting: Setting) -> Any:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.signals import SignalHandlerOptions
 from ros_pose_stats_msgs.msg import PartMesh
 
@@ -16,8 +17,9 @@ from ..errors import RequestError
 from ..geometry.mesh_files import metres_per_unit, read_mesh
 from ..geometry.parts import part_from_mesh
 from .latching import LATCHED
+from .part_lines import part_line
 from .part_messages import part_message
-from .part_requests import PartRequest
+from .part_requests import PartRequest, check_name
 from .times import now
 
 
@@ -47,17 +49,20 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
     """
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
-    message = _message(file, unit, center_of_mass, part_id)
+    message, line, warnings = _message(file, unit, center_of_mass, part_id)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node("part_publisher")
-        publisher = node.create_publisher(PartMesh, topic, LATCHED)
+        try:
+            publisher = node.create_publisher(PartMesh, topic, LATCHED)
+        except (InvalidTopicNameException, ValueError) as error:
+            raise RequestError("the name of a ROS topic", f"'{topic}'",
+                               "for instance /pose_stats/part_mesh") from error
         publisher.publish(message)
-        print(f"{message.part_id}: {len(message.triangles) // 3} triangles published on {topic}",
-              flush=True)
+        print(f"{line} published on {topic}", *warnings, sep="\n", flush=True)
         left = seconds
         while (left is None or left > 0.0) and not stop.wait(0.2 if left is None
                                                              else min(0.2, left)):
@@ -69,16 +74,21 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
 
 
 def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
-             part_id: str) -> PartMesh:
-    """The file as a message; what the node would refuse is refused here, with the reason."""
+             part_id: str) -> tuple[PartMesh, str, tuple[str, ...]]:
+    """The file as a message, a line about it, and the part's warnings.
+
+    What the node would refuse is refused here, with the reason.
+    """
+    part_id = part_id or Path(file).stem
+    check_name(part_id)
     vertices, triangles, declared = read_mesh(file)
     length = metres_per_unit(unit) if unit else declared or 1.0
     center = None if center_of_mass is None else length * np.asarray(center_of_mass)
-    part = part_from_mesh(vertices, triangles, center, unit=length)
+    part = part_from_mesh(vertices, triangles, center, unit=length, part_id=part_id)
     request = PartRequest(
-        part_id or Path(file).stem, np.asarray(vertices, dtype=np.float64),
+        part_id, np.asarray(vertices, dtype=np.float64),
         np.asarray(triangles, dtype=np.uint32), length)
     if center is not None:
         request = PartRequest(request.part_id, request.vertices, request.triangles, length,
                               part.mass, part.center_of_mass)
-    return part_message(request, request.part_id, now())
+    return part_message(request, request.part_id, now()), part_line(part, None), part.warnings

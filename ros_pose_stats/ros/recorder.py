@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import threading
@@ -11,6 +12,7 @@ from typing import Any
 
 from ..recording.message_types import MessageType, message_type
 from ..recording.recording_error import RecordingError
+from ..recording.repair import Repair
 from ..recording.run_log import RunLog
 from .settings import Settings
 
@@ -42,12 +44,22 @@ def bag_types() -> dict[str, MessageType]:
             for topic, name in TYPES.items()}
 
 
+def said(repair: Repair) -> str:
+    """What was done to a bag, in one line."""
+    if repair.problem:
+        return repair.problem
+    return (f"{repair.directory.name} mended: {repair.kept} messages kept, "
+            f"{repair.cut_bytes} bytes of half a record cut off")
+
+
 class Recorder:
     """The run's bag.
 
     Parameters
     ----------
     settings : Settings
+    node : str
+        Fully qualified name of the node.
     say : callable
         Told once when recording fails and once when it works again.
     on_gap : callable
@@ -55,16 +67,18 @@ class Recorder:
         failed, or when the bag was deleted and a new one begun.
     """
 
-    def __init__(self, settings: Settings, say: Callable[[str], object],
+    def __init__(self, settings: Settings, node: str, say: Callable[[str], object],
                  on_gap: Callable[[], object]) -> None:
         self.log = RunLog(settings.directory(), bag_types(),
                           max_bag_bytes=settings.max_bag_bytes,
-                          max_log_bytes=settings.max_log_bytes)
+                          max_log_bytes=settings.max_log_bytes, node=node)
         self._say = say
         self._on_gap = on_gap
         self._bags_lost = 0
         self._lock = threading.Lock()
-        self.problem = ""
+        self.problem = _unwritable(settings.directory())
+        if self.problem:
+            say(f"NOT_RECORDED: {self.problem}")
         self.lost = 0
         self._deleted: list[str] = []
 
@@ -83,6 +97,13 @@ class Recorder:
             return False
         self._note("")
         return True
+
+    def sync(self) -> None:
+        """Make everything written so far durable."""
+        try:
+            self.log.sync()
+        except (RecordingError, OSError) as error:
+            self._note(str(error))
 
     def close(self) -> None:
         """Finish the bag."""
@@ -122,3 +143,12 @@ class Recorder:
         except OSError as error:
             return f"unknown: {error}"
         return min(bounds)
+
+
+def _unwritable(directory: Path) -> str:
+    """Why nothing can be recorded there as it seems; empty where it can."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        return f"cannot make {directory}: {error.strerror or error}"
+    return "" if os.access(directory, os.W_OK) else f"cannot write to {directory}"

@@ -9,7 +9,7 @@ from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
 from typing import Any, NamedTuple
 
-from ..errors import RequestError
+from ..errors import PoseStatsError, RequestError
 from ..records import Part
 from .catalogue import KnownPart
 from .intake import Intake
@@ -99,10 +99,7 @@ class Requests:
             raise RequestError("the same part_id in the request and in its part",
                                f"'{part_id}' and '{message.part_id}'", "fill one of the two")
         message.part_id = message.part_id or part_id
-        request = request_of_message(message)
-        check_request(request, self._settings().max_mesh_bytes)
-        wishes = (request.restitution, request.drop_height)
-        self._settings().scene(wishes)
+        request, wishes = self._checked(message)
         content = request.content()
         same = self._results.parts.find(request.part_id) if request.part_id else None
         if same is not None and same.content == content and same.wishes == wishes:
@@ -110,6 +107,18 @@ class Requests:
         if accepted is None or len(request.triangles) <= QUICK_TRIANGLES:
             return Sought(self._take(request, None), request.part_id, content, wishes)
         return Sought(self._take(request, accepted), request.part_id, content, wishes, slow=True)
+
+    def _checked(self, message: Any) -> tuple[PartRequest, tuple[float, float]]:
+        """A carried part and its own scene, as far as that is quickly looked at."""
+        try:
+            request = request_of_message(message)
+            check_request(request, self._settings().max_mesh_bytes)
+            wishes = (request.restitution, request.drop_height)
+            self._settings().scene(wishes)
+        except PoseStatsError as refusal:
+            self._on_refusal(_source(message.part_id), str(refusal))
+            raise
+        return request, wishes
 
     def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
         def take() -> KnownPart:
@@ -122,7 +131,7 @@ class Requests:
         def look(future: Future[KnownPart]) -> None:
             error = None if future.cancelled() else future.exception()
             if error is not None:
-                self._on_refusal(f"request for '{request.part_id}'", str(error))
+                self._on_refusal(_source(request.part_id), str(error))
 
         coming.add_done_callback(look)
         return coming
@@ -168,6 +177,11 @@ class Requests:
         wanted = settings.refine_drops or settings.target_error
         if wanted and not _fine_enough(known.latched, drops, settings.target_error):
             self._jobs.submit(request, known.ready(), settings)
+
+
+def _source(part_id: str) -> str:
+    """Where a refused mesh came from, as a terminal can show it."""
+    return f"request for {part_id[:40]!r}"
 
 
 def _fine_enough(latched: Any, drops: int, target_error: float) -> bool:

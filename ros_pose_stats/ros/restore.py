@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +14,9 @@ from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 from ..errors import RequestError
 from ..recording.raw_reader import raw_messages
 from ..records import DropScene, Part
+from .current_meshes import CurrentMeshes
 from .jobs import Job, JobRequest, State
-from .mesh_views import NotPlainCdrError, part_id_of
+from .mesh_views import NotPlainCdrError, part_and_digest_of
 from .part_messages import request_of_part_bytes
 from .part_requests import PartRequest
 
@@ -28,39 +29,49 @@ INTERRUPTED = "the node ended before the simulation did"
 
 @dataclass
 class LastRun:
-    """What a bag leaves to the next run.
+    """What bags leave to the next run.
 
     Attributes
     ----------
     parts : dict of str to PartRequest
-        The last mesh of each part, in the order in which they came.
+        The present mesh of each part, in the order in which they became that.
     unfinished : dict of str to JobEvent
         Jobs that were accepted and not heard of again.
+    meshes : CurrentMeshes
+        What tells the present ones.
+    problems : dict of Path to str
+        Bags that could not be read to their ends, and why.
     """
 
     parts: dict[str, PartRequest] = field(default_factory=dict)
-    _latched: dict[str, bytes] = field(default_factory=dict)
     unfinished: dict[str, JobEvent] = field(default_factory=dict)
+    meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
+    problems: dict[Path, str] = field(default_factory=dict)
+    _latched: dict[str, bytes] = field(default_factory=dict)
 
     def take(self, topic: str, kind: str, data: bytes) -> None:
         """Take in the next message."""
         if kind == PART_MESH:
-            request = request_of_part_bytes(data)
-            self.parts.pop(request.part_id, None)
-            self.parts[request.part_id] = request
+            self.meshes.note_mesh(request_of_part_bytes(data))
         elif kind == POSE_STATISTICS and topic.endswith("/pose_statistics"):
-            self._latched[_part_id(data)] = data
+            part_id, digest = _part_and_digest(data)
+            self.meshes.note_result(part_id, digest)
+            self._latched[part_id] = data
         elif kind == JOB_EVENT:
             self._take_event(deserialize_message(data, JobEvent))
 
     def latched(self, part_id: str) -> PoseStatistics | None:
-        """The last result of a part."""
+        """The last result of a part; nothing is going to refine it any more."""
         data = self._latched.get(part_id)
-        return None if data is None else deserialize_message(data, PoseStatistics)
+        if data is None:
+            return None
+        message = deserialize_message(data, PoseStatistics)
+        message.final = True
+        return message
 
     def _take_event(self, event: JobEvent) -> None:
         if event.event == JobEvent.PART_FORGOTTEN:
-            self.parts.pop(event.part_id, None)
+            self.meshes.forget(event.part_id)
             self._latched.pop(event.part_id, None)
         elif event.event in (JobEvent.QUEUED, JobEvent.RUNNING):
             self.unfinished[event.job_id] = event
@@ -68,26 +79,34 @@ class LastRun:
             self.unfinished.pop(event.job_id, None)
 
 
-def _part_id(data: bytes) -> str:
+def _part_and_digest(data: bytes) -> tuple[str, str]:
     try:
-        return part_id_of(data)
+        return part_and_digest_of(data)
     except NotPlainCdrError:  # another encapsulation
-        return str(deserialize_message(data, PoseStatistics).part_id)
+        message = deserialize_message(data, PoseStatistics)
+        return message.part_id, message.part_digest
 
 
 def last_run(bags: Iterable[Path]) -> LastRun:
-    """Read bags in order.
-
-    Raises
-    ------
-    OSError
-        If one cannot be read.
-    """
+    """Read bags in order, as far as they can be read."""
     found = LastRun()
+    bags = list(bags)
+    for bag in bags:
+        try:
+            for message in raw_messages(bag):
+                found.take(message.topic, message.type_name, message.data)
+        except Exception as error:  # of the disk, or of the bindings about other versions
+            found.problems[bag] = f"{type(error).__name__}: {error}"
+    found.parts = found.meshes.present(_meshes(bag for bag in bags if bag not in found.problems))
+    return found
+
+
+def _meshes(bags: Iterable[Path]) -> Iterator[PartRequest]:
+    """All meshes of bags that can be read, once more."""
     for bag in bags:
         for message in raw_messages(bag):
-            found.take(message.topic, message.type_name, message.data)
-    return found
+            if message.type_name == PART_MESH:
+                yield request_of_part_bytes(message.data)
 
 
 def interrupted_job(event: JobEvent, settings: Any) -> Job:

@@ -7,10 +7,12 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
+from std_msgs.msg import Header
 
 from .. import records
 from ..errors import PoseStatsError
@@ -21,9 +23,9 @@ from ..simulation.drops import release_height
 from ..version import VERSION
 from .catalogue import Catalogue, KnownPart
 from .latching import LatchedPublishers, replaces
-from .part_messages import part_message
+from .part_log import PartLog
 from .part_requests import PartRequest, check_request, part_of
-from .recorder import ANSWERS, PART_MESH, POSE_STATISTICS, Recorder
+from .recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .settings import Settings
 from .statistics_messages import Answer, statistics_message
 from .times import now
@@ -54,22 +56,28 @@ class Results:
     publishers : LatchedPublishers
     on_part : callable
         Told each `KnownPart` once it is estimated.
+    on_new_part : callable
+        Told each `KnownPart` that has come, once.
     on_change : callable
         Called when what is latched has changed.
     """
 
     def __init__(self, settings: Callable[[], Settings], recorder: Recorder,
                  publishers: LatchedPublishers, on_part: Callable[[KnownPart], object],
+                 on_new_part: Callable[[KnownPart], object],
                  on_change: Callable[[], object]) -> None:
         self._settings = settings
         self._recorder = recorder
         self._publishers = publishers
         self._on_part = on_part
+        self._on_new_part = on_new_part
         self._on_change = on_change
         self._poses = 0
         self._memory: OrderedDict[tuple[Any, ...], PoseStatistics] = OrderedDict()
         self._refused: OrderedDict[tuple[str, bytes], PoseStatsError] = OrderedDict()
         self._built: OrderedDict[tuple[str, bytes], records.Part] = OrderedDict()
+        self._revisions: OrderedDict[str, int] = OrderedDict()
+        self._part_log = PartLog(recorder)
         self._lock = threading.Lock()
         self.parts = Catalogue(self._withdraw)
 
@@ -95,44 +103,88 @@ class Results:
         scene = settings.scene(wishes)
         content = request.content()
         before = self._same(request.part_id, content)
-        if before is not None and before.wishes == wishes:
-            return before
         part = self._build(request, content) if before is None else before.part
-        known = KnownPart(part, content, wishes, request)
-        self._record_part(known)
-        old = self.parts.current(part.part_id)
-        if old is not None:
-            known.revision, known.shown = old.revision, old.shown
+        old = self.parts.find(part.part_id)
+        if old is not None and (old.part.digest, old.wishes) == (part.digest, wishes):
+            if self._bring_back(old, last, scene):
+                self.offer(old, old.restored, scene)
+            return old
+        known = KnownPart(part, content, wishes, request,
+                          revision=self._revision(part.part_id, old))
+        restored = self._bring_back(known, last, scene)
         self.estimate(known, "", scene)  # before anybody can see it: what has no equilibrium
-        self.parts.put(known, settings.max_parts)  # is no part
-        if last is not None and self._still_true(known, last, scene):
-            self.offer(known, last, scene)
+        self._put(known, old)  # is no part
+        if restored:
+            self.offer(known, known.restored, scene)
         self.refresh(known)
+        self._on_new_part(known)
         return known
 
-    def _record_part(self, known: KnownPart) -> None:
+    def _put(self, known: KnownPart, old: KnownPart | None) -> None:
+        """Remember and record a part, with no result of the old one between the two."""
+        with known.lock if old is None else old.lock:
+            before = self._revision(known.part.part_id, old)
+            known.revision = max(known.revision, before)
+            known.shown = before if old is None else old.shown
+            self._log_part(known)
+            self.parts.put(known, self._settings().max_parts)
+
+    def _revision(self, part_id: str, old: KnownPart | None) -> int:
+        """Of the newest result under a name, also of a part that was forgotten."""
+        return self._revisions.get(part_id, 0) if old is None else old.revision
+
+    def _log_part(self, known: KnownPart) -> None:
         if known.request is not None:
-            message = part_message(known.request, known.part.part_id,
-                                   known.request.stamp or now())
-            self._recorder.record(PART_MESH, serialize_message(message))
+            self._part_log.note(known.request, known.part.part_id, known.part.digest)
 
     def record_again(self) -> None:
         """Put all parts and what is latched for them on record, after a gap in it."""
+        self._part_log.begin_again()
         for known in self.parts.all():
-            self._record_part(known)
-            if known.latched is not None:
-                self._recorder.record(POSE_STATISTICS, serialize_message(known.latched))
+            with known.lock:
+                self._log_part(known)
+                if known.latched is not None:
+                    self._recorder.record(POSE_STATISTICS, serialize_message(known.latched))
+
+    def take_over(self, request: PartRequest,
+                  last: PoseStatistics | None) -> PoseStatistics | None:
+        """Put a part of the last run on record, with what was latched if that still holds.
+
+        Returns
+        -------
+        PoseStatistics or None
+            What was latched, for `take`, which makes the part known.
+        """
+        if last is None:
+            return None
+        last = self._labelled(last, self._settings())
+        self._part_log.note(request, request.part_id, last.part_digest)
+        with suppress(PoseStatsError):  # of wishes that hold no more
+            scene = self._settings().scene((request.restitution, request.drop_height))
+            if self._still_true(last, scene):
+                self._recorder.record(POSE_STATISTICS, serialize_message(last))
+        return last
+
+    def _bring_back(self, known: KnownPart, last: PoseStatistics | None,
+                    scene: DropScene) -> bool:
+        """Remember a result of the last run, which is on record already, if it still holds."""
+        if last is None:
+            return False
+        with known.lock:
+            known.revision = max(known.revision, last.revision)
+        if last.part_digest != known.part.digest or not self._still_true(last, scene):
+            return False
+        known.restored = last
+        if not last.drops:
+            self._remember(self._key(last.method, known, scene), last)
+        return True
 
     @staticmethod
-    def _still_true(known: KnownPart, last: PoseStatistics, scene: DropScene) -> bool:
-        """Whether a result of the last run holds for the part and its present scene."""
-        if (last.part_digest, last.version) != (known.part.digest, VERSION):
+    def _still_true(last: PoseStatistics, scene: DropScene) -> bool:
+        """Whether a result of the last run holds for its part in the present scene."""
+        if (last.version, last.restitution, last.cluster_tolerance) != (
+                VERSION, scene.restitution, scene.cluster_tolerance):
             return False
-        if (last.restitution, last.cluster_tolerance) != (scene.restitution,
-                                                          scene.cluster_tolerance):
-            return False
-        known.revision = max(known.revision, last.revision)
-        last.final = True
         released = release_height(scene, last.radius)
         return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
 
@@ -140,12 +192,29 @@ class Results:
         """Latch the best that is known for the part's present scene, at least an estimate."""
         settings = self._settings()
         scene = settings.scene(known.wishes)
-        best = self._recall(("best", known.part.part_id, known.part.digest, scene,
-                             settings.plate, settings.plate_frame))
+        best = self._recall(self._key("best", known, scene))
         if best is not None:
             self.offer(known, best, scene)
+        self._label_again(known, scene, settings)
         self.offer(known, self.estimate(known, "", scene), scene)
         self._on_part(known)
+
+    def _label_again(self, known: KnownPart, scene: DropScene, settings: Settings) -> None:
+        """Give what is latched for the scene the present names of plate and frame."""
+        with known.lock:
+            if known.latched is not None and known.scene == scene:
+                self.offer(known, self._labelled(known.latched, settings), scene)
+
+    @staticmethod
+    def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
+        """The same with the present names; itself if it has them."""
+        if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
+            return message
+        named = _copy(message)
+        named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
+        named.plate = settings.plate
+        named.revision += 1
+        return named
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before.
@@ -157,8 +226,7 @@ class Results:
         """
         settings = self._settings()
         name = estimator(method or settings.default_method).name
-        key = (name, known.part.part_id, known.part.digest, scene, settings.plate,
-               settings.plate_frame)
+        key = self._key(name, known, scene)
         found = self._recall(key)
         if found is None:
             statistics = estimate(
@@ -209,8 +277,7 @@ class Results:
             if not message.final and time.monotonic() - known.published < SECONDS_BETWEEN:
                 return
             self._latch(known, message, scene)
-        self._remember(("best", known.part.part_id, known.part.digest, scene, settings.plate,
-                        settings.plate_frame), message)
+        self._remember(self._key("best", known, scene), message)
         self._on_change()
 
     def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
@@ -220,7 +287,8 @@ class Results:
             message.revision = known.revision
         known.shown = message.revision
         data = serialize_message(message)
-        if not self._recorder.record(POSE_STATISTICS, data, durable=False):
+        recorded = message is known.restored or self._recorder.record(POSE_STATISTICS, data)
+        if not recorded:
             message = with_warning(message, self.not_recorded())
             data = serialize_message(message)
         known.latched, known.scene, known.published = message, scene, time.monotonic()
@@ -252,8 +320,16 @@ class Results:
         return part
 
     def _withdraw(self, known: KnownPart) -> None:
-        self._publishers.withdraw(known.part.part_id)
+        with known.lock:  # what is being latched is withdrawn afterwards
+            self._publishers.withdraw(known.part.part_id)
+            self._keep(self._revisions, known.part.part_id, known.revision, REMEMBERED)
         self._on_change()
+
+    def _key(self, name: str, known: KnownPart, scene: DropScene) -> tuple[Any, ...]:
+        """Under which a result is remembered."""
+        settings = self._settings()
+        return (name, known.part.part_id, known.part.digest, scene, settings.plate,
+                settings.plate_frame)
 
     def _recall(self, key: tuple[Any, ...]) -> PoseStatistics | None:
         with self._lock:

@@ -16,6 +16,7 @@ from .job_reports import JobReports
 from .jobs import Jobs, State
 from .requests import Requests, outcome
 from .results import Results, with_warning
+from .service_quality import SERVICE_QUALITY
 from .settings import Settings
 
 CANCEL_PATIENCE = 0.06
@@ -79,7 +80,8 @@ class Services:
                 ("get_drop_simulation", srv.GetDropSimulation, self.get, quick),
                 ("list_drop_simulations", srv.ListDropSimulations, self.list, quick),
                 ("cancel_drop_simulation", srv.CancelDropSimulation, self.cancel, quick)):
-            node.create_service(kind, f"~/{name}", callback, callback_group=group)
+            node.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QUALITY,
+                                callback_group=group)
 
     @refusing
     def estimate(self, request: Any, response: Any) -> None:

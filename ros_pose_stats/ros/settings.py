@@ -71,8 +71,9 @@ TABLE = (
             1, 100_000),
     Setting("max_mesh_bytes", 64 * 2**20, "Most bytes of one mesh (8 a coordinate, 4 a vertex "
             "number).", 1, MOST),
-    Setting("cluster_tolerance", DEFAULT_CLUSTER_TOLERANCE, "Poses merge below this barrier, as "
-            "a fraction of the part's radius; 0: none.", 0.0, BELOW_ONE),
+    Setting("cluster_tolerance", DEFAULT_CLUSTER_TOLERANCE, "Two poses merge where the saddle "
+            "between them is less than this above both, as a fraction of the part's radius; "
+            "0: none.", 0.0, BELOW_ONE),
     Setting("log_directory", "", "Where bags are recorded; empty: ~/.ros/pose_stats.",
             fixed=True),
     Setting("max_bag_bytes", 512 * 2**20, "Bytes after which a bag goes on in a new file.",

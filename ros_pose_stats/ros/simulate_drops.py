@@ -16,6 +16,7 @@ from ..errors import PoseStatsError
 from .job_reports import JobReports
 from .jobs import Job, Jobs, State
 from .requests import Requests
+from .service_quality import SERVICE_QUALITY
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0
@@ -60,7 +61,8 @@ class SimulateDropsServer:
             node, SimulateDrops, "~/simulate_drops", execute_callback=self._refuse,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
-            result_timeout=RESULT_SECONDS)
+            goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
+            result_service_qos_profile=SERVICE_QUALITY, result_timeout=RESULT_SECONDS)
 
     def wait_until_told(self) -> None:
         """Give the clients of jobs that have just ended the time to hear of it."""

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats.geometry import shapes, symmetry
 from ros_pose_stats.geometry.shapes import registry
 from tests.bodies import (
     REGULAR_SOLIDS,
@@ -139,3 +139,13 @@ def test_poses_of_a_group_are_carried_into_each_other(sides):
         assert np.sort(inner, axis=1) == pytest.approx(np.sort(inner[:1]).repeat(len(group), 0),
                                                        abs=1e-4)
     assert len(downs(resting_poses(part, 0.0).poses)) == sides + 2
+
+
+@pytest.mark.parametrize("few_pairs", [0, 1, 10**6])
+def test_how_many_pairs_are_looked_through_first_changes_nothing(few_pairs, monkeypatch):
+    loaded = (0.02, 0.01, 0.0)
+    before = [sizes(surface) for surface, _ in SYMMETRIC.values()]
+    uneven = sizes(REGULAR_SOLIDS["dodecahedron"], center_of_mass=loaded)
+    monkeypatch.setattr(symmetry, "FEW_PAIRS", few_pairs)
+    assert [sizes(surface) for surface, _ in SYMMETRIC.values()] == before
+    assert sizes(REGULAR_SOLIDS["dodecahedron"], center_of_mass=loaded) == uneven

@@ -87,6 +87,8 @@ class Job:
         The end result as a serialised message, once made.
     recorded : bool
         Whether the acceptance is on record.
+    name : str
+        Of a part that has been let go of.
     """
 
     job_id: str
@@ -104,15 +106,20 @@ class Job:
     recorded: bool = True
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
+    name: str = ""
     _next_snapshot: float = 0.0
 
     @property
     def part_id(self) -> str:
         """Name of the part; of a nameless one, the name it got, once it is there."""
+        part = self.built()
+        return self.request.part_id or (self.name if part is None else part.part_id)
+
+    def built(self) -> Part | None:
+        """The part, if it is there; never waits, also while the job lets go of it."""
         part = self.part
-        if not self.request.part_id and part.done() and part.exception() is None:
-            return part.result().part_id
-        return self.request.part_id
+        good = part.done() and not part.cancelled() and part.exception() is None
+        return part.result() if good else None
 
     def cancel(self, reason: str) -> None:
         """Ask the job to end; the first reason stays."""
@@ -137,6 +144,7 @@ class Job:
 
     def release(self) -> None:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
+        self.name = self.part_id
         self.part = Future()
         self.snapshot = None
 

@@ -28,6 +28,9 @@ from .job import Job, JobRequest, State
 KEPT = 1000
 """Finished jobs that can still be asked for."""
 
+CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
+"""Warnings of a run that ended at a bound; they are the message of its end."""
+
 POLL_SECONDS = 0.02
 
 
@@ -164,7 +167,7 @@ class Jobs:
         return self._running
 
     def close(self, reason: str) -> None:
-        """Cancel everything and wait for the thread; what was done is kept."""
+        """Cancel everything and wait for the threads; what was done is kept."""
         with self._changed:
             self._closing = reason
             waiting = [*self._asked, *self._refinements]
@@ -175,6 +178,8 @@ class Jobs:
             self._changed.notify_all()
         for job in waiting:
             self._end(job, State.CANCELLED, reason)
+        with self._accepting:  # whoever came too late has ended that job
+            pass
         if self._thread.is_alive():
             self._thread.join()
 
@@ -240,7 +245,8 @@ class Jobs:
         if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
-            self._end(job, State.DONE, "")
+            self._end(job, State.DONE, " ".join(
+                line for line in found.warnings if line.startswith(CUT_SHORT)))
 
     def _put_back(self, job: Job) -> bool:
         """Back to the front of the queue; False if it was cancelled meanwhile."""

@@ -1,0 +1,57 @@
+"""Stable sorting by counting digits: time grows with the number of keys, and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compilation import kernel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DIGIT = 11
+"""Bits looked at in one pass: the counters of a digit stay in the fastest memory."""
+
+
+@kernel
+def rising_order(keys: Index) -> Index:
+    """Order (N,) that sorts keys (N,), which are 0 or more; equal ones stay as they were."""
+    count = keys.shape[0]
+    order, other = np.arange(count), np.empty(count, np.int64)
+    sorted_keys, other_keys = keys.copy(), np.empty(count, np.int64)
+    largest = 0
+    for i in range(count):
+        largest = max(largest, keys[i])
+    mask = (1 << DIGIT) - 1
+    place = np.empty(mask + 1, np.int64)
+    shift = 0
+    while shift < 63 and (largest >> shift) > 0:
+        place[:] = 0
+        for i in range(count):
+            place[(sorted_keys[i] >> shift) & mask] += 1
+        total = 0
+        for digit in range(mask + 1):
+            here = place[digit]
+            place[digit] = total
+            total += here
+        for i in range(count):
+            digit = (sorted_keys[i] >> shift) & mask
+            other[place[digit]] = order[i]
+            other_keys[place[digit]] = sorted_keys[i]
+            place[digit] += 1
+        order, other = other, order
+        sorted_keys, other_keys = other_keys, sorted_keys
+        shift += DIGIT
+    return order
+
+
+@kernel
+def falling_order(values: Array) -> Index:
+    """Order (N,) that sorts values (N,), which are 0 or more, largest first; ties stay."""
+    # The bits of numbers from 0 up, read as integers, are in the order of the numbers.
+    bits = np.abs(values).view(np.int64)
+    largest = 0
+    for i in range(bits.shape[0]):
+        largest = max(largest, bits[i])
+    return rising_order(largest - bits)

@@ -1,0 +1,110 @@
+"""Settings and mesh topics, without a node."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.ros.mesh_topics import mesh_topics
+from ros_pose_stats.ros.settings import TABLE, settings_of
+
+from .contract import DEFAULTS
+
+
+def settings(**changes):
+    return settings_of({**DEFAULTS, **changes})
+
+
+class TestBounds:
+    @pytest.mark.parametrize("one", [one for one in TABLE if one.low is not None],
+                             ids=lambda one: one.name)
+    def test_both_ends_are_allowed_and_what_is_beyond_is_not(self, one):
+        step = 1 if isinstance(one.default, int) else 1e-6 * max(abs(one.high), 1.0)
+        if one.name != "mesh_unit":
+            assert getattr(settings(**{one.name: one.low}), one.name) == one.low
+        assert getattr(settings(**{one.name: one.high}), one.name) == one.high
+        for value in (one.low - step, one.high + step):
+            with pytest.raises(RequestError) as refusal:
+                settings(**{one.name: value})
+            assert one.name in str(refusal.value) and f"got {value}" in str(refusal.value)
+
+    def test_nan_is_never_in_bounds(self):
+        for one in TABLE:
+            if isinstance(one.default, float):
+                with pytest.raises(RequestError):
+                    settings(**{one.name: math.nan})
+
+    def test_method(self):
+        with pytest.raises(RequestError, match="'guess'"):
+            settings(default_method="guess")
+
+    def test_folder(self):
+        assert settings().directory() == Path.home() / ".ros" / "pose_stats"
+        assert settings(log_directory="~/bags").directory() == Path.home() / "bags"
+        with pytest.raises(RequestError, match="log_directory"):
+            settings(log_directory="~nobody_of_this_name/bags")
+
+
+class TestThreads:
+    def test_workers_are_as_many_as_asked_for(self):
+        assert settings(workers=3).threads() == 3
+
+    @pytest.mark.parametrize(("cores", "keep", "threads"),
+                             [(8, 1, 7), (8, 0, 8), (2, 1, 1), (1, 1, 1), (4, 9, 1)])
+    def test_else_all_cores_but_some(self, monkeypatch, cores, keep, threads):
+        monkeypatch.setattr("os.sched_getaffinity", lambda _: set(range(cores)))
+        assert settings(keep_cores=keep).threads() == threads
+
+
+class TestScene:
+    @pytest.mark.parametrize(("wishes", "expected"), [
+        ([], (0.5, None)),
+        ([(-1.0, -1.0)], (0.5, None)),
+        ([(0.1, -1.0), (0.2, 3.0)], (0.1, 3.0)),
+        ([(-1.0, 2.0), (0.2, 3.0)], (0.2, 2.0)),
+        ([(0.0, -1.0), (0.2, -1.0)], (0.0, None)),
+    ])
+    def test_the_first_that_has_a_say(self, wishes, expected):
+        found = settings().scene(*wishes)
+        assert (found.restitution, found.drop_height) == expected
+
+    def test_then_the_node(self):
+        found = settings(restitution=0.3, drop_height=2.0).scene((-1.0, -1.0))
+        assert (found.restitution, found.drop_height) == (0.3, 2.0)
+
+    @pytest.mark.parametrize("wishes", [(1.0, -1.0), (math.nan, -1.0), (-1.0, 0.0),
+                                        (-1.0, math.nan), (-1.0, math.inf)])
+    def test_out_of_range(self, wishes):
+        with pytest.raises(RequestError):
+            settings().scene(wishes)
+
+
+class TestMeshTopics:
+    def test_ids(self):
+        assert mesh_topics(["/cad/clamp", "other=/cad/clamp", "nut", "~/mine", "a=b=/c"]) == {
+            "clamp": "/cad/clamp", "other": "/cad/clamp", "nut": "nut", "mine": "~/mine",
+            "a=b": "/c"}
+
+    def test_none(self):
+        assert mesh_topics([]) == {}
+
+    @pytest.mark.parametrize("entries", [
+        ["/a/clamp", "/b/clamp"], ["x=/a", "x=/b"], ["/a/x", "x=/b"], ["/a", "/a"]])
+    def test_one_id_twice(self, entries):
+        with pytest.raises(RequestError, match="different part_id each"):
+            mesh_topics(entries)
+
+    @pytest.mark.parametrize("entry", [
+        "", "/", "~", "~/", "part=", "=", "/a/", "//a", "/a//b", "a b", "/1a", "part=/ü",
+        "part=~x", "a-b", "/a\n"])
+    def test_what_is_no_topic(self, entry):
+        with pytest.raises(RequestError, match="mesh_topics as"):
+            mesh_topics([entry])
+
+    @pytest.mark.parametrize("entry", ["x\ny=/a", "x" * 201 + "=/a"])
+    def test_what_is_no_name(self, entry):
+        with pytest.raises(RequestError, match="printable"):
+            mesh_topics([entry])
