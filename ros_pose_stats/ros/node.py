@@ -28,7 +28,7 @@ from .jobs import Jobs
 from .latching import LatchedPublishers
 from .mesh_topics import mesh_topics
 from .parameters import Parameters
-from .part_lines import count_problem, part_line
+from .part_lines import count_problem, named, part_line
 from .part_messages import request_of_mesh_bytes, request_of_part_bytes
 from .part_requests import PartRequest
 from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder, said
@@ -107,7 +107,7 @@ class PoseStatsNode(Node):
 
             def work() -> KnownPart:
                 request = take(data)
-                source[0] = f"{topic}, part '{request.part_id}'"
+                source[0] += named(request.part_id)
                 return self.results.take(request)
 
             future = self.intake.put(work, len(data))

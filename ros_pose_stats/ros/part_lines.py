@@ -11,6 +11,7 @@ from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..records import Part
 from .catalogue import KnownPart
+from .part_requests import LONGEST_NAME
 
 
 def part_line(part: Part, latched: Any) -> str:
@@ -18,6 +19,12 @@ def part_line(part: Part, latched: Any) -> str:
     size = " x ".join(f"{1e3 * x:.4g}" for x in np.ptp(part.surface_vertices, axis=0))
     poses = "" if latched is None else f", {len(latched.poses)} stable poses"
     return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles{poses}"
+
+
+def named(part_id: str) -> str:
+    """A part in a line of the log; empty where its name could spoil the line."""
+    fit = 0 < len(part_id) <= LONGEST_NAME and part_id.isprintable()
+    return f", part '{part_id}'" if fit else ""
 
 
 def count_problem(data: bytes, known: Callable[[str], KnownPart | None]) -> str:
