@@ -109,7 +109,7 @@ class JobReports:
         recorded = self._record(job_event(job, int(state), job.message), durable=True)
         if message is not None:
             if not recorded:
-                message = self._results.answer(message)  # says that it is not on record
+                message = self._results.unrecorded(message)
             self._latch(job, message)
             self._remember(job, serialize_message(message))
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "

@@ -76,7 +76,7 @@ class Recorder:
         self._on_gap = on_gap
         self._bags_lost = 0
         self._lock = threading.Lock()
-        self.problem = _unwritable(settings.directory())
+        self.problem = self.last_problem = _unwritable(settings.directory())
         if self.problem:
             say(f"NOT_RECORDED: {self.problem}")
         self.lost = 0
@@ -118,6 +118,7 @@ class Recorder:
             new_bag = self.log.times_lost != self._bags_lost
             self._bags_lost = self.log.times_lost
             self.problem = problem
+            self.last_problem = problem or self.last_problem
             self.lost += bool(problem)
         if changed:
             self._say(f"NOT_RECORDED: {problem}" if problem else "recording works again")

@@ -250,11 +250,17 @@ class Results:
         """Put an answer on record before it goes to a caller; warn where that fails."""
         if self._recorder.record(ANSWERS, serialize_message(message), durable=durable):
             return message
+        return self.unrecorded(message)
+
+    def unrecorded(self, message: PoseStatistics) -> PoseStatistics:
+        """The same with the warning that it is not on record, which it has once."""
+        if any(warning.startswith("NOT_RECORDED:") for warning in message.warnings):
+            return message
         return with_warning(message, self.not_recorded())
 
     def not_recorded(self) -> str:
         """The warning of an answer that could not be put on record."""
-        return NOT_RECORDED.format(self._recorder.problem)
+        return NOT_RECORDED.format(self._recorder.last_problem)
 
     def due(self, known: KnownPart, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
@@ -289,7 +295,7 @@ class Results:
         data = serialize_message(message)
         recorded = message is known.restored or self._recorder.record(POSE_STATISTICS, data)
         if not recorded:
-            message = with_warning(message, self.not_recorded())
+            message = self.unrecorded(message)
             data = serialize_message(message)
         known.latched, known.scene, known.published = message, scene, time.monotonic()
         self._publishers.publish(known.part.part_id, data)

@@ -1,4 +1,4 @@
-"""Meshes that are none: refused with a reason to everybody who may ask, and the next one served."""
+"""Meshes that are none: refused with a reason to all who may ask, and the next one served."""
 
 from __future__ import annotations
 

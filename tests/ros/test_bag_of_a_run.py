@@ -129,7 +129,7 @@ class TestTopics:
         assert of(bag, "pose_counts") == told.counts
 
     def test_part_mesh_once_a_digest_as_received(self, run):
-        bag, told = run
+        bag, _ = run
         found = {message.part_id: message for message in messages(bag, "part_mesh")}
         nameless = f"mesh_{library_part((3.0 * VERTICES, TRIANGLES)).digest[:12]}"
         assert len(of(bag, "part_mesh")) == len(found) == 5

@@ -17,9 +17,6 @@ from .harness_readers import assert_readable_by_others, message_of, on_topic, ra
 from .harness_witness import Told, Witness, events, unfinished
 
 KILLS = 25
-import os
-
-KILLS=int(os.environ.get('KILLS','25'))
 SHARE_IN_START = 0.2
 START_SECONDS = 2.0
 LOAD_SECONDS = 0.8
@@ -67,12 +64,12 @@ class Killings:
         time.sleep(ON_ITS_WAY)
 
     def _work(self, node, left, before):
+        client = self.client_of()
         node.ready()
         for bag in left:
             assert is_finished(bag)
             assert bag.name in node.log
             assert_readable_by_others(bag)
-        client = self.client_of()
         self._look_at_cancelled(client, unfinished(events(before)))
         witness = Witness(client, self.told, self.chance.random())
         try:
@@ -80,7 +77,7 @@ class Killings:
             node.kill()
             time.sleep(ON_ITS_WAY)
         finally:
-                witness.stop()
+            witness.stop()
 
     def _look_at_cancelled(self, client, jobs):
         listed = client.call("list_drop_simulations")

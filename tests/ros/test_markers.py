@@ -43,7 +43,7 @@ def placed(marker):
     points = np.array([(p.x, p.y, p.z) for p in marker.points])
     turn, place = marker.pose.orientation, marker.pose.position
     turned = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).apply(points)
-    return turned + (place.x, place.y, place.z)
+    return turned + np.array((place.x, place.y, place.z))
 
 
 @pytest.fixture(scope="module")

@@ -189,6 +189,8 @@ def test_two_nodes_leave_each_other_alone(again, domain, tmp_path):
                 assert "mended" not in other.log
                 assert "mine" not in shown(guest)
                 assert job_id not in guest.call("list_drop_simulations").job_id
+                line, values = Health(guest).line("recording")
+                assert "max_log_bytes" in line.message or not int(values["bytes written"])
                 guest.good("estimate", part=flat(WEDGE, "theirs"))
                 finished(guest, start(guest, "theirs", 200))
         running_with_results(client, job_id)

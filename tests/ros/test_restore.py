@@ -182,7 +182,7 @@ class TestBags:
 
 
 class FakeRecorder:
-    problem = ""
+    last_problem = ""
 
     def __init__(self):
         self.recorded = []
