@@ -1,5 +1,6 @@
 """What README and docs/node.md tell a reader to type does what they say."""
 
+import os
 import re
 import shlex
 import signal
@@ -30,9 +31,15 @@ def home(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def running(domain, home):
+def apart(other_domain):
+    """The environment of a domain without the shared node, which has the same name."""
+    return {**os.environ, "ROS_DOMAIN_ID": str(other_domain)}
+
+
+@pytest.fixture(scope="module")
+def running(apart, home):
     """The lines of the README that go on until Ctrl-C, running."""
-    children = [subprocess.Popen([sys.executable, "-m", *shlex.split(line)], cwd=home,
+    children = [subprocess.Popen([sys.executable, "-m", *shlex.split(line)], cwd=home, env=apart,
                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
                 for line in lines_of("node", "publish")]
     yield children
@@ -44,9 +51,10 @@ def running(domain, home):
         assert "Traceback" not in said
 
 
-def run(home: Path, *command: str) -> subprocess.CompletedProcess[str]:
+def run(home: Path, *command: str,
+        environment: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=home, capture_output=True, text=True, check=False,
-                          timeout=PATIENCE)
+                          timeout=PATIENCE, env=environment)
 
 
 def test_the_readme_shows_the_three_commands():
@@ -65,8 +73,8 @@ def test_bag_line_of_the_readme_shows_the_published_part(running, home):
 
 
 @pytest.mark.parametrize("code", python_blocks())
-def test_planner_of_the_page_runs(code, running, home):
+def test_planner_of_the_page_runs(code, running, home, apart):
     test_bag_line_of_the_readme_shows_the_published_part(running, home)  # the part is there
-    done = run(home, sys.executable, "-c", code)
+    done = run(home, sys.executable, "-c", code, environment=apart)
     assert done.returncode == 0, done.stderr
     assert "clamp/0" in done.stdout and "expected error" in done.stdout

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from ros_pose_stats.recording.finished import is_finished
-from ros_pose_stats.recording.run_names import runs
+from ros_pose_stats.recording.run_names import bag_files, runs
 
 from .harness_cell import QuickClient
 from .harness_client import CANCELLED
@@ -17,6 +17,7 @@ from .harness_readers import assert_readable_by_others, message_of, on_topic, ra
 from .harness_witness import Told, Witness, events, unfinished
 
 KILLS = 25
+NAMESPACE = ("-r", "__ns:=/killed")
 SHARE_IN_START = 0.2
 START_SECONDS = 2.0
 LOAD_SECONDS = 0.8
@@ -50,9 +51,10 @@ class Killings:
 
     def live(self):
         """Start, look what the last life left, work, and die; the node's log."""
-        left = [bag for bag in runs(self.log_directory) if not is_finished(bag)]
+        left = [bag for bag in runs(self.log_directory)
+                if bag_files(bag) and not is_finished(bag)]
         before = self.recorded()
-        node = NodeProcess(self.log_directory, environment=UDP_ONLY,
+        node = NodeProcess(self.log_directory, *NAMESPACE, environment=UDP_ONLY,
                            log_drops=self.chance.choice(("true", "false")))
         try:
             if self.chance.random() < SHARE_IN_START:
@@ -91,7 +93,7 @@ class Killings:
 
 @pytest.fixture
 def client(domain):
-    return lambda: QuickClient(domain)
+    return lambda: QuickClient(domain, "/killed/pose_stats")
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -100,7 +102,7 @@ def test_nothing_acknowledged_is_lost(client, tmp_path, seed):
     for _ in range(KILLS):
         killings.live()
         killings.told.assert_in(killings.recorded())
-    with NodeProcess(tmp_path) as node:
+    with NodeProcess(tmp_path, *NAMESPACE) as node:
         node.ready()
     recorded = killings.recorded()
     killings.told.assert_in(recorded)
