@@ -42,3 +42,13 @@ def groups(part, tolerance=0.0):
 def group_sizes(surface, tolerance=0.0, **properties):
     """Numbers of poses in each group."""
     return sorted(map(len, groups(part_from_mesh(*surface, **properties), tolerance)))
+
+
+def same(one, other):
+    """Whether two messages of different classes hold the same values; NaN equals NaN."""
+    if hasattr(other, "get_fields_and_field_types"):
+        return all(same(getattr(one, name), getattr(other, name))
+                   for name in other.get_fields_and_field_types())
+    if isinstance(other, (bool, int, float, str)):
+        return one == other or (one != one and other != other)
+    return len(one) == len(other) and all(map(same, one, other))

@@ -21,6 +21,8 @@ from ..recording.analysis import (
 from ..statistics.chi_square import ChiSquare
 from ..statistics.intervals import jeffreys_interval
 from .columns import (
+    MOST_POSES,
+    WIDTH,
     Column,
     columns,
     interval,
@@ -32,8 +34,6 @@ from .columns import (
     utc,
 )
 
-WIDTH = 100
-MOST_POSES = 40
 WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
 
 

@@ -12,6 +12,8 @@ from ..recording.analysis import BagAnalysis, BagContents, Job, PartAnalysis, Re
 from ..recording.analysis.plain import job_counts
 from .bag_comparisons import count_lines, simulation_lines
 from .columns import (
+    MOST_POSES,
+    WIDTH,
     Column,
     columns,
     degrees,
@@ -25,8 +27,7 @@ from .columns import (
     utc,
 )
 
-WIDTH = 100
-MOST_POSES, MOST_RESULTS, MOST_JOBS = 40, 12, 20
+MOST_RESULTS, MOST_JOBS = 12, 20
 
 
 def bag_report(found: BagAnalysis) -> str:

@@ -9,6 +9,10 @@ from typing import NamedTuple
 
 SECOND = 1_000_000_000
 GAP = "  "
+WIDTH = 100
+"""Of a report, in characters."""
+MOST_POSES = 40
+"""That a report lists; the rest is summed."""
 
 
 class Column(NamedTuple):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,9 @@ from ..errors import MeshError
 from ..records import Part
 from .convex_body import convex_body
 from .hull import hull_of
+
+ENOUGH = 3000
+"""Points to choose from: a picture shows no difference, and a node has other things to do."""
 
 
 def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
@@ -29,7 +34,8 @@ def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     points = body.points
     corners = most // 2 + 2  # a closed triangulation of n corners has 2 n - 4 triangles
     if len(points) > corners:
-        points = points[_spread_out(points, corners)]
+        few = _few(points)
+        points = few[_spread_out(few, corners)]
     try:
         hull = hull_of(points)
     except MeshError:  # the chosen corners lie in a plane
@@ -40,6 +46,16 @@ def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     triangles = np.where(inward[:, None], triangles[:, ::-1], triangles)
     where = hull.qhull.points[triangles] * hull.scale + hull.shift
     return np.asarray(where * body.radius + part.center_of_mass)
+
+
+def _few(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """At most `ENOUGH` of many points, those farthest out to all sides among them."""
+    if len(points) <= ENOUGH:
+        return points
+    sides = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))
+    outermost = (points @ sides.T).argmax(axis=0)
+    evenly = np.linspace(0, len(points) - 1, ENOUGH - len(sides)).astype(np.int64)
+    return np.asarray(points[np.union1d(outermost, evenly)])
 
 
 def _spread_out(points: NDArray[np.float64], count: int) -> NDArray[np.int64]:

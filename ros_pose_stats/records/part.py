@@ -45,6 +45,11 @@ def part_digest(
     return digest.hexdigest()
 
 
+def digest_name(digest: str) -> str:
+    """Name of a part that was given none."""
+    return f"mesh_{digest[:12]}"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Part:
     """A rigid part in its own frame, SI units.
@@ -96,7 +101,7 @@ class Part:
                                  self.center_of_mass, self.inertia)
             object.__setattr__(self, "digest", digest)
         if not self.part_id:
-            object.__setattr__(self, "part_id", f"mesh_{self.digest[:12]}")
+            object.__setattr__(self, "part_id", digest_name(self.digest))
 
     def __repr__(self) -> str:
         return (f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "

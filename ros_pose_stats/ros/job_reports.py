@@ -13,7 +13,7 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 from ..records import PoseStatistics as Statistics
 from ..simulation.drops import DropChunk
 from .catalogue import KnownPart
-from .jobs import Job, State
+from .jobs import KEPT, Job, State
 from .recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from .results import NOT_RECORDED, Results
 from .times import now, time_message
@@ -139,7 +139,8 @@ class JobReports:
         job.answer = answer
         self._answered.append(job)
         self._answer_bytes += len(answer)
-        while self._answer_bytes > MOST_ANSWER_BYTES and len(self._answered) > 1:
+        while (self._answer_bytes > MOST_ANSWER_BYTES or len(self._answered) > KEPT) and len(
+                self._answered) > 1:
             oldest = self._answered.popleft()
             self._answer_bytes -= len(oldest.answer)
             oldest.answer = b""

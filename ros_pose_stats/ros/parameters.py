@@ -44,7 +44,6 @@ class Parameters:
         _warn_of_unknown(node)
         self.settings = settings_of(values)
         self._on_change = on_change
-        self._started = False
         node.add_pre_set_parameters_callback(self._widen)
         node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
                                        values[setting.name]) for setting in TABLE])

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-
 from rclpy.serialization import serialize_message
 
+from .memory import Memory
 from .part_messages import part_message
 from .part_requests import PartRequest
 from .recorder import PART_MESH, Recorder
@@ -24,7 +23,7 @@ class PartLog:
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
-        self._wishes: OrderedDict[tuple[str, str], tuple[float, float]] = OrderedDict()
+        self._wishes: Memory[tuple[str, str], tuple[float, float]] = Memory(REMEMBERED)
 
     def note(self, request: PartRequest, part_id: str, digest: str) -> None:
         """Put a mesh on record, unless it is there with the same scene of its own."""
@@ -33,9 +32,7 @@ class PartLog:
             return
         message = part_message(request, part_id, request.stamp or now())
         if self._recorder.record(PART_MESH, serialize_message(message)):
-            self._wishes[key] = wishes
-            if len(self._wishes) > REMEMBERED:
-                self._wishes.popitem(last=False)
+            self._wishes.put(key, wishes)
 
     def begin_again(self) -> None:
         """The bag may have a gap: nothing counts as recorded any more."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,7 @@ class PartRequest:
     drop_height: float = -1.0
     stamp: int = 0
 
+    @cached_property
     def content(self) -> bytes:
         """Digest of what makes the part, without its name and scene; 32 bytes."""
         digest = hashlib.sha256(np.ascontiguousarray(self.vertices).data)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from ..recording.message_types import MessageType, message_type
-from ..recording.recording_error import RecordingError
 from ..recording.repair import Repair
 from ..recording.run_log import RunLog
 from .settings import Settings
@@ -92,7 +91,7 @@ class Recorder:
         """
         try:
             self.log.write(topic, data, durable=durable)
-        except (RecordingError, OSError) as error:
+        except OSError as error:
             self._note(str(error))
             return False
         self._note("")
@@ -102,14 +101,14 @@ class Recorder:
         """Make everything written so far durable."""
         try:
             self.log.sync()
-        except (RecordingError, OSError) as error:
+        except OSError as error:
             self._note(str(error))
 
     def close(self) -> None:
         """Finish the bag."""
         try:
             self.log.close()
-        except (RecordingError, OSError) as error:
+        except OSError as error:
             self._note(str(error))
 
     def _note(self, problem: str) -> None:

@@ -100,7 +100,7 @@ class Requests:
                                f"'{part_id}' and '{message.part_id}'", "fill one of the two")
         message.part_id = message.part_id or part_id
         request, wishes = self._checked(message)
-        content = request.content()
+        content = request.content
         same = self._results.parts.find(request.part_id) if request.part_id else None
         if same is not None and same.content == content and same.wishes == wishes:
             return Sought(_ready(same), request.part_id, content, wishes)
@@ -191,15 +191,25 @@ def _fine_enough(latched: Any, drops: int, target_error: float) -> bool:
     return bool(latched.drops >= drops or 0.0 < latched.expected_error <= target_error)
 
 
+def check_target(value: float) -> None:
+    """Refuse a target error that is none.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not 0.0 <= value < 1.0:
+        raise RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
+                           "0.01 is one point; 0 stands for none")
+
+
 def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
     """Drops, seed, target error and seconds, within the node's bounds."""
     drops = request.drops or min(settings.drops, settings.max_drops)
     if drops > settings.max_drops:
         raise RequestError(f"at most {settings.max_drops} drops (parameter max_drops)",
                            f"{drops}", "ask for fewer, or raise the parameter")
-    if not 0.0 <= request.target_error < 1.0:
-        raise RequestError("a target_error from 0 to below 1, as a fraction",
-                           f"{request.target_error}", "0.01 is one point; 0 asks for all drops")
+    check_target(request.target_error)
     seconds = request.max_seconds or settings.max_job_seconds
     if not 0.0 < seconds <= settings.max_job_seconds or math.isnan(seconds):
         raise RequestError(

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -19,25 +17,25 @@ from ..errors import PoseStatsError
 from ..estimators import estimate
 from ..estimators.registry import estimator
 from ..records import DropScene
+from ..records.part import digest_name
 from ..simulation.drops import release_height
 from ..version import VERSION
 from .catalogue import Catalogue, KnownPart
 from .latching import LatchedPublishers, replaces
+from .memory import Memory
+from .part_builder import PartBuilder
 from .part_log import PartLog
-from .part_requests import PartRequest, check_request, part_of
+from .part_requests import PartRequest, check_request
 from .recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .settings import Settings
-from .statistics_messages import Answer, statistics_message
+from .statistics_messages import Answer, copied, statistics_message, with_warning
 from .times import now
 
 REMEMBERED = 1024
-"""Refused meshes kept for when they come again."""
+"""Forgotten parts whose revisions go on where they come again."""
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
-
-BUILT = 16
-"""Parts kept after another mesh of the same name has come: the first may come again."""
 
 SECONDS_BETWEEN = 1.0
 """A part that is being refined is published at most this often."""
@@ -72,13 +70,11 @@ class Results:
         self._on_part = on_part
         self._on_new_part = on_new_part
         self._on_change = on_change
-        self._poses = 0
-        self._memory: OrderedDict[tuple[Any, ...], PoseStatistics] = OrderedDict()
-        self._refused: OrderedDict[tuple[str, bytes], PoseStatsError] = OrderedDict()
-        self._built: OrderedDict[tuple[str, bytes], records.Part] = OrderedDict()
-        self._revisions: OrderedDict[str, int] = OrderedDict()
+        self._builder = PartBuilder()
+        self._memory: Memory[tuple[Any, ...], PoseStatistics] = Memory(
+            REMEMBERED_POSES, lambda message: len(message.poses))
+        self._revisions: Memory[str, int] = Memory(REMEMBERED)
         self._part_log = PartLog(recorder)
-        self._lock = threading.Lock()
         self.parts = Catalogue(self._withdraw)
 
     def take(self, request: PartRequest, last: PoseStatistics | None = None) -> KnownPart:
@@ -101,15 +97,14 @@ class Results:
         check_request(request, settings.max_mesh_bytes)
         wishes = (request.restitution, request.drop_height)
         scene = settings.scene(wishes)
-        content = request.content()
-        before = self._same(request.part_id, content)
-        part = self._build(request, content) if before is None else before.part
+        before = self._same(request.part_id, request.content)
+        part = self._builder.build(request) if before is None else before.part
         old = self.parts.find(part.part_id)
         if old is not None and (old.part.digest, old.wishes) == (part.digest, wishes):
             if self._bring_back(old, last, scene):
                 self.offer(old, old.restored, scene)
             return old
-        known = KnownPart(part, content, wishes, request,
+        known = KnownPart(part, request.content, wishes, request,
                           revision=self._revision(part.part_id, old))
         restored = self._bring_back(known, last, scene)
         self.estimate(known, "", scene)  # before anybody can see it: what has no equilibrium
@@ -131,7 +126,7 @@ class Results:
 
     def _revision(self, part_id: str, old: KnownPart | None) -> int:
         """Of the newest result under a name, also of a part that was forgotten."""
-        return self._revisions.get(part_id, 0) if old is None else old.revision
+        return (self._revisions.get(part_id) or 0) if old is None else old.revision
 
     def _log_part(self, known: KnownPart) -> None:
         if known.request is not None:
@@ -176,7 +171,7 @@ class Results:
             return False
         known.restored = last
         if not last.drops:
-            self._remember(self._key(last.method, known, scene), last)
+            self._memory.put(self._key(last.method, known, scene), last)
         return True
 
     @staticmethod
@@ -192,7 +187,7 @@ class Results:
         """Latch the best that is known for the part's present scene, at least an estimate."""
         settings = self._settings()
         scene = settings.scene(known.wishes)
-        best = self._recall(self._key("best", known, scene))
+        best = self._memory.get(self._key("best", known, scene))
         if best is not None:
             self.offer(known, best, scene)
         self._label_again(known, scene, settings)
@@ -210,7 +205,7 @@ class Results:
         """The same with the present names; itself if it has them."""
         if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
             return message
-        named = _copy(message)
+        named = copied(message)
         named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
         named.plate = settings.plate
         named.revision += 1
@@ -227,13 +222,13 @@ class Results:
         settings = self._settings()
         name = estimator(method or settings.default_method).name
         key = self._key(name, known, scene)
-        found = self._recall(key)
+        found = self._memory.get(key)
         if found is None:
             statistics = estimate(
                 known.part, name, restitution=scene.restitution, drop_height=scene.drop_height,
                 cluster_tolerance=scene.cluster_tolerance)
             found = self.message(known, statistics, settings)
-            self._remember(key, found)
+            self._memory.put(key, found)
         return found
 
     def message(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
@@ -283,13 +278,13 @@ class Results:
             if not message.final and time.monotonic() - known.published < SECONDS_BETWEEN:
                 return
             self._latch(known, message, scene)
-        self._remember(self._key("best", known, scene), message)
+        self._memory.put(self._key("best", known, scene), message)
         self._on_change()
 
     def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
         if message.revision <= known.shown:
             known.revision += 1
-            message = _copy(message)
+            message = copied(message)
             message.revision = known.revision
         known.shown = message.revision
         data = serialize_message(message)
@@ -306,29 +301,14 @@ class Results:
             known = self.parts.find(part_id)
             return known if known is not None and known.content == content else None
         for known in self.parts.all():
-            if known.content == content and known.part.part_id.startswith("mesh_"):
+            if known.content == content and known.part.part_id == digest_name(known.part.digest):
                 return self.parts.find(known.part.part_id)
         return None
-
-    def _build(self, request: PartRequest, content: bytes) -> records.Part:
-        key = (request.part_id, content)
-        with self._lock:
-            before, part = self._refused.get(key), self._built.get(key)
-        if before is not None:
-            raise before
-        if part is None:
-            try:
-                part = part_of(request)
-            except PoseStatsError as refusal:
-                self._keep(self._refused, key, refusal, REMEMBERED)
-                raise
-            self._keep(self._built, key, part, BUILT)
-        return part
 
     def _withdraw(self, known: KnownPart) -> None:
         with known.lock:  # what is being latched is withdrawn afterwards
             self._publishers.withdraw(known.part.part_id)
-            self._keep(self._revisions, known.part.part_id, known.revision, REMEMBERED)
+            self._revisions.put(known.part.part_id, known.revision)
         self._on_change()
 
     def _key(self, name: str, known: KnownPart, scene: DropScene) -> tuple[Any, ...]:
@@ -336,40 +316,3 @@ class Results:
         settings = self._settings()
         return (name, known.part.part_id, known.part.digest, scene, settings.plate,
                 settings.plate_frame)
-
-    def _recall(self, key: tuple[Any, ...]) -> PoseStatistics | None:
-        with self._lock:
-            found = self._memory.get(key)
-            if found is not None:
-                self._memory.move_to_end(key)
-            return found
-
-    def _remember(self, key: tuple[Any, ...], message: PoseStatistics) -> None:
-        with self._lock:
-            old = self._memory.pop(key, None)
-            self._memory[key] = message
-            self._poses += len(message.poses) - (0 if old is None else len(old.poses))
-            while self._poses > REMEMBERED_POSES and len(self._memory) > 1:
-                self._poses -= len(self._memory.popitem(last=False)[1].poses)
-
-    def _keep(self, memory: OrderedDict[Any, Any], key: Any, value: Any, most: int) -> None:
-        with self._lock:
-            memory[key] = value
-            memory.move_to_end(key)
-            while len(memory) > most:
-                memory.popitem(last=False)
-
-
-def _copy(message: PoseStatistics) -> PoseStatistics:
-    """A message of its own that shares the poses."""
-    twin = PoseStatistics()
-    for name in message.get_fields_and_field_types():
-        setattr(twin, name, getattr(message, name))
-    return twin
-
-
-def with_warning(message: PoseStatistics, warning: str) -> PoseStatistics:
-    """The same result with one more warning."""
-    twin = _copy(message)
-    twin.warnings = [*message.warnings, warning]
-    return twin

@@ -11,13 +11,14 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallb
 from rclpy.node import Node
 from ros_pose_stats_msgs import srv
 
-from ..errors import PoseStatsError, RequestError
+from ..errors import PoseStatsError
 from .job_reports import JobReports
 from .jobs import Jobs, State
-from .requests import Requests, outcome
-from .results import Results, with_warning
+from .requests import Requests, check_target, outcome
+from .results import Results
 from .service_quality import SERVICE_QUALITY
 from .settings import Settings
+from .statistics_messages import with_warning
 
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""
@@ -86,8 +87,7 @@ class Services:
     @refusing
     def estimate(self, request: Any, response: Any) -> None:
         """An analytic answer at once."""
-        if not 0.0 <= request.target_error < 1.0:
-            raise _bad_target(request.target_error)
+        check_target(request.target_error)
         sought = self._requests.part(request.part_id, request.part)
         known = outcome(sought.coming)
         scene = self._settings().scene((request.restitution, request.drop_height), sought.wishes)
@@ -163,8 +163,3 @@ class Services:
 def _unknown(job_id: str) -> str:
     return (f"expected the job_id of a drop simulation, got '{job_id}'; list_drop_simulations "
             f"lists those that the node knows")
-
-
-def _bad_target(value: float) -> PoseStatsError:
-    return RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
-                        "0.01 is one point; 0 asks for no error in particular")

@@ -72,6 +72,21 @@ def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseSta
     return message
 
 
+def copied(message: PoseStatisticsMessage) -> PoseStatisticsMessage:
+    """A message of its own that shares the poses."""
+    twin = PoseStatisticsMessage()
+    for name in message.get_fields_and_field_types():
+        setattr(twin, name, getattr(message, name))
+    return twin
+
+
+def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatisticsMessage:
+    """The same result with one more warning."""
+    twin = copied(message)
+    twin.warnings = [*message.warnings, warning]
+    return twin
+
+
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     message = StablePoseMessage()
     message.pose_id = f"{part_id}/{pose.index}"

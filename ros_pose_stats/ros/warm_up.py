@@ -22,7 +22,8 @@ def warm_up(say: Callable[[str], object]) -> None:
         Told if it took long, which it does the first time on a machine.
     """
     begin = time.monotonic()
-    say("loading kernels; the first time on a machine they are compiled, which takes a minute")
+    say("loading kernels; the first time on a machine they are compiled, which takes "
+        "a minute or more")
     part = part_from_mesh(*cylinder(32, 0.01, 0.03))
     estimate(part)
     simulate(part, 16, seed=1, workers=1)

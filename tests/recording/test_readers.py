@@ -14,6 +14,7 @@ from ros_pose_stats.recording.message_types import message_type
 from ros_pose_stats.recording.repair import repair_bags
 from ros_pose_stats.recording.run_log import RunLog
 from ros_pose_stats.recording.run_names import bag_files
+from tests.matching import same
 from tests.recording.bags import let_die
 
 pytest.importorskip("rclpy")
@@ -131,16 +132,6 @@ def test_mcap_ros2_support_decodes_the_files(bag, messages):
     assert [message.channel.topic for message in found] == [topic for topic, _ in messages]
     for message, (_, recorded) in zip(found, messages, strict=True):
         assert same(message.ros_msg, recorded)
-
-
-def same(one, other) -> bool:
-    """Whether two messages of different classes hold the same."""
-    if hasattr(other, "get_fields_and_field_types"):
-        return all(same(getattr(one, name), getattr(other, name))
-                   for name in other.get_fields_and_field_types())
-    if isinstance(other, (bool, int, float, str)):
-        return one == other or (one != one and other != other)
-    return len(one) == len(other) and all(map(same, one, other))
 
 
 def test_mcap_finds_summary_and_metadata(bag):

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from ros_pose_stats.records import DropScene, PoseStatistics
-from ros_pose_stats.ros.jobs import JobRequest, Jobs, queue
+from ros_pose_stats.ros.jobs import JobRequest, Jobs, run
 
 from .harness_client import until
 
@@ -115,7 +115,7 @@ class FakeSimulation:
 def queue_of(monkeypatch, listener, *, free=False, started=True):
     """A queue and the simulation in it; closed at the end."""
     simulation = FakeSimulation(free=free)
-    monkeypatch.setattr(queue, "simulate", simulation)
+    monkeypatch.setattr(run, "simulate", simulation)
     failures = []
     jobs = Jobs("run", listener, failures.append)
     jobs.failures = failures

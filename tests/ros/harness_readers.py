@@ -10,6 +10,7 @@ from ros_pose_stats_msgs import msg
 from ros_pose_stats.recording.raw_reader import raw_messages
 from ros_pose_stats.recording.run_names import bag_files, runs
 from ros_pose_stats.ros.recorder import bag_types
+from tests.matching import same
 
 TYPES = bag_types()
 
@@ -64,16 +65,6 @@ def by_mcap_ros2(bag):
             found += [(channel.topic, bytes(message.data), decoded) for
                       _, channel, message, decoded in reader.iter_decoded_messages()]
     return found
-
-
-def same(one, other):
-    """Whether two messages of different classes hold the same values."""
-    if hasattr(other, "get_fields_and_field_types"):
-        return all(same(getattr(one, name), getattr(other, name))
-                   for name in other.get_fields_and_field_types())
-    if isinstance(other, (bool, int, float, str)):
-        return one == other or (one != one and other != other)
-    return len(one) == len(other) and all(map(same, one, other))
 
 
 def assert_readable_by_others(bag):

@@ -92,7 +92,7 @@ class TestMeshes:
         with Pulse(client) as pulse:
             publisher.publish(*messages)
             until(lambda: latched(client, f"part {(MESHES - 1) % 8}").part_digest == last)
-        assert pulse.longest < PATIENT and pulse.asked > 3
+        assert pulse.longest < PATIENT and pulse.asked > 0
         assert memory(pid, "VmHWM") - before < MOST_GROWTH
         _, values = health.line("parts")
         taken = len(raw_of(node.log_directory, on_topic("part_mesh"))) - 1

@@ -74,7 +74,7 @@ class TestCancel:
 
             simulation.let(200)
             ended(refinement)
-            monkeypatch.setattr("ros_pose_stats.ros.jobs.queue.simulate", slow_end)
+            monkeypatch.setattr("ros_pose_stats.ros.jobs.run.simulate", slow_end)
             second = submit(jobs, seed=2, refinement=True)
             until(lambda: second.state == State.RUNNING)
             client = submit(jobs, seed=3)

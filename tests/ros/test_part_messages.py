@@ -35,7 +35,7 @@ def assert_equal(one, other):
         assert getattr(one, name) == getattr(other, name), name
     for name in ("vertices", "triangles", "center_of_mass", "inertia"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert one.content() == other.content()
+    assert one.content == other.content
 
 
 class TestRoundTrip:
@@ -63,18 +63,18 @@ class TestRoundTrip:
         assert found.restitution == 0.25
 
     def test_flat_and_nested_are_the_same_content(self):
-        assert (request_of_message(flat(WEDGE)).content()
-                == request_of_message(nested(WEDGE)).content())
+        assert (request_of_message(flat(WEDGE)).content
+                == request_of_message(nested(WEDGE)).content)
 
     @pytest.mark.parametrize("change", [
         {"unit": 0.5}, {"mass": 1.0}, {"inertia": np.eye(3)}, {"center_of_mass": np.ones(3)}])
     def test_content_is_all_that_makes_the_part(self, change):
-        assert request(**change).content() != request().content()
+        assert request(**change).content != request().content
 
     def test_and_not_its_name_and_scene(self):
         other = PartRequest("other", *WEDGE[:1], WEDGE[1].astype(np.uint32), restitution=0.1,
                             drop_height=3.0, stamp=5)
-        assert other.content() == request().content()
+        assert other.content == request().content
 
 
 class TestGiven:

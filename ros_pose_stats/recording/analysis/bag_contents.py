@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -102,8 +102,3 @@ class BagContents:
     def bags(self) -> tuple[Path, ...]:
         """The bags that were read."""
         return tuple(dict.fromkeys(file.bag for file in self.files))
-
-    def of_part(self, part_id: str) -> BagContents:
-        """The same with one part's records alone."""
-        return replace(self, parts=tuple(one for one in self.parts if one.part_id == part_id),
-                       counts=tuple(one for one in self.counts if one.part_id == part_id))

@@ -12,7 +12,6 @@ FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
 STATES: Final = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
                  FAILED: "failed"}
 TERMINAL: Final = ("done", "cancelled", "failed")
-UNFINISHED: Final = ("queued", "running")
 
 
 @dataclass

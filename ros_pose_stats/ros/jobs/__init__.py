@@ -1,6 +1,7 @@
 """Drop simulations in the background, without a word of ROS."""
 
 from .job import Job, JobRequest, State
-from .queue import JobListener, Jobs
+from .listener import JobListener
+from .queue import KEPT, Jobs
 
-__all__ = ["Job", "JobListener", "JobRequest", "Jobs", "State"]
+__all__ = ["KEPT", "Job", "JobListener", "JobRequest", "Jobs", "State"]

@@ -10,20 +10,18 @@ from __future__ import annotations
 import itertools
 import secrets
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotYet
 from dataclasses import replace
-from enum import Enum
-from typing import Any, Protocol
+from typing import Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records import DropProgress, Part, PoseStatistics
-from ...simulation import simulate
-from ...simulation.drops import DropChunk
+from ...records import Part
 from .job import Job, JobRequest, State
+from .listener import JobListener
+from .run import Ending, run_drops
 
 KEPT = 1000
 """Finished jobs that can still be asked for."""
@@ -32,28 +30,6 @@ CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
 """Warnings of a run that ended at a bound; they are the message of its end."""
 
 POLL_SECONDS = 0.02
-
-
-class JobListener(Protocol):
-    """Told what happens to jobs; all but `queued` in the queue's own thread."""
-
-    def queued(self, job: Job) -> bool:
-        """Accepted; returns when that is on record, false where it could not be put there."""
-
-    def started(self, job: Job) -> None:
-        """Begins to run."""
-
-    def progressed(self, job: Job) -> None:
-        """Some twenty times a second while it runs."""
-
-    def dropped(self, job: Job, chunk: DropChunk) -> None:
-        """Single drops, in order."""
-
-    def ended(self, job: Job, state: State) -> None:
-        """Has ended with `state`, which is seen by others once this has returned."""
-
-    def told(self, job: Job) -> None:
-        """The end is there to be seen."""
 
 
 class Jobs:
@@ -235,7 +211,9 @@ class Jobs:
                 self._end(job, State.CANCELLED, job.cancel_reason)
                 return
             self._listener.started(job)
-            found, ending = self._simulate(job, part)
+            found, ending = run_drops(
+                job, part, self._listener,
+                lambda: job.request.refinement and bool(self._asked))
         except PoseStatsError as refusal:
             self._end(job, State.FAILED, str(refusal))
             return
@@ -266,41 +244,6 @@ class Jobs:
                     raise
         return None
 
-    def _simulate(self, job: Job, part: Part) -> tuple[PoseStatistics, Ending]:
-        request = job.request
-        until = time.monotonic() + request.max_seconds
-        ending = Ending.COMPLETE
-
-        def should_stop() -> bool:
-            nonlocal ending
-            if job.cancel_reason:
-                ending = Ending.CANCELLED
-            elif time.monotonic() > until:
-                ending = Ending.OUT_OF_TIME
-            elif request.refinement and self._asked:
-                ending = Ending.GAVE_WAY
-            return ending is not Ending.COMPLETE
-
-        def on_progress(progress: DropProgress) -> None:
-            job.take(progress)
-            self._listener.progressed(job)
-
-        def on_drops(chunk: DropChunk) -> None:
-            self._listener.dropped(job, chunk)
-
-        found = simulate(
-            part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
-            request.target_error, job.settings.threads(), on_progress=on_progress,
-            on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
-            background=True, cluster_tolerance=request.scene.cluster_tolerance)
-        if _complete(found, request):
-            return found, Ending.COMPLETE
-        if ending is Ending.OUT_OF_TIME:
-            late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
-                    f"most {request.drops} drops.")
-            found = replace(found, warnings=(*found.warnings, late))
-        return found, ending
-
     def _end(self, job: Job, state: State, message: str) -> None:
         job.message = message
         self._tell(job, lambda: self._listener.ended(job, state))
@@ -323,17 +266,3 @@ class Jobs:
         self._ended.append(job.job_id)
         while len(self._ended) > KEPT:
             self._known.pop(self._ended.popleft(), None)
-
-
-class Ending(Enum):
-    """Why a run of drops is over."""
-
-    COMPLETE = 1
-    CANCELLED = 2
-    OUT_OF_TIME = 3
-    GAVE_WAY = 4
-
-
-def _complete(found: PoseStatistics, request: JobRequest) -> bool:
-    return found.drops == request.drops or (
-        request.target_error > 0.0 and found.expected_error <= request.target_error)

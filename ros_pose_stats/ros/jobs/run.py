@@ -1,0 +1,87 @@
+"""One run of a job's drops, up to its end or to the first reason to stop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum
+
+from ...records import DropProgress, Part, PoseStatistics
+from ...simulation import simulate
+from ...simulation.drops import DropChunk
+from .job import Job, JobRequest
+from .listener import JobListener
+
+
+class Ending(Enum):
+    """Why a run of drops is over."""
+
+    COMPLETE = 1
+    CANCELLED = 2
+    OUT_OF_TIME = 3
+    GAVE_WAY = 4
+
+
+def run_drops(job: Job, part: Part, listener: JobListener,
+              should_give_way: Callable[[], bool]) -> tuple[PoseStatistics, Ending]:
+    """Drop the part as the job asks.
+
+    Parameters
+    ----------
+    job : Job
+        Told how far the run is.
+    part : Part
+    listener : JobListener
+        Told likewise.
+    should_give_way : callable
+        Whether somebody who comes first is waiting.
+
+    Returns
+    -------
+    PoseStatistics, Ending
+        What was done, and why no more.
+
+    Raises
+    ------
+    PoseStatsError
+        If the part cannot be dropped.
+    """
+    request = job.request
+    until = time.monotonic() + request.max_seconds
+    ending = Ending.COMPLETE
+
+    def should_stop() -> bool:
+        nonlocal ending
+        if job.cancel_reason:
+            ending = Ending.CANCELLED
+        elif time.monotonic() > until:
+            ending = Ending.OUT_OF_TIME
+        elif should_give_way():
+            ending = Ending.GAVE_WAY
+        return ending is not Ending.COMPLETE
+
+    def on_progress(progress: DropProgress) -> None:
+        job.take(progress)
+        listener.progressed(job)
+
+    def on_drops(chunk: DropChunk) -> None:
+        listener.dropped(job, chunk)
+
+    found = simulate(
+        part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
+        request.target_error, job.settings.threads(), on_progress=on_progress,
+        on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
+        background=True, cluster_tolerance=request.scene.cluster_tolerance)
+    if _complete(found, request):
+        return found, Ending.COMPLETE
+    if ending is Ending.OUT_OF_TIME:
+        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
+                f"most {request.drops} drops.")
+        found = replace(found, warnings=(*found.warnings, late))
+    return found, ending
+
+
+def _complete(found: PoseStatistics, request: JobRequest) -> bool:
+    return found.drops == request.drops or (
+        request.target_error > 0.0 and found.expected_error <= request.target_error)
