@@ -18,6 +18,7 @@ setup(
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
     packages=find_packages(exclude=["tests", "tests.*", "benchmarks", "benchmarks.*"]),
+    package_data={f"{PACKAGE}.benchmark": ["data/*.npz"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -38,7 +39,7 @@ setup(
         "mcap-ros2-support>=0.5.3",
         "PyYAML",
     ],
-    extras_require={"test": ["pytest", "hypothesis"]},
+    extras_require={"test": ["pytest", "hypothesis"], "cluster": ["distributed>=2024.1"]},
     entry_points={"console_scripts": [
         f"{PACKAGE} = {PACKAGE}.cli:main",
         f"pose_stats_node = {PACKAGE}.commands.node:main",

@@ -13,16 +13,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ros_pose_stats import part_from_mesh, resting_poses
+from ros_pose_stats.benchmark.prisms.dice import DICE
 from ros_pose_stats.estimators.quasi_static import perturbed_quasi_static
 from ros_pose_stats.geometry.poses import RestingPoses
 from ros_pose_stats.geometry.shapes import box
-
-# Third side over the side of the square; frequency of the two square faces; rolls.
-DICE = np.array([
-    (0.47, 0.916, 332), (0.63, 0.738, 840), (0.75, 0.548, 799), (0.81, 0.496, 740),
-    (0.93, 0.399, 516), (0.97, 0.385, 530), (1.16, 0.148, 1011), (1.23, 0.154, 532),
-    (1.44, 0.052, 654), (1.55, 0.040, 606), (1.60, 0.017, 702), (1.71, 0.031, 609),
-    (1.87, 0.009, 680), (2.12, 0.007, 275), (2.65, 0.006, 503)])
 
 
 def square_faces(resting: RestingPoses, share: float) -> float:
@@ -34,8 +28,9 @@ def square_faces(resting: RestingPoses, share: float) -> float:
 
 def main() -> None:
     """Fit and print."""
-    bars = [resting_poses(part_from_mesh(*box(1.0, 1.0, ratio)), 0.0) for ratio in DICE[:, 0]]
-    observed, rolls = DICE[:, 1], DICE[:, 2]
+    bars = [resting_poses(part_from_mesh(*box(1.0, 1.0, die.ratio)), 0.0) for die in DICE]
+    observed = np.array([die.on_squares for die in DICE])
+    rolls = np.array([die.rolls for die in DICE], dtype=np.float64)
 
     def predicted(share: float) -> np.ndarray:
         return np.array([square_faces(bar, share) for bar in bars])

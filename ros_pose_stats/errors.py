@@ -49,3 +49,7 @@ class MeshFileError(PoseStatsError):
 
 class BagError(PoseStatsError):
     """A bag that cannot be read, or that holds nothing to analyse."""
+
+
+class DatasetError(PoseStatsError):
+    """A dataset that cannot be read, or that is in the way of another one."""

@@ -30,14 +30,15 @@ FLOORS = (
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 FLOOR[""] = len(FLOORS)  # the package's own __init__, which no module may import
 
-NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros")}
+NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros"),
+              ("commands", "benchmark")}
 """Rooms of one floor that may be imported all the same."""
 
 ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
-    "scipy": {"statistics", "geometry"},
-    "trimesh": {"geometry"},
+    "scipy": {"statistics", "geometry", "benchmark"},
+    "trimesh": {"geometry", "benchmark"},
     "manifold3d": {"geometry"},
     "mcap": {"recording"},
     "mcap_ros2": {"recording"},
@@ -46,6 +47,8 @@ ROOMS_OF = {
     "mpl_toolkits": {"plots"},
     "rclpy": {"ros"},
     "dask": {"benchmark"},
+    "distributed": {"benchmark"},
+    "mujoco": {"benchmark"},
 }
 """Where a library may be imported; one that is missing here, only in `ros`."""
 
@@ -166,7 +169,7 @@ def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
 
 
 @pytest.mark.parametrize("library", [
-    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask",
+    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask", "distributed",
 ])
 def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
     assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate

@@ -8,9 +8,10 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import NamedTuple
 
-from ..mujoco.contact import Setting, choose_setting, setting
-from ..mujoco.dropping import dropped
-from ..mujoco.plate import Plate, available
+from ros_pose_stats.benchmark.mujoco.contact import Setting, choose_setting, setting
+from ros_pose_stats.benchmark.mujoco.dropping import dropped
+from ros_pose_stats.benchmark.mujoco.plate import Plate, available
+
 from ..results import Row, Section, Target
 from .dropper import RESTITUTIONS, Dropper
 

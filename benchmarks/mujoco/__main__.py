@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 
 from ros_pose_stats import part_from_mesh
+from ros_pose_stats.benchmark.mujoco.contact import MEDIAN, accepted, settings
+from ros_pose_stats.benchmark.mujoco.dropping import dropped
+from ros_pose_stats.benchmark.mujoco.plate import Plate
 
 from .. import bodies
-from .contact import MEDIAN, accepted, settings
-from .dropping import dropped
-from .plate import Plate
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

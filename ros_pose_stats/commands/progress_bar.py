@@ -49,27 +49,35 @@ class ProgressBar:
             return COLUMNS
 
     def show(self, progress: DropProgress) -> None:
-        """Draw the line anew, at most ten times a second."""
+        """Draw the state of a run of drops, at most ten times a second."""
+        self.draw(*drops_done(progress))
+
+    def draw(self, share: float, text: str) -> None:
+        """Draw a bar, filled from 0 to 1, and a text; at most ten times a second."""
         now = time.monotonic()
         if not self._watched or now < self._next:
             return
         self._next = now + SECONDS_BETWEEN
-        line = progress_line(progress, self._columns())
+        line = bar_line(share, text, self._columns())
         self._stream.write("\r" + line.ljust(self._drawn))
         self._stream.flush()
         self._drawn = len(line)
 
 
-def progress_line(progress: DropProgress, columns: int = COLUMNS) -> str:
-    """The line for a state of the run, shorter than the terminal is wide."""
+def drops_done(progress: DropProgress) -> tuple[float, str]:
+    """How far a run of drops is, as a share and as a text."""
     share = progress.drops / progress.bound
     if progress.target_error > 0.0 and math.isfinite(progress.expected_error):
         # The error falls with the root of the drops.
         share = max(share, min(1.0, (progress.target_error / progress.expected_error) ** 2))
     error = ("" if math.isnan(progress.expected_error)
              else f", error {100.0 * progress.expected_error:.2f} points")
-    text = (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
-            f"{_duration(progress.seconds_left)} left{error}")
+    return share, (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+                   f"{duration(progress.seconds_left)} left{error}")
+
+
+def bar_line(share: float, text: str, columns: int = COLUMNS) -> str:
+    """Bar and text in a line shorter than the terminal is wide; the text alone if narrow."""
     width = min(WIDTH, columns - len(text) - 4)
     if width < NARROWEST:
         return text[:columns - 1]
@@ -77,7 +85,8 @@ def progress_line(progress: DropProgress, columns: int = COLUMNS) -> str:
     return f"[{bar}] {text}"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Seconds in words; NaN as a question mark."""
     if math.isnan(seconds):
         return "?"
     minutes, rest = divmod(math.ceil(seconds), 60)

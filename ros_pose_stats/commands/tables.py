@@ -17,7 +17,9 @@ MOST_ROWS = 40
 def report(part: Part, found: PoseStatistics) -> str:
     """One method's answer: a row a pose, most probable first."""
     lines = [_heading(part, found), "",
-             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}", "",
+             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
+             f"expected error {100.0 * found.expected_error:.1f} points against drops "
+             f"at restitution {found.restitution:g}", "",
              f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'height':>9} {'barrier':>9} "
              f"{'margin':>7}  down",
              f"{'':>4} {'':>5}  {'':<{BAR + 8}} {'mm':>9} {'mm':>9} {'deg':>7}"]

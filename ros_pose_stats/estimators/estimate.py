@@ -11,6 +11,7 @@ from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, LOW_
 from ..records.statistics import ranked
 from ..version import VERSION
 from .estimator import Estimator
+from .expected import expected_error
 from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
 
 
@@ -73,6 +74,7 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         cluster_tolerance=scene.cluster_tolerance,
         poses=ranked([pose.with_probability(p) for pose, p in
                       zip(resting.poses, probability.tolist(), strict=True)]),
+        expected_error=expected_error(chosen.name, scene.restitution, len(resting.poses)),
         seconds=time.perf_counter() - begin,
         warnings=(*part.warnings, *_warnings(resting, chosen, scene)),
         version=VERSION,

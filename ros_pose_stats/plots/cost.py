@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
+
+from .spacing import apart
 
 Array = NDArray[np.float64]
 
@@ -67,23 +67,6 @@ def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
     return figure
 
 
-def save_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Write `stem.png` and `stem.svg`; an equal figure gives equal bytes.
-
-    Parameters
-    ----------
-    figure : Figure
-    stem : Path
-        Without suffix; its folder is created.
-    """
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    files = [stem.with_suffix(".png"), stem.with_suffix(".svg")]
-    with matplotlib.rc_context({"svg.hashsalt": "ros_pose_stats", "svg.fonttype": "none"}):
-        figure.savefig(files[0], dpi=160)
-        figure.savefig(files[1], metadata={"Date": None})
-    return files
-
-
 def _plain(value: float, _: float) -> str:
     """Tick label without an exponent, thousands apart."""
     return f"{value:,g}".replace(",", " ")
@@ -102,24 +85,10 @@ def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
     """Name each line at its right end, pushed apart where they would overlap."""
     low, high = np.log(axes.get_ylim())
     ends = np.array([(np.log(values[-1]) - low) / (high - low) for _, values in times])
-    heights = _apart(ends)
+    heights = apart(ends, LABEL_GAP)
     for number, (label, _) in enumerate(times):
         axes.annotate(label, (1.0, ends[number]), xycoords="axes fraction",
                       xytext=(1.03, heights[number]), textcoords="axes fraction",
                       color=INK, fontsize=10, va="center",
                       arrowprops={"arrowstyle": "-", "color": STYLES[number][0],
                                   "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})
-
-
-def _apart(heights: Array) -> Array:
-    """Heights moved as little as it takes to lie `LABEL_GAP` apart, in the same order."""
-    placed = heights.copy()
-    for _ in range(100):
-        order = np.argsort(placed, kind="stable")
-        overlap = LABEL_GAP - np.diff(placed[order])
-        if (overlap <= 1e-6).all():
-            break
-        push = 0.5 * np.maximum(overlap, 0.0)
-        placed[order[:-1]] -= push
-        placed[order[1:]] += push
-    return placed

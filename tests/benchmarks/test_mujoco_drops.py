@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks import bodies
-from benchmarks.mujoco import plate as scene
-from benchmarks.mujoco.contact import choose_setting, contact, setting
-from benchmarks.mujoco.dropping import dropped, mujoco_drops
-from benchmarks.mujoco.plate import Plate
 from ros_pose_stats import part_from_mesh, resting_poses
+from ros_pose_stats.benchmark.mujoco import plate as scene
+from ros_pose_stats.benchmark.mujoco.contact import choose_setting, contact, setting
+from ros_pose_stats.benchmark.mujoco.dropping import dropped, mujoco_drops
+from ros_pose_stats.benchmark.mujoco.plate import Plate
 from ros_pose_stats.geometry.convex_body import convex_body
 from ros_pose_stats.geometry.shapes import box
 

@@ -14,7 +14,7 @@ import sys
 import pytest
 
 from ros_pose_stats import cli, load_part, simulate
-from ros_pose_stats.commands.progress_bar import ProgressBar, progress_line
+from ros_pose_stats.commands.progress_bar import ProgressBar, bar_line, drops_done
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.records import DropProgress
 from tests.bodies import write_stl
@@ -151,29 +151,29 @@ class TestInterrupt:
 
 class TestProgress:
     def test_drops_rate_time_left_and_error(self):
-        line = progress_line(progress())
+        line = bar_line(*drops_done(progress()))
         assert line == ("[#####..................] 250 of 1000 drops, 500/s, 2 s left, "
                         "error 2.00 points")
 
     def test_a_target_shortens_the_time_left(self):
-        line = progress_line(progress(target_error=0.01))
+        line = bar_line(*drops_done(progress(target_error=0.01)))
         assert "2 s left" in line  # four times the drops in all, the bound is at 1000
-        assert "1 s left" in progress_line(progress(bound=10 ** 9, target_error=0.0142))
+        assert "1 s left" in bar_line(*drops_done(progress(bound=10 ** 9, target_error=0.0142)))
 
     def test_nothing_settled_yet(self):
-        line = progress_line(progress(expected_error=math.nan, drops=0))
+        line = bar_line(*drops_done(progress(expected_error=math.nan, drops=0)))
         assert "? left" in line
         assert "error" not in line
 
     @pytest.mark.parametrize("columns", [30, 60, 80, 200])
     def test_it_fits_the_terminal(self, columns):
         for bound in (1000, 10 ** 9):
-            line = progress_line(progress(bound=bound), columns)
+            line = bar_line(*drops_done(progress(bound=bound)), columns)
             assert len(line) < columns
             assert "250 of" in line
 
     def test_long_times_are_readable(self):
-        assert "2 h 46 min left" in progress_line(progress(bound=5_000_250))
+        assert "2 h 46 min left" in bar_line(*drops_done(progress(bound=5_000_250)))
 
     def test_it_draws_on_a_terminal_and_wipes_itself_away(self, monkeypatch):
         stream = io.StringIO()

@@ -11,7 +11,8 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
-from ros_pose_stats.plots.cost import STYLES, cost_figure, save_figure
+from ros_pose_stats.plots.cost import STYLES, cost_figure
+from ros_pose_stats.plots.files import save_figure
 
 VERTICES = (20, 200, 2000, 20000)
 STAGES = [("hull", (0.1, 0.5, 3.0, 40.0)), ("body", (0.2, 0.6, 3.1, 41.0)),

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats import Part
-
+from ...records import Part
 from .contact import Setting, choose_setting
 from .plate import Array, Plate, random_turns
 

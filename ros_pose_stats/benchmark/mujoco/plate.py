@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats import Part, resting_poses
+from ...geometry.poses import resting_poses
+from ...records import Part
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE
 
 Array = NDArray[np.float64]
 
@@ -43,11 +45,12 @@ def available() -> bool:
 class Plate:
     """A part, in its principal axes, over MuJoCo's plane."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Part,
+                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> None:
         if not available():
             raise ModuleNotFoundError("this comparison needs MuJoCo: pip install mujoco")
         self.engine: Any = import_module("mujoco")
-        resting = resting_poses(part)
+        resting = resting_poses(part, cluster_tolerance)
         body, found, groups = resting.body, resting.equilibria, resting.clusters
         self.moment, self.axes = np.linalg.eigh(part.inertia / (part.mass * body.radius**2))
         self.axes[:, 0] *= np.linalg.det(self.axes)

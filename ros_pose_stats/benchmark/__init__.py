@@ -1,0 +1,1 @@
+"""The benchmark: datasets, tables, figures and the chart of speed against accuracy."""

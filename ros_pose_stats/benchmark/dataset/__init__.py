@@ -1,0 +1,10 @@
+"""Datasets of simulated pose statistics: random polyhedra and what became of their drops."""
+
+from .chunk import make_chunk
+from .dataset import Dataset, read_dataset
+from .making import DatasetProgress, Maker, make_dataset, on_threads
+from .shipped import shipped_dataset, shipped_datasets
+from .spec import DatasetSpec
+
+__all__ = ["Dataset", "DatasetProgress", "DatasetSpec", "Maker", "make_chunk", "make_dataset",
+           "on_threads", "read_dataset", "shipped_dataset", "shipped_datasets"]

@@ -1,0 +1,39 @@
+"""A picture of each walk."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimators.registry import ESTIMATORS
+from ..prisms.figure import EXISTING
+from .run import LEVEL, Curve, WalkResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...plots.walks import WalkCurve
+
+
+def draw_walk(found: WalkResults) -> Figure:
+    """Existing estimators on the left, new ones on the right, the simulation in both."""
+    from ...plots.walks import walk_figure
+
+    walk, simulated = found.walk, found.simulated
+    existing = [_curve(found, one) for one in found.curves if one.method in EXISTING]
+    new = [_curve(found, one) for one in found.curves if one.method not in EXISTING]
+    drops = int(simulated.settled.max())
+    return walk_figure(
+        found.values, [("existing estimators", existing), ("new estimators", new)],
+        np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
+        walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
+        f"{walk.cluster_tolerance:g}.")
+
+
+def _curve(found: WalkResults, one: Curve) -> WalkCurve:
+    from ...plots.walks import WalkCurve
+
+    jumps = [(found.walk.value(jump.place), jump.size) for jump in one.change.jumps]
+    return WalkCurve(ESTIMATORS[one.method].title, one.values, jumps)

@@ -1,0 +1,106 @@
+"""How a probability changes along a walk: slopes, and jumps found by halving."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+JUMP = 2e-3
+"""Change of a probability that is looked into, and that counts as a jump if it stays."""
+
+NARROW = 1e-9
+"""A change over so short a way, relative to the whole walk, is a jump."""
+
+KEPT = 0.5
+"""Share of the change that must be left at the end of the halving."""
+
+
+class Jump(NamedTuple):
+    """A jump: its position along the walk, and the change with its sign."""
+
+    place: float
+    size: float
+
+
+class Change(NamedTuple):
+    """How a method changes along a walk.
+
+    Attributes
+    ----------
+    slope : float
+        Largest change of the probability per unit of the parameter, or per relative change
+        of it where the walk is logarithmic, between neighbouring values without a jump.
+    slope_at : float
+        Where; the lower of the two values.
+    jumps : tuple of Jump
+    """
+
+    slope: float
+    slope_at: float
+    jumps: tuple[Jump, ...]
+
+
+def change(places: Array, values: Array, probability: Callable[[float], float],
+           whole: bool) -> Change:
+    """Slopes between neighbours, and jumps.
+
+    Parameters
+    ----------
+    places : (k,) array
+        Positions along the walk, rising.
+    values : (k,) array
+        Probabilities there.
+    probability : callable
+        At any position in between.
+    whole : bool
+        Nothing lies in between: no jump is looked for.
+    """
+    jumps: list[Jump] = []
+    slope, at = 0.0, float(places[0])
+    end = NARROW * float(places[-1] - places[0])
+    for k in range(len(places) - 1):
+        ends, step = (float(places[k]), float(places[k + 1])), float(values[k + 1] - values[k])
+        found = [] if whole else _jumps(ends, (float(values[k]), float(values[k + 1])),
+                                        probability, end)
+        jumps += found
+        steep = abs(step - sum(jump.size for jump in found)) / (ends[1] - ends[0])
+        if steep > slope:
+            slope, at = steep, ends[0]
+    return Change(slope, at, tuple(jumps))
+
+
+def _jumps(ends: tuple[float, float], values: tuple[float, float],
+           probability: Callable[[float], float], narrow: float) -> list[Jump]:
+    """The jump with the largest change between two positions, if there is one.
+
+    The half with the larger change is halved again until it is narrow; a smooth curve's change
+    shrinks with the width, a jump's stays.
+    """
+    if abs(values[1] - values[0]) < JUMP:
+        return []
+    (low, high), (first, last) = ends, values
+    while high - low > narrow:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        at = probability(middle)
+        if abs(at - first) >= abs(last - at):
+            high, last = middle, at
+        else:
+            low, first = middle, at
+        if abs(last - first) < JUMP * KEPT:
+            return []
+    return [Jump(0.5 * (low + high), last - first)]
+
+
+def spread(curves: Sequence[Array]) -> tuple[int, float]:
+    """Where curves (k,) are farthest apart, and by how much."""
+    stack = np.array(curves)
+    apart = stack.max(axis=0) - stack.min(axis=0)
+    place = int(np.argmax(apart))
+    return place, float(apart[place])

@@ -1,0 +1,59 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..errors import RequestError
+
+PREFIX = ".unfinished-"
+
+
+def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
+    """Let files be written aside, then move them into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Created where it does not exist.
+    write : callable
+        Given an empty folder on the same file system, writes files into it. If that fails or
+        is interrupted, nothing has changed.
+
+    Returns
+    -------
+    list of Path
+        The files where they are now, in the order of their names.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=PREFIX, dir=folder) as name:
+        aside = Path(name)
+        write(aside)
+        files = sorted(one for one in aside.rglob("*") if one.is_file())
+        targets = [folder / one.relative_to(aside) for one in files]
+        for target in targets:
+            target.parent.mkdir(parents=True, exist_ok=True)
+        for file, target in zip(files, targets, strict=True):
+            file.replace(target)
+    return targets
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Find out, before anything is measured, whether files can be written to a folder.
+
+    Raises
+    ------
+    RequestError
+        If not. The folder need not exist, and is not created.
+    """
+    path = folder.absolute()
+    try:
+        there = next(one for one in (path, *path.parents) if one.exists())
+        with TemporaryDirectory(prefix=PREFIX, dir=there):
+            pass
+    except OSError as error:
+        raise RequestError("a folder that can be written to",
+                           f"{folder} ({error.strerror or error})",
+                           "name another one with -o") from error

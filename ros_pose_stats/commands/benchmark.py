@@ -1,0 +1,56 @@
+"""`benchmark table|prisms|chart|figures`: the paper's tables and figures, measured here."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+from .benchmark_runs import run_chart, run_figures, run_prisms, run_table
+from .dataset_options import add_shift_options
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "benchmark", help="how wrong and how slow each estimator is",
+        description="Measure estimators and simulation on the paper's random polyhedra, on "
+        "square prisms and on dice that were rolled.")
+    kinds = command.add_subparsers(dest="kind", required=True, metavar="KIND")
+    table = _kind(kinds, "table", run_table, "Table I beside the paper's figures, from datasets")
+    _add_dataset_options(table, None)
+    table.add_argument("--no-rerun", action="store_true",
+                       help="do not drop the largest deviations again")
+    prisms = _kind(kinds, "prisms", run_prisms, "Fig. 5: square prisms and Budden's dice")
+    prisms.add_argument("--drops", type=int, default=1000, metavar="N",
+                        help="of each prism at each restitution (default: %(default)s)")
+    prisms.add_argument("--dice-drops", type=int, default=2000, metavar="N",
+                        help="of each die at each restitution (default: %(default)s)")
+    prisms.add_argument("--seed", type=int, default=1, metavar="S", help="default: %(default)s")
+    prisms.add_argument("-o", "--output", metavar="STEM", help="draws STEM.png and STEM.svg")
+    chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for three sizes of part")
+    _add_dataset_options(chart, 0.0)
+    chart.add_argument("--quick", action="store_true", help="few bodies and drops, two sizes")
+    chart.add_argument("-o", "--output", default="speed_accuracy", metavar="STEM",
+                       help="draws STEM.png and STEM.svg and writes STEM.json "
+                       "(default: %(default)s)")
+    figures = _kind(kinds, "figures", run_figures, "everything above, into a folder of documents")
+    figures.add_argument("-o", "--output", default="docs", metavar="DIR",
+                         help="accuracy.md, figures/ and benchmarks/ are written there "
+                         "(default: %(default)s)")
+    figures.add_argument("--quick", action="store_true", help="fewer bodies and drops")
+
+
+def _kind(kinds: argparse._SubParsersAction[argparse.ArgumentParser], name: str,
+          run: Callable[[argparse.Namespace], int], about: str) -> argparse.ArgumentParser:
+    parser = kinds.add_parser(name, help=about, description=about[0].upper() + about[1:] + ".")
+    if name != "figures":
+        parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _add_dataset_options(command: argparse.ArgumentParser, shift: float | None) -> None:
+    add_shift_options(command, shift)
+    command.add_argument("--dataset", nargs="+" if shift is None else None, metavar="FILE",
+                         help="made by `dataset`, instead of a shift; default: the reference "
+                         "datasets that come with the package")
