@@ -1,40 +1,125 @@
-"""Measures what error to expect of each estimator, for `estimators/coefficients.py`.
+"""Fits the expected errors of the estimators, for `estimators/error_weights.py`.
 
-    .venv/bin/python -m benchmarks.fit_expected_errors
+    .venv/bin/python -m benchmarks.fit_expected_errors [--write]
 
-Root mean square over the reference datasets of an estimator's error against the drop simulation
-with the noise removed, at each restitution: all shifts of the centre of mass count alike.
+The square error of each part of the reference datasets, against the drop simulation with the
+noise taken off, is fitted by terms that are known without simulation (`estimators.expected`), with
+weights that are not negative. Parts count by the inverse square of what is expected of them, so
+that small errors are met as well as large ones.
 """
 
 from __future__ import annotations
 
-import math
+import argparse
+from pathlib import Path
+from typing import NamedTuple
 
-from ros_pose_stats.benchmark.dataset import shipped_datasets
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
 from ros_pose_stats.benchmark.estimates import estimates, restings
-from ros_pose_stats.statistics.partition import accuracy
+from ros_pose_stats.estimators.expected import error_terms
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.geometry.poses import RestingPoses
 
-Errors = dict[str, tuple[float, ...]]
+Array = NDArray[np.float64]
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+ROUNDS = 30
+LEAST = 1e-5
+"""Smallest expected square that a part is weighted by."""
+
+MODULE = Path(__file__).resolve().parents[1] / "ros_pose_stats/estimators/error_weights.py"
 
 
-def expected_errors() -> Errors:
-    """Of each estimator, at the datasets' restitutions, as fractions."""
-    squares: dict[str, list[list[float]]] = {}
-    for dataset in shipped_datasets():
-        for name, values in estimates(restings(dataset)).items():
-            squares.setdefault(name, []).append(
-                [accuracy(values, dataset.simulated(one)).error_variance
-                 for one in dataset.spec.restitutions])
-    return {name: tuple(math.sqrt(sum(column) / len(column)) for column in zip(*rows, strict=True))
-            for name, rows in squares.items()}
+class Sample(NamedTuple):
+    """One method on all parts: terms (B, 5), and square errors (B,) by restitution."""
+
+    terms: Array
+    squares: dict[float, Array]
+
+
+def samples() -> dict[str, Sample]:
+    """By the method's name, over all reference datasets."""
+    parts = [_sample(dataset) for dataset in shipped_datasets()]
+    return {name: Sample(np.vstack([one[name].terms for one in parts]),
+                         {rho: np.concatenate([one[name].squares[rho] for one in parts])
+                          for rho in RESTITUTIONS}) for name in parts[0]}
+
+
+def _sample(dataset: Dataset) -> dict[str, Sample]:
+    poses = restings(dataset)
+    ends = dataset.pose_starts[1:-1]
+    return {name: Sample(_terms(poses, np.split(values, ends)),
+                         {rho: _squares(dataset, values, rho) for rho in RESTITUTIONS})
+            for name, values in estimates(poses).items()}
+
+
+def _terms(poses: list[RestingPoses], values: list[Array]) -> Array:
+    return np.array([error_terms(one, some) for one, some in zip(poses, values, strict=True)])
+
+
+def _squares(dataset: Dataset, values: Array, restitution: float) -> Array:
+    """Mean square error (B,) of each part, noise removed; chance makes some negative."""
+    simulated = dataset.simulated(restitution)
+    away = np.square(values - simulated.probability) - simulated.noise_variance(unbiased=True)
+    return np.bincount(dataset.body, away) / np.bincount(dataset.body)
+
+
+def fitted(terms: Array, squares: Array) -> Array:
+    """Weights (5,) of the terms."""
+    weight = np.ones(len(squares))
+    for _ in range(ROUNDS):
+        found, _ = nnls(terms * weight[:, None], squares * weight)
+        weight = 1.0 / np.maximum(terms @ found, LEAST)
+    return np.asarray(found)
+
+
+def source() -> str:
+    """The module that holds the weights."""
+    told = samples()
+    weights, usual = [], []
+    for name in ESTIMATORS:
+        rows = [fitted(told[name].terms, told[name].squares[rho]) for rho in RESTITUTIONS]
+        lines = [f'        ({", ".join(f"{value:.4g}" for value in row)}),' for row in rows]
+        weights.append("\n".join([f'    "{name}": (', *lines, "    ),"]))
+        usual.append(f'    "{name}": (' + ", ".join(
+            f"{np.sqrt(told[name].squares[rho].mean()):.3f}" for rho in RESTITUTIONS) + "),")
+    return TEXT.format(RESTITUTIONS, "\n".join(weights), "\n".join(usual))
+
+
+TEXT = '''"""Weights of expected errors, written by `python -m benchmarks.fit_expected_errors`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+ERROR_AT: Final = {}
+"""Restitutions of the tuples below."""
+
+ERROR_WEIGHTS: Final[dict[str, tuple[tuple[float, ...], ...]]] = {{
+{}
+}}
+"""Of the terms of `expected.error_terms`, at each restitution."""
+
+USUAL_ERRORS: Final[dict[str, tuple[float, ...]]] = {{
+{}
+}}
+"""Root mean square error over the parts of the reference datasets, as a fraction."""
+'''
 
 
 def main() -> None:
-    """Print them as they stand in the source."""
-    print("EXPECTED_ERRORS: Final = {")
-    for name, errors in expected_errors().items():
-        print(f'    "{name}": ({", ".join(f"{error:.3f}" for error in errors)}),')
-    print("}")
+    """Fit, and print or write."""
+    parser = argparse.ArgumentParser(prog="benchmarks.fit_expected_errors",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
+    text = source() if parser.parse_args().write else ""
+    if text:
+        MODULE.write_text(text, encoding="utf-8")
+    print(text or source())
 
 
 if __name__ == "__main__":

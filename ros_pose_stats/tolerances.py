@@ -142,3 +142,21 @@ MOST_STEPS: Final = 100_000
 A body balanced on an unstable equilibrium comes to it, restitutions above 0.999 (of a needle
 0.99), and bodies with almost no inertia about an axis that corners are far from.
 """
+
+MARGINAL_TILT: Final = 0.0175
+"""A pose that the plate's tilt of one degree topples is marginal: plates are not set up better."""
+
+SHALLOW_BARRIER: Final = 0.05
+"""A barrier below this fraction of the part's highest is small beside the others."""
+
+NEAR_TIE: Final = 1e-3
+"""Saddles closer in height than this, in radii, tie for practical purposes."""
+
+EXACT_TIE: Final = 1e-5
+"""Saddles closer than this tie by symmetry; float32 files round at some 1e-7."""
+
+COARSE_FACETS: Final = 0.025
+"""Angle between neighbouring facets above which a tessellated curve does not roll, radians."""
+
+FEWEST_FACETS: Final = 8
+"""Stable facets of one pose that are taken for a curve."""

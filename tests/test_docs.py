@@ -16,6 +16,10 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
+STUDY = ("dataset", "benchmark")
+"""Commands whose lines go on from each other's files."""
+
+
 def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
@@ -38,7 +42,8 @@ def lines_of(*commands: str) -> list[str]:
 
 
 def lines_without_ros() -> list[str]:
-    return [line for line in shell_lines() if line not in lines_of("node", "publish", "bag")]
+    others = lines_of("node", "publish", "bag", *STUDY)
+    return [line for line in shell_lines() if line not in others]
 
 
 def test_readme_has_code_to_run():
@@ -48,8 +53,19 @@ def test_readme_has_code_to_run():
 
 @pytest.mark.parametrize("line", lines_without_ros())
 def test_shell_lines_of_the_readme_run(line, demo_directory):
+    run_line(line, demo_directory)
+
+
+def test_study_lines_of_the_readme_run(tmp_path):
+    lines = lines_of(*STUDY)
+    assert {line.split()[1] for line in lines} == set(STUDY)
+    for line in lines:
+        run_line(line, tmp_path)
+
+
+def run_line(line, directory):
     command = [sys.executable, "-m", *shlex.split(line)]
-    done = subprocess.run(command, cwd=demo_directory, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout
 

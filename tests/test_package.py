@@ -56,7 +56,7 @@ class TestEstimate:
         assert found.restitution == 0.5
         assert found.cluster_tolerance == 0.005
         assert np.isnan(found.drop_height)
-        assert np.isnan(found.expected_error)
+        assert 0.0 < found.expected_error < 0.1
         assert found.plate_error == 0.05
         assert (found.drops, found.unsettled, found.seed) == (0, 0, 0)
         assert found.warnings == ()

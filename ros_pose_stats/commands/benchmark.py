@@ -1,11 +1,11 @@
-"""`benchmark table|prisms|chart|figures`: the paper's tables and figures, measured here."""
+"""`benchmark KIND`: the paper's tables and figures, and where methods fail, measured here."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
 
-from .benchmark_runs import run_chart, run_figures, run_prisms, run_table
+from .benchmark_runs import run_chart, run_figures, run_prisms, run_stability, run_table
 from .dataset_options import add_shift_options
 
 
@@ -33,7 +33,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     chart.add_argument("-o", "--output", default="speed_accuracy", metavar="STEM",
                        help="draws STEM.png and STEM.svg and writes STEM.json "
                        "(default: %(default)s)")
-    figures = _kind(kinds, "figures", run_figures, "everything above, into a folder of documents")
+    stability = _kind(kinds, "stability", run_stability,
+                      "every method along walks through each known trouble")
+    stability.add_argument("-o", "--output", metavar="DIR",
+                           help="stability.md, figures/ and benchmarks/ are written there")
+    stability.add_argument("--quick", action="store_true", help="fewer values and drops")
+    figures = _kind(kinds, "figures", run_figures,
+                    "table, prisms and chart, into a folder of documents")
     figures.add_argument("-o", "--output", default="docs", metavar="DIR",
                          help="accuracy.md, figures/ and benchmarks/ are written there "
                          "(default: %(default)s)")

@@ -84,6 +84,23 @@ def run_figures(options: argparse.Namespace) -> int:
     return 0
 
 
+def run_stability(options: argparse.Namespace) -> int:
+    """Every method along every walk."""
+    with announce_slow_start(), end_on_interrupt():
+        from ..benchmark.stability import as_dict, stability, stability_text, write_stability
+        from ..benchmark.whole_files import refuse_unwritable
+
+        folder = Path(options.output) if options.output is not None else None
+        if folder is not None:
+            refuse_unwritable(folder)
+    with end_on_interrupt():
+        found = stability(quick=options.quick, on_progress=_say)
+    if folder is not None:
+        _say_files(write_stability(found, folder))
+    _print(options, as_dict(found), stability_text(found))
+    return 0
+
+
 def _datasets(options: argparse.Namespace) -> list[Dataset]:
     from ..benchmark.dataset import read_dataset, shipped_dataset, shipped_datasets
 

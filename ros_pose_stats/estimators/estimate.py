@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import time
 
-from ..geometry.poses import RestingPoses, clustered, resting_poses
+from ..geometry.poses import RestingPoses, resting_poses
+from ..geometry.trust import pose_warnings
 from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, LOW_DROP_RADII
 from ..records.statistics import ranked
 from ..version import VERSION
 from .estimator import Estimator
-from .expected import expected_error
+from .expected import ExpectedError, expected_error
 from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
 
 
@@ -63,6 +64,7 @@ def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
 def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
                 begin: float) -> PoseStatistics:
     probability = chosen.function(resting)
+    expected = expected_error(chosen.name, resting, probability, scene.restitution)
     height = scene.drop_height if chosen.knows_drop_height else None
     return PoseStatistics(
         part_id=part.part_id,
@@ -74,18 +76,24 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         cluster_tolerance=scene.cluster_tolerance,
         poses=ranked([pose.with_probability(p) for pose, p in
                       zip(resting.poses, probability.tolist(), strict=True)]),
-        expected_error=expected_error(chosen.name, scene.restitution, len(resting.poses)),
+        expected_error=expected.here,
         seconds=time.perf_counter() - begin,
-        warnings=(*part.warnings, *_warnings(resting, chosen, scene)),
+        warnings=(*part.warnings, *_warnings(resting, chosen, scene, expected)),
         version=VERSION,
     )
 
 
-def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene) -> list[str]:
-    warnings = clustered(resting)
+def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
+              expected: ExpectedError) -> list[str]:
+    warnings = pose_warnings(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
     if radii < LOW_DROP_RADII and not chosen.knows_drop_height:
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")
+    if expected.unusual:
+        warnings.append(
+            f"METHODS_DISAGREE: eae, meae and qse differ by up to {100.0 * expected.apart:.2g} "
+            f"points on this part; expect an error of {100.0 * expected.here:.2g} points where "
+            f"{chosen.name} usually has {100.0 * expected.usual:.2g}, or drop it.")
     return warnings

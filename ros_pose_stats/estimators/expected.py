@@ -1,35 +1,87 @@
-"""What error to expect of an estimator."""
+"""What error to expect of an estimate: from how far the methods are apart on this very part.
+
+Where the estimators agree they are mostly right, and where they part company at least one of
+them is wrong. The expected square error is a sum of squared distances between methods and of
+p (1 - p), with weights fitted to the reference datasets at three restitutions.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from .coefficients import EXPECTED_AT, EXPECTED_ERRORS
+from ..geometry.poses import RestingPoses
+from .energy_absorption import eae, meae
+from .error_weights import ERROR_AT, ERROR_WEIGHTS, USUAL_ERRORS
+from .estimator import Array
+from .quasi_static import nqse, qse
+
+UNUSUAL = 2.0
+"""Expected error over the usual one from which on the methods disagree."""
 
 
-def expected_error(name: str, restitution: float, poses: int) -> float:
-    """Root mean square error over a part's poses that a method showed on random polyhedra.
+class ExpectedError(NamedTuple):
+    """Root mean square error over a part's poses, fractions; NaN for unmeasured methods.
 
-    Measured against the drop simulation at three restitutions; between them straight, beyond
-    them as at the nearest one.
+    Attributes
+    ----------
+    here : float
+        Of this part.
+    usual : float
+        Of the method on the reference datasets.
+    apart : float
+        Largest difference of two of EAE, MEAE and QSE for a pose.
+    """
+
+    here: float
+    usual: float
+    apart: float
+
+    @property
+    def unusual(self) -> bool:
+        """Whether the methods disagree on this part by far more than they usually do."""
+        return self.here > UNUSUAL * self.usual
+
+
+def expected_error(name: str, resting: RestingPoses, probability: Array,
+                   restitution: float) -> ExpectedError:
+    """Expected error of one estimate.
+
+    Between the restitutions that were measured its square is interpolated straight, beyond
+    them it is that of the nearest one.
 
     Parameters
     ----------
     name : str
         Of the method.
+    resting : RestingPoses
+    probability : (P,) array
+        Its estimate, in the order of `index`.
     restitution : float
-    poses : int
-        Of the part; a single one is certain.
-
-    Returns
-    -------
-    float
-        As a fraction; NaN where the method has not been measured.
     """
-    if poses == 1:
-        return 0.0
-    if name not in EXPECTED_ERRORS:
-        return math.nan
-    return float(np.interp(restitution, EXPECTED_AT, EXPECTED_ERRORS[name]))
+    if name not in ERROR_WEIGHTS:
+        return ExpectedError(math.nan, math.nan, math.nan)
+    squares = np.asarray(ERROR_WEIGHTS[name]) @ error_terms(resting, probability)
+    usual = np.square(USUAL_ERRORS[name])
+    known = np.stack([eae(resting), meae(resting), qse(resting)])
+    return ExpectedError(math.sqrt(np.interp(restitution, ERROR_AT, squares)),
+                         math.sqrt(np.interp(restitution, ERROR_AT, usual)),
+                         float(np.ptp(known, axis=0).max()))
+
+
+def error_terms(resting: RestingPoses, probability: Array) -> Array:
+    """Terms (5,) of the expected square error, each a mean over the poses.
+
+    The estimate against MEAE, MEAE against NQSE, EAE and QSE, and p (1 - p). In the last one,
+    poses that symmetry makes equal count as one, shared evenly: symmetry makes no errors.
+    """
+    around = meae(resting)
+    apart = [probability - around, around - nqse(resting), around - eae(resting),
+             around - qse(resting)]
+    group = np.array([pose.group for pose in resting.poses])
+    together = np.bincount(group, probability)[group]
+    size = np.bincount(group)[group]
+    return np.array([*(float(np.mean(one * one)) for one in apart),
+                     float(np.mean(together * np.maximum(1.0 - together, 0.0) / (size * size)))])

@@ -120,16 +120,6 @@ def resting_poses(part: Part,
     return resting
 
 
-def clustered(resting: RestingPoses) -> list[str]:
-    """Warning, if any, that poses gather several stable faces."""
-    merged = sum(len(pose.members) > 1 for pose in resting.poses)
-    if not merged:
-        return []
-    return [f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces, "
-            f"parted by low barriers only, as on a curve or a slender bar; their probabilities "
-            f"are added."]
-
-
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
     body = found.body
     every_down = found.downs

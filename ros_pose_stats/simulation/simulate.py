@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..geometry.poses import clustered
+from ..geometry.trust import drop_warnings, pose_warnings
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
@@ -149,7 +149,8 @@ def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropR
         poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
         drops=prefix.drops, unsettled=prefix.drops - settled, seed=request.seed,
         expected_error=prefix.expected_error(), seconds=seconds,
-        warnings=(*part.warnings, *clustered(body.resting),
+        warnings=(*part.warnings, *pose_warnings(body.resting),
+                  *drop_warnings(body.resting),
                   *_warnings(scene, body.radius, prefix, touched)),
         version=VERSION)
 

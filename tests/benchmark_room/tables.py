@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def drawn(dataset, probability, drops, seed, restitutions=(0.2, 0.5, 0.8)):
     counts = np.concatenate([
         np.moveaxis([[random.multinomial(size, probability[begin:end]) for size in sizes]
                      for _ in restitutions], 2, 0)
-        for begin, end in zip(starts[:-1], starts[1:], strict=True)]).astype(np.uint32)
+        for begin, end in pairwise(starts)]).astype(np.uint32)
     settled = np.broadcast_to(sizes, (spec.bodies, len(restitutions), len(sizes)))
     return Dataset(spec, {**dataset.arrays, "count": counts,
                           "settled": settled.astype(np.uint32)})

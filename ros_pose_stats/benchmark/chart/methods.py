@@ -27,7 +27,7 @@ DROPS = (10, 100, 1_000, 10_000)
 DROPS_TIMED = 20_000
 """Drops of one number in all that are timed; more parts the fewer they are."""
 
-FEWEST_PARTS, MOST_PARTS = 4, 60
+MOST_PARTS = 60
 
 
 class Effort(NamedTuple):
@@ -41,11 +41,14 @@ class Effort(NamedTuple):
         By the simulation for each number of drops and restitution, about.
     drops : tuple of int
         Numbers of drops, each a point of the simulation.
+    fewest : int
+        Parts that are timed at least, however many drops that makes.
     """
 
     parts: int = MOST_PARTS
     drops_timed: int = DROPS_TIMED
     drops: tuple[int, ...] = DROPS
+    fewest: int = 4
 
 
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
@@ -64,7 +67,7 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """One point a number of drops: the error is the noise of that many independent drops."""
     every = pooled(list(size.simulated.values()))
     for drops in effort.drops:
-        parts = min(max(effort.drops_timed // drops, FEWEST_PARTS), effort.parts)
+        parts = min(max(effort.drops_timed // drops, effort.fewest), effort.parts)
         took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
                         for restitution in size.simulated
                         for mesh in _some(size.meshes, parts)])

@@ -37,9 +37,9 @@ class Plan(NamedTuple):
     mujoco: int
 
 
-PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 12),
-         Plan(200, 60, 1_000, Effort(40, 10_000), 60, 8),
-         Plan(2_000, 24, 1_000, Effort(24, 10_000), 24, 4))
+PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 6),
+         Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
+         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1), 20, 2))
 
 FEW_DROPS = 10, 100, 1_000
 

@@ -29,7 +29,7 @@ def shipped_file(shift: float, shift_moment: str) -> Path:
         known = ", ".join(f"{one:g} ({moment})" for one, moment in SHIPPED)
         raise DatasetError(f"a shift of {known}", f"{shift:g} ({shift_moment})",
                            "make one with `ros_pose_stats dataset` and give it with --dataset")
-    return FOLDER / f"polyhedra_{shift:g}_{shift_moment}.npz"
+    return FOLDER / f"polyhedra_{abs(shift):g}_{shift_moment}.npz"  # of -0.0 too
 
 
 def shipped_dataset(shift: float = 0.0, shift_moment: str = "inertia") -> Dataset:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimators.registry import ESTIMATORS
 from ..prisms.figure import EXISTING
-from .run import LEVEL, Curve, WalkResults
+from .run import LEVEL, Curve, StabilityResults, WalkResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +30,16 @@ def draw_walk(found: WalkResults) -> Figure:
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
         note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
         f"{walk.cluster_tolerance:g}.")
+
+
+def draw_reliability(found: StabilityResults) -> Figure:
+    """Expected against true errors, a panel a method."""
+    from ...plots.reliability import reliability_figure
+
+    return reliability_figure([
+        (ESTIMATORS[name].title if name in ESTIMATORS else name,
+         np.array([(one.expected, one.true, one.error) for one in bins]))
+        for name, bins in found.reliability.items()])
 
 
 def _curve(found: WalkResults, one: Curve) -> WalkCurve:

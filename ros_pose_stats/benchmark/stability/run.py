@@ -15,8 +15,10 @@ from ...geometry.poses import resting_poses
 from ...records import PoseStatistics
 from ...simulation import simulate
 from ...statistics.intervals import jeffreys_interval
+from ..dataset import shipped_dataset, shipped_datasets
 from .families import walks
 from .jumps import Change, change
+from .reliability import ReliabilityBin, reliability
 from .walk import Step, Walk
 
 Array = NDArray[np.float64]
@@ -73,14 +75,29 @@ class WalkResults:
     simulated: SimulatedCurve
 
 
+@dataclass(frozen=True, eq=False)
+class StabilityResults:
+    """The whole study.
+
+    Attributes
+    ----------
+    walks : tuple of WalkResults
+    reliability : dict of str to tuple of ReliabilityBin
+        By method.
+    """
+
+    walks: tuple[WalkResults, ...]
+    reliability: dict[str, tuple[ReliabilityBin, ...]]
+
+
 def stability(*, quick: bool = False,
-              on_progress: Callable[[str], object] = lambda _: None) -> list[WalkResults]:
-    """Go along all walks.
+              on_progress: Callable[[str], object] = lambda _: None) -> StabilityResults:
+    """Go along all walks, then hold expected errors against true ones.
 
     Parameters
     ----------
     quick : bool
-        Every third value and few drops; to see that it works.
+        Every third value, few drops and one dataset; to see that it works.
     on_progress : callable, optional
         Told which walk begins.
     """
@@ -88,7 +105,9 @@ def stability(*, quick: bool = False,
     for walk in walks():
         on_progress(walk.title)
         found.append(measured(walk, QUICK_DROPS if quick else DROPS, 3 if quick else 1))
-    return found
+    on_progress("expected errors against true ones")
+    datasets = [shipped_dataset()] if quick else shipped_datasets()
+    return StabilityResults(tuple(found), reliability(datasets))
 
 
 def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:

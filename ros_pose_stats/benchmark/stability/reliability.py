@@ -1,0 +1,94 @@
+"""Whether a larger expected error means a larger true one, over the reference datasets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...estimators.expected import expected_error
+from ...statistics.errors import expected_error as error_of_drops
+from ...statistics.errors import standard_errors
+from ..dataset import Dataset
+from ..estimates import estimates, restings
+
+Array = NDArray[np.float64]
+
+BINS = 10
+FEW_DROPS = 100
+SIMULATION = "simulation, n = 100"
+
+
+class ReliabilityBin(NamedTuple):
+    """Parts of about the same expected error.
+
+    Attributes
+    ----------
+    expected, true : float
+        Root mean squares over the parts and restitutions, fractions; `true` has the noise of
+        the reference taken off.
+    error : float
+        Standard error of `true`.
+    parts : int
+    """
+
+    expected: float
+    true: float
+    error: float
+    parts: int
+
+
+def reliability(datasets: Sequence[Dataset]) -> dict[str, tuple[ReliabilityBin, ...]]:
+    """Ten bins of parts for each estimator, and for a simulation of 100 drops.
+
+    Every part counts once at each restitution. The simulation's first 100 drops are judged by
+    the others.
+    """
+    expected: dict[str, list[float]] = {}
+    squares: dict[str, list[Array]] = {}
+    for dataset in datasets:
+        for name, told, found in _judged(dataset):
+            expected.setdefault(name, []).extend(told)
+            squares.setdefault(name, []).append(found)
+    return {name: _bins(np.array(told), np.concatenate(squares[name]))
+            for name, told in expected.items()}
+
+
+def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
+    """Name, expected errors (B,) and true mean squares (B,), at each restitution."""
+    poses = restings(dataset)
+    ends = dataset.pose_starts[1:-1]
+    for name, values in estimates(poses).items():
+        split = np.split(values, ends)
+        for restitution in dataset.spec.restitutions:
+            told = [expected_error(name, one, some, restitution).here
+                    for one, some in zip(poses, split, strict=True)]
+            yield name, told, _squares(dataset, values, restitution, None)
+    for restitution in dataset.spec.restitutions:
+        few = dataset.simulated(restitution, FEW_DROPS)
+        told = [error_of_drops(standard_errors(some, int(some.sum())))
+                for some in np.split(few.count, ends)]
+        yield SIMULATION, told, _squares(dataset, few.probability, restitution, FEW_DROPS)
+
+
+def _squares(dataset: Dataset, values: Array, restitution: float, after: int | None) -> Array:
+    """Mean square error (B,) of each part, the reference's noise taken off."""
+    reference = (dataset.simulated(restitution) if after is None
+                 else dataset.rest(restitution, after))
+    away = np.square(values - reference.probability) - reference.noise_variance(unbiased=True)
+    return np.bincount(dataset.body, away) / np.bincount(dataset.body)
+
+
+def _bins(expected: Array, squares: Array) -> tuple[ReliabilityBin, ...]:
+    found = []
+    for some in np.array_split(np.argsort(expected, kind="stable"), BINS):
+        mean = float(squares[some].mean())
+        scatter = float(squares[some].std(ddof=1)) / math.sqrt(len(some))
+        true = math.sqrt(max(mean, 0.0))
+        found.append(ReliabilityBin(
+            math.sqrt(float(np.mean(np.square(expected[some])))), true,
+            0.5 * scatter / true if true > 0.0 else math.sqrt(scatter), len(some)))
+    return tuple(found)

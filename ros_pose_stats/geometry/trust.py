@@ -1,0 +1,134 @@
+"""Where a part's poses are close to changing: warnings that its answers carry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..records import StablePose
+from ..tolerances import (
+    COARSE_FACETS,
+    EXACT_TIE,
+    FEWEST_FACETS,
+    MARGINAL_TILT,
+    NEAR_TIE,
+    SHALLOW_BARRIER,
+)
+from .poses import RestingPoses
+
+MOST_NAMED = 3
+"""Poses that a warning names; the others are counted."""
+
+
+def pose_warnings(resting: RestingPoses) -> list[str]:
+    """What to know of a part's poses, whatever the method.
+
+    Parameters
+    ----------
+    resting : RestingPoses
+
+    Returns
+    -------
+    list of str
+        `CODE: sentence`, none where nothing is near a change.
+    """
+    found = (_clustered(resting), _marginal(resting.poses), _shallow(resting.poses),
+             _near_tie(resting))
+    return [one for one in found if one]
+
+
+def drop_warnings(resting: RestingPoses) -> list[str]:
+    """What to know besides where the part is dropped.
+
+    A polygon that rolls loses energy at every facet, a round part does not: with few facets far
+    too many drops end on the curve. See the walk of the cylinder in `docs/stability.md`.
+    """
+    angles = [math.degrees(angle) for angle in _facet_angles(resting)
+              if angle > COARSE_FACETS]
+    if not angles:
+        return []
+    return [f"COARSE_CURVE: facets of {max(angles):.2g} degrees stand in for a curve; rolling "
+            f"loses energy at each, so poses on the curve come out too probable; export the part "
+            f"with facets of at most {math.degrees(COARSE_FACETS):.2g} degrees."]
+
+
+def _clustered(resting: RestingPoses) -> str:
+    merged = sum(len(pose.members) > 1 for pose in resting.poses)
+    if not merged:
+        return ""
+    return (f"CLUSTERED: {merged} of {len(resting.poses)} poses gather several stable faces, "
+            f"parted by low barriers only, as on a curve or a slender bar; their probabilities "
+            f"are added.")
+
+
+def _marginal(poses: Sequence[StablePose]) -> str:
+    found = [pose for pose in poses if pose.margin < MARGINAL_TILT]
+    if not found or len(poses) == 1:
+        return ""
+    least = math.degrees(min(pose.margin for pose in found))
+    return (f"MARGINAL_POSE: {_named(found)} {_verb(found, 'topples', 'topple')} at a tilt of the "
+            f"plate of {least:.2g} degrees; a small change of shape or plate ends it, and "
+            f"estimators other than eae and meae jump there.")
+
+
+def _shallow(poses: Sequence[StablePose]) -> str:
+    deepest = max((pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0)
+    found = [pose for pose in poses if pose.barrier < SHALLOW_BARRIER * deepest]
+    if not found:
+        return ""
+    least = 1e3 * min(pose.barrier for pose in found)
+    return (f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left when the centre of "
+            f"mass rises by {least:.2g} mm, far less than others; a vibrating feeder empties "
+            f"{_verb(found, 'it', 'them')}.")
+
+
+def _near_tie(resting: RestingPoses) -> str:
+    gap = _smallest_gap(resting)
+    if not EXACT_TIE < gap < NEAR_TIE:
+        return ""
+    apart = 1e3 * gap * resting.body.radius
+    return (f"NEAR_TIE: two ways from pose to pose differ by {apart:.2g} mm in height only; which "
+            f"one opens first, and so where the part goes as it calms down, hangs on details of "
+            f"its shape.")
+
+
+def _smallest_gap(resting: RestingPoses) -> float:
+    """Smallest difference in level of a split and the next one below it, in radii."""
+    tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
+    leaves = tree.child.shape[0] + 1
+    joins = np.flatnonzero(wanted)
+    below = tree.child[joins] - leaves
+    within = (below >= 0) & wanted[np.maximum(below, 0)]
+    gaps = tree.level[joins][:, None] - tree.level[np.maximum(below, 0)]
+    # Exact ties come from symmetry, and change nothing.
+    open_gaps = gaps[within & (gaps > EXACT_TIE)]
+    return float(open_gaps.min()) if open_gaps.size else math.inf
+
+
+def _facet_angles(resting: RestingPoses) -> list[float]:
+    """Typical angle between neighbouring facets of each pose that gathers many, radians."""
+    downs = resting.equilibria.downs
+    pose = resting.clusters.pose
+    found = []
+    for number in np.flatnonzero(np.bincount(pose) >= FEWEST_FACETS).tolist():
+        found.append(_spacing(downs[pose == number]))
+    return found
+
+
+def _spacing(downs: NDArray[np.float64]) -> float:
+    """Median distance to the nearest other direction."""
+    return float(np.median(cKDTree(downs).query(downs, 2)[0][:, 1]))
+
+
+def _named(poses: Sequence[StablePose]) -> str:
+    names = ", ".join(str(pose.index) for pose in poses[:MOST_NAMED])
+    more = len(poses) - MOST_NAMED
+    return f"{_verb(poses, 'pose', 'poses')} {names}" + (f" and {more} more" if more > 0 else "")
+
+
+def _verb(poses: Sequence[StablePose], one: str, many: str) -> str:
+    return one if len(poses) == 1 else many
