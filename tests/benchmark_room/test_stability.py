@@ -22,6 +22,7 @@ from ros_pose_stats.benchmark.stability import (
 )
 from ros_pose_stats.benchmark.stability.families import walks
 from ros_pose_stats.benchmark.stability.jumps import change, spread
+from ros_pose_stats.benchmark.stability.lessons import LESSONS
 from ros_pose_stats.benchmark.stability.reliability import reliability
 from ros_pose_stats.benchmark.stability.run import measured
 from ros_pose_stats.benchmark.stability.walk import along, towards
@@ -72,6 +73,10 @@ class TestChange:
             raise AssertionError
 
         assert change(np.arange(3.0), np.array((0.0, 0.5, 0.0)), never, True).jumps == ()
+
+
+def test_every_walk_has_its_lesson():
+    assert LESSONS.keys() == WALKS.keys()
 
 
 def test_spread():

@@ -74,7 +74,8 @@ def _sphere() -> Walk:
     return Walk("heavy_sphere", "A tessellated sphere loses the offset of its centre of mass",
                 "offset over the radius", _log(1e-4, 0.2, 12), True,
                 lambda offset: Step(_loaded_sphere(offset)),
-                towards((0.0, 0.0, -1.0), 0.25 * math.pi), "within 45 degrees of the heavy side")
+                towards((0.0, 0.0, -1.0), 0.25 * math.pi),
+                "a pose within 45 degrees of the heavy side")
 
 
 def _loaded_sphere(offset: float) -> Part:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
 from ..markdown import markdown_table, points
 from .jumps import spread
+from .lessons import LESSONS
 from .run import Curve, StabilityResults, WalkResults
+
+WIDTH = 99
 
 INTRODUCTION = """# Where methods fail
 
@@ -43,8 +48,9 @@ def stability_page(found: StabilityResults) -> str:
     parts = [INTRODUCTION]
     for one in found.walks:
         name = one.walk.name
-        parts += [f"## {one.walk.title}\n", f"![{one.walk.title}](figures/stability_{name}.png)\n",
-                  walk_text(one), ""]
+        picture = f"![{one.walk.title}](figures/stability_{name}.png)"
+        parts += [f"## {one.walk.title}\n", f"{picture}\n",
+                  *wrap(LESSONS[name], WIDTH), "", walk_text(one), ""]
     return "\n".join([*parts, RELIABILITY, reliability_text(found), ""])
 
 
@@ -79,7 +85,8 @@ def walk_text(found: WalkResults) -> str:
             f"largest step between neighbouring values {points(steps.max())}.")
     head = ("method", "jumps", "largest jump, points", "slope, points a per cent", "at",
             "off, points", "at", "beyond noise")
-    return f"{said}\n\n" + markdown_table(head, [_row(found, one) for one in found.curves])
+    rows = markdown_table(head, [_row(found, one) for one in found.curves])
+    return "\n".join([*wrap(said, WIDTH), "", rows])
 
 
 def _row(found: WalkResults, one: Curve) -> tuple[str, ...]:

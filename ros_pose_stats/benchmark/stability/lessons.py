@@ -1,0 +1,51 @@
+"""What each walk of the stability study means to somebody who plans a feeder."""
+
+from __future__ import annotations
+
+from typing import Final
+
+LESSONS: Final = {
+    "marginal_face": (
+        "A face that is about to stop being stable still gets its full share from the area, the "
+        "centroid solid angle and what is built on them, up to the moment when it gets nothing. "
+        "EAE and MEAE fade it out, and so do drops. The warning MARGINAL_POSE says when a part is "
+        "here: the real part, off by a tenth of a millimetre, may be on either side."),
+    "coplanar_faces": (
+        "Two faces that are nearly one change nothing for drops. Estimators share out the same "
+        "total between them, but for NQSE, whose curve is taken of every pose by itself, and the "
+        "combined estimator with it: they change where the faces merge. Cluster tolerance 0 "
+        "shows it; at the default the two are one pose long before."),
+    "cylinder_sides": (
+        "To estimators a cylinder of 32 sides is as good as one of 512. Drops see a difference: a "
+        "polygon that rolls loses energy at every edge and comes to rest on its side, a round "
+        "part rolls on until it falls on an end or stops for other reasons. Simulate round parts "
+        "with fine facets; COARSE_CURVE warns of coarse ones. NQSE has a spike where the facets "
+        "are not yet gathered into one pose."),
+    "heavy_sphere": (
+        "With hundreds of shallow poses the older estimators do not see that the heavy side "
+        "pulls: most facets stay stable, so most share in the probability. Drops roll to the "
+        "heavy side once the offset beats the facets. EAE and MEAE follow in kind, not in number. "
+        "Expect little of any estimator for a part that is nearly a ball, and simulate."),
+    "needle": (
+        "All methods agree on plates and needles, and on the cube by symmetry. In between they "
+        "part company, most at thick plates and short bars, which many parts are: see the dice in "
+        "accuracy.md."),
+    "broken_symmetry": (
+        "A cube whose corners are off by a millionth has faces of two triangles each, and one "
+        "triangle of a face may hold the foot of the centre of mass alone. Estimators that add up "
+        "faces count the stable triangle only. QSE lets the other one topple onto it, EAE and "
+        "MEAE see one valley: these hardly move. Drops do not move at all."),
+    "vertex_noise": (
+        "Noise of the vertices up to a thousandth of the radius changes no method; at a "
+        "hundredth faces begin to appear and vanish, and estimators that jump there jump."),
+    "restitution": (
+        "None of these estimators knows the plate. The simulation's probability changes by far "
+        "more than its noise between soft and hard plates, and not steadily: no single estimate "
+        "is right for all of them. Give the restitution and simulate."),
+    "drop_height": (
+        "Released low, the part stays where it is put: the simulation then follows the starting "
+        "poses. Above a few radii the height hardly matters, and the estimators are made for "
+        "that. Feeder lips are one to three radii high, where LOW_DROP warns; simulate with the "
+        "real height."),
+}
+"""By the walk's name."""
