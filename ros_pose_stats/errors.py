@@ -7,6 +7,8 @@ one line on a terminal, in a service response or in a diagnostic.
 
 from __future__ import annotations
 
+_LONGEST = 500  # characters of what came; an array may print as pages
+
 
 class PoseStatsError(ValueError):
     """A refused input.
@@ -22,6 +24,7 @@ class PoseStatsError(ValueError):
     """
 
     def __init__(self, expected: str, found: str, remedy: str) -> None:
+        found = _one_line(found)
         self.expected = expected
         self.found = found
         self.remedy = remedy
@@ -53,3 +56,9 @@ class BagError(PoseStatsError):
 
 class DatasetError(PoseStatsError):
     """A dataset that cannot be read, or that is in the way of another one."""
+
+
+def _one_line(text: str) -> str:
+    """Text without line breaks, cut where it is longer than anybody reads."""
+    line = " ".join(part.strip() for part in text.splitlines())
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST - 1]}…"

@@ -63,6 +63,16 @@ class Child:
         self.seconds_to_end = time.perf_counter() - begin
         self._reader.join()
 
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._process.pid
+
+    def kill(self) -> None:
+        """End it at once, without a chance to tidy up."""
+        self._process.kill()
+        self._process.wait()
+
     def complaint(self, what: str) -> str:
         """A message with the last lines of the process."""
         return "\n".join([f"{self._module} {what}", *self._lines])

@@ -18,6 +18,12 @@ from ..errors import MassPropertiesError
 from ..kernels.extents import bounds
 from ..kernels.tetrahedra import weighted_corners
 from ..tolerances import TRIANGLE_INEQUALITY
+from .given_numbers import NOT_NUMBERS, real_array, real_number
+
+# Beyond these the product with the square of a length from 1e-50 to 1e50 m, and a least moment
+# of 1e-15 of the largest, come near the ends of float64.
+_SMALLEST_MASS = 1e-100
+_SMALLEST_INERTIA = 1e-250
 
 
 class Solid(NamedTuple):
@@ -72,17 +78,20 @@ def given_mass(mass: float | None) -> float | None:
     Raises
     ------
     MassPropertiesError
-        Unless it is None or finite and positive.
+        Unless it is None or finite, positive and not beyond what can be computed with.
     """
     if mass is None:
         return None
     try:
-        value = float(mass)
-    except (TypeError, ValueError) as error:
+        value = real_number(mass)
+    except NOT_NUMBERS as error:
         raise MassPropertiesError("a mass in kilograms", f"{mass!r}", "give one number") from error
     if not 0.0 < value < math.inf:
         raise MassPropertiesError("a finite mass above 0 kg", f"{value} kg",
                                   "leave it out for unit mass")
+    if not _SMALLEST_MASS <= value <= 1.0 / _SMALLEST_MASS:
+        raise MassPropertiesError(f"a mass from {_SMALLEST_MASS:g} to {1.0 / _SMALLEST_MASS:g} kg",
+                                  f"{value:g} kg", "check its unit")
     return value
 
 
@@ -143,14 +152,18 @@ def given_inertia(
 def _numbers(values: ArrayLike, expected: str) -> NDArray[np.float64]:
     """Copy as float64."""
     try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        return real_array(values).copy()
+    except NOT_NUMBERS as error:
         raise MassPropertiesError(expected, f"{values!r}", "give plain numbers") from error
 
 
 def _check_physical(tensor: NDArray[np.float64]) -> None:
     """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
     size = np.abs(tensor).max()
+    if not _SMALLEST_INERTIA <= size <= 1.0 / _SMALLEST_INERTIA:
+        raise MassPropertiesError(
+            f"moments of inertia from {_SMALLEST_INERTIA:g} to {1.0 / _SMALLEST_INERTIA:g} kg m²",
+            f"{size:g} kg m²", "check the unit of the tensor")
     lopsided = np.abs(tensor - tensor.T).max() / size
     if lopsided > TRIANGLE_INEQUALITY:
         raise MassPropertiesError("a symmetric inertia tensor",

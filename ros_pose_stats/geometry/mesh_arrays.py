@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from ..kernels.extents import largest_used_extent
+from .given_numbers import NOT_NUMBERS, real_array, unmasked
 
 # Beyond these the fifth power of a length in the inertia leaves the range of float64.
 _SMALLEST_EXTENT = 1e-50
@@ -38,7 +39,8 @@ def checked_mesh(
         If the shapes are wrong, a number is NaN or infinite, an index is no integer or out
         of range, or the size is beyond what can be computed with.
     """
-    places = _numbers(vertices, "vertices") * unit
+    with np.errstate(over="ignore"):  # what comes out infinite is refused below
+        places = _numbers(vertices, "vertices") * unit
     if places.ndim != 2 or places.shape[1] != 3:
         raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",
                         "give one x y z row a vertex")
@@ -57,8 +59,8 @@ def checked_mesh(
 def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Make a float64 array of whatever was given."""
     try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        return real_array(values)
+    except NOT_NUMBERS as error:
         raise MeshError(f"{what} as rows of three numbers", f"{type(values).__name__} ({error})",
                         "give a list of rows or an array") from error
 
@@ -66,10 +68,13 @@ def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
 def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
     """Triangles (T, 3) as uint32, each number below `vertex_count`."""
     try:
-        given = np.asarray(triangles)
+        given = unmasked(triangles)
     except ValueError as error:
         raise MeshError("triangles of shape (T, 3)", f"{error}",
                         "split polygons into triangles") from error
+    except TypeError as error:
+        raise MeshError("triangles as rows of three numbers", f"{error}",
+                        "give a list of rows or an array of integers") from error
     if given.size == 0:
         raise MeshError("at least four triangles", "none", "a point cloud is not a part")
     if given.ndim != 2 or given.shape[1] != 3:
@@ -96,7 +101,7 @@ def _check_integers(given: NDArray[np.float64]) -> None:
                         "give integers")
 
 
-def coordinate_rounding(vertices: ArrayLike) -> float:
+def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
     """By how much coordinates may be off for the way they were stored.
 
     Coordinates that are all float32 numbers are taken to come from a file that stores no
@@ -107,13 +112,18 @@ def coordinate_rounding(vertices: ArrayLike) -> float:
     ----------
     vertices : (V, 3) array
         Finite, in the mesh's unit.
+    triangles : (T, 3) array
+        Vertices of no triangle do not count.
 
     Returns
     -------
     float
         In the mesh's unit.
     """
-    points = np.asarray(vertices, dtype=np.float64)
+    points = real_array(vertices)
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles.ravel()] = True
+    points = points if used.all() else points[used]
     largest = float(np.abs(points).max())
     if largest < float(np.finfo(np.float32).max) and np.array_equal(
             points, points.astype(np.float32)):

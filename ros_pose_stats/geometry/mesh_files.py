@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError, RequestError
+from .given_numbers import NOT_NUMBERS, real_number
 
 if TYPE_CHECKING:
     from trimesh import Scene
@@ -55,8 +56,8 @@ def metres_per_unit(unit: str | float) -> float:
     if isinstance(unit, str) and unit in METRES_PER_UNIT:
         return METRES_PER_UNIT[unit]
     try:
-        length = math.nan if isinstance(unit, (str, bool)) else float(unit)
-    except (TypeError, ValueError):
+        length = math.nan if isinstance(unit, (str, bool)) else real_number(unit)
+    except NOT_NUMBERS:
         length = math.nan
     if not 0.0 < length < math.inf:
         raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",

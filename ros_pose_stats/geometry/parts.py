@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MassPropertiesError, MeshError
+from ..errors import MassPropertiesError, MeshError, RequestError
 from ..kernels.extents import bounds, thinness
 from ..records.part import Part
 from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
@@ -141,8 +141,10 @@ def part_from_mesh(
     MassPropertiesError
         If no rigid part of this shape can have the given mass properties.
     RequestError
-        If `unit` is not a unit.
+        If `unit` is not a unit, or `part_id` no text.
     """
+    if not isinstance(part_id, str):
+        raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
     kilograms = given_mass(mass)
     tensor = given_inertia(inertia, kilograms)
     center = given_center_of_mass(center_of_mass)
@@ -158,7 +160,7 @@ def part_from_mesh(
     warnings = surface.warnings + _inertia_warning(tensor, kilograms, center, surface)
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
                 center, tensor, warnings,
-                coordinate_rounding(vertices) * metres_per_unit(unit))
+                coordinate_rounding(vertices, corners) * metres_per_unit(unit))
     keep_hull(part, surface.hull)
     return part
 
@@ -205,6 +207,10 @@ def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int
 def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
     """How far a point is beyond the nearest hull plane, metres; negative inside."""
     planes = hull.qhull.equations
+    with np.errstate(over="ignore"):
+        aside = float(np.abs((point - hull.shift) / hull.scale).max())
+    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
+        return aside * hull.scale
     return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
                  * hull.scale)
 
@@ -212,7 +218,8 @@ def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
 def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
     beyond = _beyond_hull(center, surface.hull)
-    radius = math.sqrt(float(((surface.vertices - center) ** 2).sum(axis=1).max()))
+    # The square of a distance from far outside may be beyond float64.
+    radius = surface.hull.scale if beyond > surface.hull.scale else _reach(center, surface)
     if beyond < -ON_HULL * radius:
         return
     place = f"{center.tolist()} m"
@@ -220,6 +227,11 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
     raise MassPropertiesError("a centre of mass inside the part's convex hull",
                               f"{place}, {where}",
                               "check its unit, and that it is in the mesh's own frame")
+
+
+def _reach(center: NDArray[np.float64], surface: Surface) -> float:
+    """Largest distance of a vertex from the centre of mass, metres."""
+    return math.sqrt(float(((surface.vertices - center) ** 2).sum(axis=1).max()))
 
 
 def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
@@ -247,7 +259,7 @@ def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
                      surface: Surface) -> tuple[str, ...]:
     """Warn about an inertia that no material inside the convex hull can have."""
-    limit = mass * float(((surface.vertices - center) ** 2).sum(axis=1).max())
+    limit = mass * _reach(center, surface) ** 2
     largest = float(np.linalg.eigvalsh(inertia)[-1])
     if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):
         return ()

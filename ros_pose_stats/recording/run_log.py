@@ -51,7 +51,7 @@ class RunLog:
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
                  max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None,
                  node: str = "") -> None:
-        self.directory = log_directory / (name or new_run_name())
+        self.directory = log_directory / (name or new_run_name(log_directory))
         self.times_lost = 0
         self._types = dict(types)
         self._node = node
@@ -156,11 +156,11 @@ class RunLog:
             self._bag.abandon()
             self._bag = None
             self.times_lost += 1
-            self.directory = self.directory.with_name(new_run_name())
+            self.directory = self.directory.with_name(new_run_name(self.directory.parent))
         size = self._bag.size if self._bag else 0
         self._space.enforce(self.directory, size + record + self._overhead)
         if self._bag is None:
             if self.directory.exists():
-                self.directory = self.directory.with_name(new_run_name())
+                self.directory = self.directory.with_name(new_run_name(self.directory.parent))
             self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node)
         return self._bag

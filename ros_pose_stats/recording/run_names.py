@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from datetime import datetime, timezone
+from contextlib import suppress
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Final
 
@@ -13,17 +14,30 @@ LOCK: Final = ".lock"
 HALF: Final = ".half"
 """Suffix of a file that is being written and takes its name when it is whole."""
 
+_TIME: Final = "pose_stats_%Y%m%dT%H%M%S_%f"
+_TIMED: Final = len("pose_stats_YYYYmmddTHHMMSS_ffffff")
 _RUN = re.compile(r"pose_stats_\d{8}T\d{6}_\d{6}_\d+")
 _PASSING = re.compile(rf"\.{_RUN.pattern}\.(new|old)")
 
 
-def new_run_name() -> str:
+def new_run_name(log_directory: Path) -> str:
     """`pose_stats_<YYYYmmddTHHMMSS>_<microseconds>_<pid>`; the time is UTC.
 
-    So names in order are runs in order, also where clocks are put back in autumn.
+    Names in order are runs in order: where the clock was set back, the name is a microsecond
+    later than that of the newest run.
     """
-    now = datetime.now(timezone.utc)
-    return f"pose_stats_{now:%Y%m%dT%H%M%S_%f}_{os.getpid()}"
+    time = datetime.now(timezone.utc)
+    with suppress(OSError, ValueError):  # an unreadable folder, or a day that is none
+        newest = max((run.name for run in runs(log_directory)), default="")
+        if newest >= _timed(time):
+            time = datetime.strptime(newest[:_TIMED], _TIME).replace(
+                tzinfo=timezone.utc) + timedelta(microseconds=1)
+    return f"{_timed(time)}_{os.getpid()}"
+
+
+def _timed(time: datetime) -> str:
+    """The part of a name that has the time."""
+    return time.strftime(_TIME)
 
 
 def runs(log_directory: Path) -> list[Path]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import RequestError
 from ..records import DropScene, Part
-from .part_requests import PartRequest
+from .part_requests import PartRequest, shown
 
 
 @dataclass(eq=False)
@@ -107,7 +107,7 @@ class Catalogue:
             names = sorted(self._parts)
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
-                               f"'{part_id}'", "publish its mesh on ~/part_mesh, or send the part "
+                               shown(part_id), "publish its mesh on ~/part_mesh, or send the part "
                                "with the request")
         return found
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
@@ -21,24 +22,33 @@ RECENT_SECONDS = 60.0
 """A refused mesh is a warning for this long."""
 
 
+class _Refusal(NamedTuple):
+    """One refusal: by the clock that never jumps, and as it is told."""
+
+    at: float
+    stamp: int
+    source: str
+    reason: str
+
+
 class Refusals:
-    """Meshes that were refused or lost."""
+    """Meshes and counts that were refused, and meshes that were lost."""
 
     def __init__(self) -> None:
-        self._recent: deque[tuple[int, str, str]] = deque(maxlen=REMEMBERED)
+        self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
         self.refused = 0
         self.overrun = 0
 
     def refuse(self, source: str, reason: str) -> bool:
-        """Note a refused mesh; False if it is a copy of one that was refused just before."""
+        """Note a refusal; False if it is a copy of one just before."""
         with self._lock:
-            stamp = now()
-            copy = any(entry[1:] == (source, reason) and stamp - entry[0] < 1e9 * COPY_SECONDS
-                       for entry in self._recent)
+            at = time.monotonic()
+            copy = any((one.source, one.reason) == (source, reason)
+                       and at - one.at < COPY_SECONDS for one in self._recent)
             if not copy:
                 self.refused += 1
-                self._recent.append((stamp, source, reason))
+                self._recent.append(_Refusal(at, now(), source, reason))
         return not copy
 
     def lose(self, count: int) -> None:
@@ -50,12 +60,12 @@ class Refusals:
         """The meshes' line."""
         with self._lock:
             recent, refused, overrun = list(self._recent), self.refused, self.overrun
-        fresh = bool(recent) and now() - recent[-1][0] < 1e9 * RECENT_SECONDS
-        text = f"mesh refused: {recent[-1][1]}: {recent[-1][2]}" if fresh else f"{parts} parts"
+        fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
+        text = f"refused: {recent[-1].source}: {recent[-1].reason}" if fresh else f"{parts} parts"
         values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
                                   "overrun": overrun}
-        for place, (stamp, source, reason) in enumerate(reversed(recent)):
-            values[f"refused {place}"] = f"{stamp / 1e9:.3f} {source}: {reason}"
+        for place, one in enumerate(reversed(recent)):
+            values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
         return status(name, fresh, text, values)
 
 

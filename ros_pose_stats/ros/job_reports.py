@@ -112,6 +112,9 @@ class JobReports:
                 message = self._results.unrecorded(message)
             self._latch(job, message)
             self._remember(job, serialize_message(message))
+        elif not (recorded and job.recorded):  # there is no result that could say so
+            said = self._warnings(job) or (self._results.not_recorded(),)
+            job.message = " ".join(filter(None, (job.message, *said)))
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))

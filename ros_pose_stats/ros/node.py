@@ -23,17 +23,18 @@ from .catalogue import KnownPart
 from .diagnostics import Diagnostics, Refusals, status
 from .drawing import Drawing
 from .intake import Intake
+from .interrupted import interrupted_job
 from .job_reports import JobReports, job_event
 from .jobs import Jobs
 from .latching import LatchedPublishers
 from .mesh_topics import mesh_topics
 from .parameters import Parameters
-from .part_lines import count_problem, named, part_line
+from .part_lines import count_problem, counts_of_bytes, named, part_line
 from .part_messages import request_of_mesh_bytes, request_of_part_bytes
-from .part_requests import PartRequest
+from .part_requests import PartRequest, plain
 from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder, said
 from .requests import Requests
-from .restore import LastRun, interrupted_job, last_run
+from .restore import LastRun, last_run
 from .results import Results
 from .sequence_gaps import SequenceGaps
 from .services import Services
@@ -141,9 +142,9 @@ class PoseStatsNode(Node):
     def _record_again(self) -> None:
         self.intake.put_later(self.results.record_again)
 
-    def _refuse(self, source: str, reason: str) -> None:
+    def _refuse(self, source: str, reason: str, what: str = "mesh") -> None:
         if self.refusals.refuse(source, reason):
-            self.get_logger().warning(f"{source}: mesh refused: {reason}")
+            self.get_logger().warning(f"{source}: {what} refused: {reason}")
 
     def _on_part(self, known: KnownPart) -> None:
         self.requests.refine(known)
@@ -156,8 +157,13 @@ class PoseStatsNode(Node):
 
     def _count(self, data: bytes) -> None:
         """Record a count as it is; say if it cannot be compared with anything."""
+        try:
+            counts = counts_of_bytes(data)
+        except PoseStatsError as refusal:  # in the bag it would be in the way of its readers
+            self._refuse("~/pose_counts", str(refusal), "count")
+            return
         self.recorder.record(POSE_COUNTS, data, durable=True)
-        problem = count_problem(data, self.results.parts.current)
+        problem = count_problem(counts, self.results.parts.current)
         if problem:
             self.get_logger().warning(f"~/pose_counts: recorded, but {problem}")
 
@@ -178,7 +184,7 @@ class PoseStatsNode(Node):
         run = last_run(bags_to_restore(settings.directory(),
                                        self.get_fully_qualified_name()))
         for bag, problem in run.problems.items():
-            self.get_logger().warning(f"{bag.name} could not be read to its end: {problem}")
+            self.get_logger().warning(f"not all of {bag.name} could be read: {problem}")
         self._log_unfinished(run, settings)
         if settings.restore:
             for part_id, request in run.parts.items():
@@ -196,7 +202,7 @@ class PoseStatsNode(Node):
         for job in jobs:
             event = job_event(job, JobEvent.CANCELLED, job.message)
             self.recorder.record(JOB_EVENTS, serialize_message(event), durable=True)
-            self.get_logger().warning(f"{job.job_id}: CANCELLED: {job.message}")
+            self.get_logger().warning(f"{plain(job.job_id)}: CANCELLED: {job.message}")
         self.jobs.add_ended(jobs)
 
     def _bring_back(self, request: PartRequest, latched: Any) -> None:

@@ -9,9 +9,13 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import PoseCounts
 
+from ..errors import RequestError
 from ..records import Part
 from .catalogue import KnownPart
-from .part_requests import LONGEST_NAME
+from .part_requests import LONGEST_NAME, shown
+
+MOST_BYTES = 2**20
+"""Of a camera's count: some 80 000 poses."""
 
 
 def part_line(part: Part, latched: Any) -> str:
@@ -27,30 +31,43 @@ def named(part_id: str) -> str:
     return f", part '{part_id}'" if fit else ""
 
 
-def count_problem(data: bytes, known: Callable[[str], KnownPart | None]) -> str:
+def counts_of_bytes(data: bytes) -> PoseCounts:
+    """What a camera counted.
+
+    Raises
+    ------
+    RequestError
+        If the bytes are no `PoseCounts`, or more than any part could have.
+    """
+    if len(data) > MOST_BYTES:
+        raise RequestError(f"a PoseCounts of at most {MOST_BYTES} bytes", f"{len(data)} bytes",
+                           "check the publisher")
+    try:
+        return deserialize_message(data, PoseCounts)
+    except Exception as error:  # the bindings raise what they like
+        raise RequestError("a serialised PoseCounts", f"{len(data)} bytes that are none "
+                           f"({type(error).__name__})", "check the publisher") from error
+
+
+def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) -> str:
     """Why a camera's count cannot be compared with anything; empty where it can.
 
     Parameters
     ----------
-    data : bytes
-        A serialised `PoseCounts`.
+    counts : PoseCounts
     known : callable
         A known part by its id, or None.
     """
-    try:
-        counts = deserialize_message(data, PoseCounts)
-    except Exception as error:  # the bindings raise what they like
-        return f"it is no PoseCounts ({type(error).__name__})"
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
     part = known(counts.part_id)
     if part is None or part.latched is None:
-        return f"no part '{counts.part_id}' is known"
+        return f"no part {shown(counts.part_id)} is known"
     if counts.part_digest and counts.part_digest != part.part.digest:
-        return f"'{counts.part_id}' has another part_digest by now"
+        return f"{shown(counts.part_id)} has another part_digest by now"
     latched = part.latched
     if counts.cluster_tolerance != latched.cluster_tolerance:
         return (f"its cluster_tolerance is {counts.cluster_tolerance:g}, that of the results "
                 f"{latched.cluster_tolerance:g}; copy it from PoseStatistics")
     unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
-    return f"'{counts.part_id}' has no pose {unknown[0]}" if unknown else ""
+    return f"{shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""

@@ -19,6 +19,10 @@ from .times import nanoseconds, time_message
 MOST_NESTED = 10_000
 """Triangles of a nested mesh in a request; each is a Python object to rclpy."""
 
+MOST_DESERIALIZED = 4 * 2**20
+"""Bytes of a message that has to go through rclpy's deserialiser, in which they may become 25
+times as many and take a third of a second for each of them [MiB]."""
+
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
     """Take a serialised `shape_msgs/Mesh`.
@@ -55,10 +59,11 @@ def request_of_message(message: PartMesh) -> PartRequest:
     ------
     MeshError, RequestError
     """
-    if len(message.mesh.triangles) > MOST_NESTED:
-        raise RequestError(f"a nested mesh of at most {MOST_NESTED} triangles in a request",
-                           f"{len(message.mesh.triangles)}",
-                           "publish it on ~/part_mesh or use the flat arrays")
+    for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
+        found = len(getattr(message.mesh, name))
+        if found > most:
+            raise RequestError(f"a nested mesh of at most {most} {name} in a request",
+                               f"{found}", "publish it on ~/part_mesh or use the flat arrays")
     return _request(numbers_of_message(message))
 
 
@@ -144,6 +149,10 @@ def _numbers_of_mesh(mesh: Mesh) -> Numbers:
 
 
 def _deserialized(data: bytes, kind: type) -> Any:
+    if len(data) > MOST_DESERIALIZED:
+        raise MeshError(f"a serialised {kind.__name__} in plain little-endian CDR, or another "
+                        f"one of at most {MOST_DESERIALIZED} bytes", f"{len(data)} bytes",
+                        "check the publisher")
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # the bindings raise what they like

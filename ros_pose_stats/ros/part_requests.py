@@ -17,6 +17,7 @@ from ..records import Part
 Array = NDArray[np.float64]
 
 LONGEST_NAME = 200
+LONGEST_SHOWN = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,22 @@ class PartRequest:
         return int(self.vertices.nbytes + self.triangles.nbytes)
 
 
+def shown(text: str) -> str:
+    """What a client sent, for a message or a log: in quotes, in one line, not too long."""
+    return repr(text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…")
+
+
+def plain(text: str) -> str:
+    """The same as it is, where a line of the log can hold it."""
+    fit = len(text) <= LONGEST_NAME and text.isprintable()
+    return text if fit else shown(text)
+
+
+def _any(values: Array) -> bool:
+    """Whether one is not 0; numpy would warn of some kinds of NaN."""
+    return any(value != 0.0 for value in values.ravel().tolist())
+
+
 def check_name(part_id: str) -> None:
     """Refuse names that would be cut or confuse a terminal.
 
@@ -76,10 +93,9 @@ def check_name(part_id: str) -> None:
     ------
     RequestError
     """
-    if len(part_id) > LONGEST_NAME or not all(letter.isprintable() for letter in part_id):
-        shown = repr(part_id if len(part_id) <= 40 else part_id[:40] + "…")
+    if len(part_id) > LONGEST_NAME or not part_id.isprintable():
         raise RequestError(f"a part_id of at most {LONGEST_NAME} printable characters",
-                           f"{len(part_id)} characters, {shown}", "rename the part")
+                           f"{len(part_id)} characters, {shown(part_id)}", "rename the part")
 
 
 def check_request(request: PartRequest, most_bytes: int) -> None:
@@ -97,7 +113,7 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
     if not (math.isfinite(request.unit) and request.unit > 0.0):
         raise RequestError("a unit above 0, in metres a mesh unit", f"{request.unit}",
                            "0.001 is a mesh in millimetres")
-    if request.mass == 0.0 and (np.any(request.inertia) or np.any(request.center_of_mass)):
+    if request.mass == 0.0 and (_any(request.inertia) or _any(request.center_of_mass)):
         raise RequestError("a mass above 0 kg with a given centre of mass or inertia",
                            "inertia.m = 0", "fill in inertia.m, or leave all of inertia zero")
 
@@ -111,9 +127,10 @@ def part_of(request: PartRequest) -> Part:
         Each with one line that says what is wrong.
     """
     given = request.mass != 0.0
-    return part_from_mesh(
-        request.vertices, request.triangles,
-        request.center_of_mass if given else None,
-        request.mass if given else None,
-        request.inertia if given and np.any(request.inertia) else None,
-        part_id=request.part_id, unit=request.unit)
+    with np.errstate(invalid="ignore"):  # of NaN of a kind that only broken messages have
+        return part_from_mesh(
+            request.vertices, request.triangles,
+            request.center_of_mass if given else None,
+            request.mass if given else None,
+            request.inertia if given and _any(request.inertia) else None,
+            part_id=request.part_id, unit=request.unit)

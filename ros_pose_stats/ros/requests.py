@@ -15,7 +15,7 @@ from .catalogue import KnownPart
 from .intake import Intake
 from .jobs import Job, JobRequest, Jobs
 from .part_messages import is_given, request_of_message
-from .part_requests import PartRequest, check_request
+from .part_requests import PartRequest, check_request, shown
 from .results import Results
 from .settings import Settings
 
@@ -91,13 +91,14 @@ class Requests:
         """
         if not is_given(message):
             if part_id and message.part_id and part_id != message.part_id:
-                raise RequestError("one part", f"part_id '{part_id}' and part '{message.part_id}'",
-                                   "fill one of the two")
+                raise RequestError("one part", f"part_id {shown(part_id)} and part "
+                                   f"{shown(message.part_id)}", "fill one of the two")
             known = self._results.parts.known(part_id or message.part_id)
             return Sought(_ready(known), known.part.part_id, known.content, known.wishes)
         if part_id and message.part_id and part_id != message.part_id:
             raise RequestError("the same part_id in the request and in its part",
-                               f"'{part_id}' and '{message.part_id}'", "fill one of the two")
+                               f"{shown(part_id)} and {shown(message.part_id)}",
+                               "fill one of the two")
         message.part_id = message.part_id or part_id
         request, wishes = self._checked(message)
         content = request.content
@@ -181,7 +182,7 @@ class Requests:
 
 def _source(part_id: str) -> str:
     """Where a refused mesh came from, as a terminal can show it."""
-    return f"request for {part_id[:40]!r}"
+    return f"request for {shown(part_id)}"
 
 
 def _fine_enough(latched: Any, drops: int, target_error: float) -> bool:

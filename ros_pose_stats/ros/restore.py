@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
-from ..errors import RequestError
-from ..recording.raw_reader import raw_messages
-from ..records import DropScene, Part
-from .current_meshes import CurrentMeshes
-from .jobs import Job, JobRequest, State
+from ..errors import PoseStatsError, RequestError
+from ..recording.raw_reader import RawMessage, raw_messages
+from .current_meshes import CurrentMeshes, Place
+from .interrupted import scene_of
 from .mesh_views import NotPlainCdrError, part_and_digest_of
 from .part_messages import request_of_part_bytes
 from .part_requests import PartRequest
@@ -24,7 +21,11 @@ PART_MESH = "ros_pose_stats_msgs/msg/PartMesh"
 POSE_STATISTICS = "ros_pose_stats_msgs/msg/PoseStatistics"
 JOB_EVENT = "ros_pose_stats_msgs/msg/JobEvent"
 
-INTERRUPTED = "the node ended before the simulation did"
+MOST_REVISION = 2**63
+"""Results are numbered from 1; the next ones must fit into the message too."""
+
+MOST_INDEX = 2**31 - 1
+"""Of a pose, as markers can carry it."""
 
 
 @dataclass
@@ -37,43 +38,58 @@ class LastRun:
         The present mesh of each part, in the order in which they became that.
     unfinished : dict of str to JobEvent
         Jobs that were accepted and not heard of again.
+    results : dict of str to PoseStatistics
+        The last result of each of the parts; nothing is going to refine it any more.
     meshes : CurrentMeshes
         What tells the present ones.
     problems : dict of Path to str
-        Bags that could not be read to their ends, and why.
+        Bags not all of which could be read, and the first reason.
     """
 
     parts: dict[str, PartRequest] = field(default_factory=dict)
     unfinished: dict[str, JobEvent] = field(default_factory=dict)
+    results: dict[str, PoseStatistics] = field(default_factory=dict)
     meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
     problems: dict[Path, str] = field(default_factory=dict)
-    _latched: dict[str, bytes] = field(default_factory=dict)
+    _latched: dict[str, tuple[Path, bytes]] = field(default_factory=dict)
 
-    def take(self, topic: str, kind: str, data: bytes) -> None:
+    def take(self, bag: Path, place: Place, message: RawMessage) -> None:
         """Take in the next message."""
+        kind, data = message.type_name, message.data
         if kind == PART_MESH:
-            self.meshes.note_mesh(request_of_part_bytes(data))
-        elif kind == POSE_STATISTICS and topic.endswith("/pose_statistics"):
+            self.meshes.note_mesh(request_of_part_bytes(data), place)
+        elif kind == POSE_STATISTICS and message.topic.endswith("/pose_statistics"):
             part_id, digest = _part_and_digest(data)
             self.meshes.note_result(part_id, digest)
-            self._latched[part_id] = data
+            self._latched[part_id] = bag, data
         elif kind == JOB_EVENT:
             self._take_event(deserialize_message(data, JobEvent))
 
     def latched(self, part_id: str) -> PoseStatistics | None:
-        """The last result of a part; nothing is going to refine it any more."""
-        data = self._latched.get(part_id)
-        if data is None:
-            return None
-        message = deserialize_message(data, PoseStatistics)
-        message.final = True
-        return message
+        """The last result of a part."""
+        return self.results.get(part_id)
+
+    def conclude(self, again: Iterator[tuple[Place, PartRequest]]) -> None:
+        """Find the parts and their results, once everything was taken in."""
+        self.parts = self.meshes.present(again)
+        for part_id in self.parts.keys() & self._latched.keys():
+            bag, data = self._latched[part_id]
+            try:
+                self.results[part_id] = _result(data)
+            except Exception as error:  # the bindings raise what they like
+                self.note(bag, error)
+
+    def note(self, bag: Path, error: Exception) -> None:
+        """Something in a bag cannot be read."""
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        self.problems.setdefault(bag, reason)
 
     def _take_event(self, event: JobEvent) -> None:
         if event.event == JobEvent.PART_FORGOTTEN:
             self.meshes.forget(event.part_id)
             self._latched.pop(event.part_id, None)
         elif event.event in (JobEvent.QUEUED, JobEvent.RUNNING):
+            scene_of(event)
             self.unfinished[event.job_id] = event
         else:
             self.unfinished.pop(event.job_id, None)
@@ -87,38 +103,49 @@ def _part_and_digest(data: bytes) -> tuple[str, str]:
         return message.part_id, message.part_digest
 
 
-def last_run(bags: Iterable[Path]) -> LastRun:
-    """Read bags in order, as far as they can be read."""
+def _result(data: bytes) -> PoseStatistics:
+    """A recorded result that can be gone on with."""
+    message = deserialize_message(data, PoseStatistics)
+    if not message.revision < MOST_REVISION:
+        raise RequestError("a revision below 2^63", f"{message.revision}", "estimate it again")
+    if not all(pose.index < MOST_INDEX for pose in message.poses):
+        raise RequestError(f"pose indices below {MOST_INDEX}", "a larger one",
+                           "estimate it again")
+    message.final = True
+    return message
+
+
+def last_run(bags: Sequence[Path]) -> LastRun:
+    """Read bags in order; what cannot be read is left out and named."""
     found = LastRun()
-    bags = list(bags)
-    for bag in bags:
+    for place, bag, message in _messages(bags, found.note):
         try:
-            for message in raw_messages(bag):
-                found.take(message.topic, message.type_name, message.data)
-        except Exception as error:  # of the disk, or of the bindings about other versions
-            found.problems[bag] = f"{type(error).__name__}: {error}"
-    found.parts = found.meshes.present(_meshes(bag for bag in bags if bag not in found.problems))
+            found.take(bag, place, message)
+        except Exception as error:  # of the bindings, about other versions and damage
+            found.note(bag, error)
+    found.conclude(_meshes(bags, found.note))
     return found
 
 
-def _meshes(bags: Iterable[Path]) -> Iterator[PartRequest]:
-    """All meshes of bags that can be read, once more."""
-    for bag in bags:
-        for message in raw_messages(bag):
-            if message.type_name == PART_MESH:
-                yield request_of_part_bytes(message.data)
+def _messages(bags: Sequence[Path], on_problem: Callable[[Path, Exception], object],
+              ) -> Iterator[tuple[Place, Path, RawMessage]]:
+    """All messages of bags, as far as the disk gives them."""
+    for number, bag in enumerate(bags):
+        try:
+            for k, message in enumerate(raw_messages(bag)):
+                yield Place(number, k), bag, message
+        except Exception as error:
+            on_problem(bag, error)
 
 
-def interrupted_job(event: JobEvent, settings: Any) -> Job:
-    """A job of the last run, as cancelled."""
-    height = event.drop_height if event.drop_height > 0.0 else None
-    scene = DropScene(event.restitution, height, event.cluster_tolerance)
-    part: Future[Part] = Future()
-    part.set_exception(RequestError("a part of this run", "one of the last",
-                                    "start the simulation again"))
-    request = JobRequest(event.part_id, b"", scene, event.drops, event.seed, event.target_error,
-                         event.max_seconds, event.refinement)
-    job = Job(event.job_id, request, part, event.seed, settings, State.CANCELLED,
-              drops_done=event.drops_done, message=INTERRUPTED)
-    job.finished.set()
-    return job
+def _meshes(bags: Sequence[Path], on_problem: Callable[[Path, Exception], object],
+            ) -> Iterator[tuple[Place, PartRequest]]:
+    """All meshes that can be read, once more."""
+    for place, bag, message in _messages(bags, on_problem):
+        if message.type_name == PART_MESH:
+            try:
+                request = request_of_part_bytes(message.data)
+            except PoseStatsError as error:
+                on_problem(bag, error)
+                continue
+            yield place, request

@@ -25,7 +25,7 @@ from .latching import LatchedPublishers, replaces
 from .memory import Memory
 from .part_builder import PartBuilder
 from .part_log import PartLog
-from .part_requests import PartRequest, check_request
+from .part_requests import LONGEST_NAME, PartRequest, check_request
 from .recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .settings import Settings
 from .statistics_messages import Answer, copied, statistics_message, with_warning
@@ -220,7 +220,7 @@ class Results:
             If the method is unknown, or the part has no equilibrium.
         """
         settings = self._settings()
-        name = estimator(method or settings.default_method).name
+        name = estimator(method[:LONGEST_NAME] or settings.default_method).name
         key = self._key(name, known, scene)
         found = self._memory.get(key)
         if found is None:

@@ -14,6 +14,7 @@ from ros_pose_stats_msgs import srv
 from ..errors import PoseStatsError
 from .job_reports import JobReports
 from .jobs import Jobs, State
+from .part_requests import shown
 from .requests import Requests, check_target, outcome
 from .results import Results
 from .service_quality import SERVICE_QUALITY
@@ -161,5 +162,5 @@ class Services:
 
 
 def _unknown(job_id: str) -> str:
-    return (f"expected the job_id of a drop simulation, got '{job_id}'; list_drop_simulations "
-            f"lists those that the node knows")
+    return (f"expected the job_id of a drop simulation, got {shown(job_id)}; "
+            f"list_drop_simulations lists those that the node knows")

@@ -6,6 +6,9 @@ import time
 
 from builtin_interfaces.msg import Duration, Time
 
+FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1
+"""Nanoseconds that a stamp can hold."""
+
 
 def now() -> int:
     """Nanoseconds since the epoch."""
@@ -18,8 +21,8 @@ def nanoseconds(stamp: Time) -> int:
 
 
 def time_message(stamp: int) -> Time:
-    """Nanoseconds as a stamp."""
-    seconds, rest = divmod(stamp, 10**9)
+    """Nanoseconds as a stamp; the first or last one there is where they are beyond."""
+    seconds, rest = divmod(min(max(stamp, FIRST), LAST), 10**9)
     return Time(sec=seconds, nanosec=rest)
 
 

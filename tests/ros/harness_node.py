@@ -31,11 +31,13 @@ class NodeProcess:
         More ROS arguments.
     environment : dict, optional
         On top of this process's.
+    folder : Path, optional
+        Where it works; default: where this process does.
     **values
         Parameters.
     """
 
-    def __init__(self, log_directory, *arguments, environment=None, **values):
+    def __init__(self, log_directory, *arguments, environment=None, folder=None, **values):
         command = [sys.executable, "-m", "ros_pose_stats", "node", "--ros-args",
                    *parameters(log_directory=log_directory, **values), *arguments]
         self.log_directory = log_directory
@@ -43,7 +45,7 @@ class NodeProcess:
         self._news = threading.Condition()
         self.process = subprocess.Popen(
             command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-            errors="replace", env={**os.environ, **(environment or {})})
+            errors="replace", env={**os.environ, **(environment or {})}, cwd=folder)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 

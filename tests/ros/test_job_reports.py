@@ -80,3 +80,15 @@ def test_the_end_of_a_job_whose_part_is_none_goes_on_record():
     found._recorder.record = lambda topic, data, durable: recorded.append(topic) or True
     found.ended(job, State.FAILED)
     assert recorded == ["/pose_stats/job_events"]
+
+
+@pytest.mark.parametrize(("accepted", "ended"), [(True, True), (True, False), (False, True)])
+def test_a_job_with_nothing_to_show_says_itself_what_is_not_on_record(accepted, ended):
+    looked_at = reports()
+    looked_at._recorder = SimpleNamespace(record=lambda *args, **how: ended)
+    looked_at._results.not_recorded = lambda: "NOT_RECORDED: full"
+    job = job_of(Future())
+    job.recorded, job.message = accepted, "cancelled by a client"
+    looked_at.ended(job, State.CANCELLED)
+    assert job.message.startswith("cancelled by a client")
+    assert ("NOT_RECORDED: " in job.message) == (not (accepted and ended))

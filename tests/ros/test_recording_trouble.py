@@ -15,7 +15,7 @@ from .harness_bags import ends, recorded
 from .harness_cell import Health, cell_of, latched
 from .harness_client import until
 from .harness_goals import Goals
-from .harness_jobs import finished, get, start
+from .harness_jobs import LONG, cancelled, finished, get, start
 from .harness_parts import WEDGE, flat, new_id
 from .harness_readers import assert_readable_by_others, raw
 
@@ -91,6 +91,18 @@ class TestFullDisk:
             node.stop()
         (bag,) = runs(tmp_path)
         assert_readable_by_others(bag)
+
+    def test_the_end_of_a_job_that_has_nothing_to_show(self, domain, tmp_path):
+        with cell_of(domain, tmp_path, "full") as (node, client):
+            part_id = carried(client).part_id
+            first, second = (start(client, part_id, LONG, seed=seed) for seed in (1, 2))
+            (bag,) = runs(tmp_path)
+            (file,) = bag.glob("*.mcap")
+            allow(node.process, file.stat().st_size)
+            found = cancelled(client, second)
+            assert not found.statistics.drops and NOT_RECORDED in found.message
+            allow(node.process, resource.RLIM_INFINITY)
+            assert NOT_RECORDED not in cancelled(client, first).message
 
     def test_until_the_end(self, domain, tmp_path):
         """What was recorded before is kept, and mended by the next node."""

@@ -1,0 +1,1 @@
+"""The node under a mixed load for minutes, while disks fill, clocks jump and processes die."""

@@ -1,0 +1,53 @@
+"""Ten thousand meshes of every bad kind: the invariants hold or the input is refused, in time."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.fuzz.large import large_outcomes
+from benchmarks.fuzz.large_meshes import CASES
+from benchmarks.fuzz.meshes import KINDS
+from benchmarks.fuzz.watched import Job, Watched
+
+MESHES = 270
+"""Inputs of each kind: 10 260 in all."""
+
+THOROUGH = 16
+"""How many of them are asked about at every tolerance and given in other ways too."""
+
+COMPARED = {"leaning": 1, "needle": 3, "plate": 3, "rings": 3}
+"""Fewest of the thorough ones about which rounding decides nothing; other kinds: half."""
+
+
+@pytest.fixture(scope="module")
+def watched():
+    """A process that is started anew after an input that it does not survive."""
+    with Watched() as process:
+        yield process
+
+
+def test_there_are_ten_thousand():
+    assert MESHES * len(KINDS) >= 10_000
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_invariants_hold_or_the_input_is_refused(watched, kind):
+    jobs = (Job(kind, seed, seed < THOROUGH) for seed in range(MESHES))
+    outcomes = list(watched.outcomes(jobs))
+    assert [(found.seed, found.faults) for found in outcomes if found.faults] == []
+    taken = sum(not found.refusal for found in outcomes)
+    # Neither side of a kind that may go either way is empty, or it would test nothing.
+    fates = {"taken": {MESHES}, "refused": {0}, "either": range(1, MESHES + 1)}
+    assert taken in fates[KINDS[kind].fate]
+    if KINDS[kind].same:
+        compared = sum(found.compared == "same" for found in outcomes)
+        assert compared >= COMPARED.get(kind, THOROUGH // 2)
+
+
+def test_large_bad_inputs_end():
+    # Each under a time limit, which shows as a fault.
+    outcomes = list(large_outcomes())
+    assert [(found.kind, found.faults) for found in outcomes if found.faults] == []
+    assert [found.kind for found in outcomes] == list(CASES)
+    assert all(found.seed > 30_000 for found in outcomes)
+    assert {found.kind for found in outcomes if found.refusal} == {"coincident", "flat"}
