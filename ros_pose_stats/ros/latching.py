@@ -33,7 +33,10 @@ def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
 
     A larger expected error never replaces a smaller one for the same digest, but that a
     simulation ends what it has shown of itself: its last drops may raise the error a little.
+    Of two estimates the newer one counts, which is by the method that is wanted now.
     """
+    if not new.drops and not old.drops and new.method != old.method:
+        return True
     if new.final and new.job_id and new.job_id == old.job_id:
         return True
     return new.part_digest != old.part_digest or known_error(new) <= known_error(old)

@@ -93,6 +93,12 @@ class TestReplaces:
     def test_a_larger_error_never_replaces_a_smaller_one(self, new, old, wanted):
         assert replaces(result(new), result(old)) is wanted
 
+    def test_an_estimate_by_the_method_wanted_now_takes_the_place_of_another(self):
+        old = result(0.01, method="combined")
+        assert replaces(result(0.1, method="csae"), old)
+        assert not replaces(result(0.1, method="combined"), old)
+        assert not replaces(result(0.1, method="csae"), result(0.01, 100, method="simulation"))
+
     def test_another_digest_is_another_part(self):
         assert replaces(result(0.5, part_digest="other"), result(0.01))
 
