@@ -77,9 +77,8 @@ def fitted(terms: Array, squares: Array) -> Array:
     return np.asarray(found)
 
 
-def source() -> str:
+def source(told: dict[str, Sample]) -> str:
     """The module that holds the weights."""
-    told = samples()
     weights, usual = [], []
     for name in ESTIMATORS:
         rows = [fitted(told[name].terms, told[name].squares[rho]) for rho in RESTITUTIONS]
@@ -116,10 +115,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="benchmarks.fit_expected_errors",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
-    text = source() if parser.parse_args().write else ""
-    if text:
+    write = parser.parse_args().write
+    text = source(samples())
+    if write:
         MODULE.write_text(text, encoding="utf-8")
-    print(text or source())
+    print(text)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 
+pytestmark = pytest.mark.xdist_group("expected errors")  # one worker: fixtures are made once
+
 
 def told(part, method, restitution=0.5):
     resting = resting_poses(part, 0.0)
@@ -83,8 +85,8 @@ def test_methods_that_disagree_are_told():
 
 
 class TestFit:
-    def test_the_source_is_what_the_command_writes(self):
-        assert MODULE.read_text(encoding="utf-8") == source()
+    def test_the_source_is_what_the_command_writes(self, fits):
+        assert MODULE.read_text(encoding="utf-8") == source(fits)
 
     @pytest.mark.parametrize("method", ESTIMATORS)
     def test_held_out_parts_are_met(self, fits, method):
