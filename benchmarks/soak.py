@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count, islice
 
+from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import DropOutcomes, drop_rules, run
 from ros_pose_stats.simulation.starts import random_starts
 
 from .machine import machine
-from .paper_shapes import polyhedra
 from .soak_tally import Tally, Task, judge, report
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
@@ -26,11 +26,11 @@ SHIFTS = (0.0, 1.0)
 
 def tasks(drops: int, bodies: int) -> Iterator[Task]:
     """All drops, spread evenly over bodies and restitutions."""
-    sources = [polyhedra(shift, seed) for seed, shift in enumerate(SHIFTS)]
     jobs = bodies * len(RESTITUTIONS)
     numbers = count()
     for body in range(bodies):
-        part = next(sources[body % len(SHIFTS)])
+        kind = body % len(SHIFTS)
+        part = random_polyhedron(kind, body // len(SHIFTS), SHIFTS[kind]).part()
         for restitution in RESTITUTIONS:
             number = next(numbers)
             share = drops * (number + 1) // jobs - drops * number // jobs

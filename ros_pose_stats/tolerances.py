@@ -155,7 +155,7 @@ NEAR_TIE: Final = 1e-3
 EXACT_TIE: Final = 1e-5
 """Saddles closer than this tie by symmetry; float32 files round at some 1e-7."""
 
-COARSE_FACETS: Final = 0.025
+COARSE_FACETS: Final = 0.0126
 """Angle between neighbouring facets above which a tessellated curve does not roll, radians."""
 
 FEWEST_FACETS: Final = 8

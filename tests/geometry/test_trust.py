@@ -62,7 +62,7 @@ class TestNearTie:
 
 
 class TestCurves:
-    @pytest.mark.parametrize(("sides", "warned"), [(48, True), (128, True), (360, False)])
+    @pytest.mark.parametrize(("sides", "warned"), [(48, True), (360, True), (600, False)])
     def test_coarse_facets_change_drops(self, sides, warned):
         resting = resting_poses(part_from_mesh(*cylinder(sides, 0.01, 0.02)))
         assert ("COARSE_CURVE" in codes(drop_warnings(resting))) == warned
