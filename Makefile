@@ -13,7 +13,7 @@ demo: $(READY)
 	bash .ci/demo
 
 test: lint
-	.venv/bin/python -m pytest -n auto --dist loadgroup
+	.venv/bin/python -m pytest -n auto
 
 lint: $(READY)
 	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks setup.py

@@ -38,7 +38,7 @@ def colcon(home, *arguments):
                           capture_output=True, text=True, check=False)
 
 
-def test_both_packages_are_installed(workspace):
+def test_both_packages_are_installed_and_run(workspace):
     install = workspace / "install"
     assert (install / "ros_pose_stats_msgs/share/ros_pose_stats_msgs/msg/PartMesh.msg").is_file()
     assert (install / "ros_pose_stats/share/ros_pose_stats/package.xml").is_file()
@@ -47,9 +47,7 @@ def test_both_packages_are_installed(workspace):
     index = "share/ament_index/resource_index"
     assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()
     assert (install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs").is_file()
-
-
-def test_ros2_run_finds_the_executable(workspace):
+    # Where `ros2 run` looks.
     executable = workspace / "install/ros_pose_stats/lib/ros_pose_stats/pose_stats_node"
     assert os.access(executable, os.X_OK)
 

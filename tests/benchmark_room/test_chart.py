@@ -25,8 +25,6 @@ from ros_pose_stats.statistics.simulated_poses import pooled
 from tests.benchmark_room.tables import drawn, some, told
 from tests.running import strict_json
 
-pytestmark = pytest.mark.xdist_group("tables")  # one worker: fixtures are made once
-
 BODIES = 40
 LITTLE = Effort(2, 20, (10, 50))
 PLANS = (Plan(0, 0, 0, LITTLE, BODIES, 0), Plan(40, 3, 60, LITTLE, 2, 0))

@@ -19,8 +19,6 @@ from ros_pose_stats.errors import DatasetError
 from ros_pose_stats.version import VERSION
 from tests.running import ROOT, complaints
 
-pytestmark = pytest.mark.xdist_group("cluster")  # one worker: fixtures are made once
-
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 
 OPTIONS = ("--bodies", "200", "--drops", "40", "--seed", "5")

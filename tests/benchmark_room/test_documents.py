@@ -25,8 +25,6 @@ from ros_pose_stats.errors import RequestError
 from tests.benchmark_room.tables import first_bodies, shipped, some
 from tests.running import strict_json
 
-pytestmark = pytest.mark.xdist_group("tables")  # one worker: fixtures are made once
-
 PLANS = (Plan(0, 0, 0, Effort(1, 10, (10,)), 3, 0),)
 
 FILES = ["accuracy.md", "benchmarks/chart.json", "benchmarks/prisms.json",

@@ -25,8 +25,6 @@ from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators import ESTIMATORS
 from tests.bodies import METHODS
 
-pytestmark = pytest.mark.xdist_group("prisms")  # one worker: fixtures are made once
-
 KNOWN_RMS = {"csae": 0.147, "qse": 0.147, "adre": 0.081, "nqse": 0.099, "eae": 0.043,
              "meae": 0.105, "combined": 0.103}
 """Of another implementation, to three digits."""

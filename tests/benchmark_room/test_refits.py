@@ -16,8 +16,6 @@ from ros_pose_stats.estimators.quasi_static import perturbed_quasi_static
 from ros_pose_stats.statistics.simulated_poses import SimulatedPoses, pooled
 from tests.benchmark_room.tables import compared, drawn, shipped, some, told
 
-pytestmark = pytest.mark.xdist_group("tables")  # one worker: fixtures are made once
-
 BODIES, DROPS = 300, 300
 SIGMAS = 4.0
 """Of the told standard errors; for a dozen numbers, once in 1 300 times by chance."""

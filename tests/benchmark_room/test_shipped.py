@@ -10,8 +10,6 @@ from ros_pose_stats.benchmark.dataset.shipped import SHIPPED, shipped_dataset, s
 from ros_pose_stats.errors import DatasetError
 from tests.benchmark_room.tables import shipped
 
-pytestmark = pytest.mark.xdist_group("tables")  # one worker: fixtures are made once
-
 SPREAD = (0, 528, 1056)
 """Bodies that are made anew."""
 

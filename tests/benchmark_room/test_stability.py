@@ -28,8 +28,6 @@ from ros_pose_stats.benchmark.stability.run import measured
 from ros_pose_stats.benchmark.stability.walk import along, towards
 from ros_pose_stats.estimators import ESTIMATORS
 
-pytestmark = pytest.mark.xdist_group("stability")  # one worker: fixtures are made once
-
 WALKS = {walk.name: walk for walk in walks()}
 JUMPING = ("area", "csae", "adre", "qse")
 """Estimators that jump where a face becomes unstable; EAE and MEAE do not."""

@@ -17,8 +17,6 @@ from ros_pose_stats.statistics.simulated_poses import SimulatedPoses, pooled
 from tests.benchmark_room.tables import compared, drawn, mixed, shipped, some, told
 from tests.running import strict_json
 
-pytestmark = pytest.mark.xdist_group("tables")  # one worker: fixtures are made once
-
 SIGMAS = 3.5
 """Standard errors of a difference that may lie between two implementations. Both drew 1 057
 bodies of their own. Of some 60 figures one is further off by chance once in 40 times."""

@@ -15,8 +15,6 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 
-pytestmark = pytest.mark.xdist_group("expected errors")  # one worker: fixtures are made once
-
 
 def told(part, method, restitution=0.5):
     resting = resting_poses(part, 0.0)
