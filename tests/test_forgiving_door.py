@@ -122,13 +122,14 @@ def run(clamp: Path, cache: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_damaged_kernel_cache_costs_time_only(clamp, tmp_path):
-    """Index of one kernel and code of another are cut short, the smallest ones, in a copy."""
+    """Index of one kernel and code of another are cut short, in a copy; all parts need both."""
     estimate(part_from_mesh(*box(1.0, 2.0, 3.0)), "csae")  # fills the cache
     known = cache_directory()
     copied = tmp_path / "ros_pose_stats" / known.name
     shutil.copytree(known, copied)
-    for pattern in ("*.nbi", "*.nbc"):
-        entry = min(copied.rglob(pattern), key=lambda file: file.stat().st_size)
+    damaged = [*copied.rglob("extents.bounds-*.nbi"), *copied.rglob("extents.thinness-*.nbc")]
+    assert {entry.suffix for entry in damaged} == {".nbi", ".nbc"}
+    for entry in damaged:
         entry.write_bytes(entry.read_bytes()[:40])
     again = run(clamp, tmp_path)
     assert again.returncode == 0, again.stderr
