@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
-from ros_pose_stats.benchmark.estimates import estimates, restings
+from ros_pose_stats.benchmark.estimates import estimates, restings, square_errors
 from ros_pose_stats.estimators.expected import error_terms
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.poses import RestingPoses
@@ -53,19 +53,13 @@ def _sample(dataset: Dataset) -> dict[str, Sample]:
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
     return {name: Sample(_terms(poses, np.split(values, ends)),
-                         {rho: _squares(dataset, values, rho) for rho in RESTITUTIONS})
+                         {rho: square_errors(values, dataset.simulated(rho))
+                          for rho in RESTITUTIONS})
             for name, values in estimates(poses).items()}
 
 
 def _terms(poses: list[RestingPoses], values: list[Array]) -> Array:
     return np.array([error_terms(one, some) for one, some in zip(poses, values, strict=True)])
-
-
-def _squares(dataset: Dataset, values: Array, restitution: float) -> Array:
-    """Mean square error (B,) of each part, noise removed; chance makes some negative."""
-    simulated = dataset.simulated(restitution)
-    away = np.square(values - simulated.probability) - simulated.noise_variance(unbiased=True)
-    return np.bincount(dataset.body, away) / np.bincount(dataset.body)
 
 
 def fitted(terms: Array, squares: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from .page import accuracy_page
 from .prisms import PrismResults, prisms
 from .prisms.figure import draw_prisms
 from .table import TableResults, table
-from .whole_files import write_whole
+from .whole_files import write_json, write_whole
 
 QUICK_DROPS = 200
 
@@ -85,7 +84,7 @@ def write_documents(found: Documents, folder: Path) -> list[Path]:
         for name, figure in figures.items():
             save_figure(figure, aside / "figures" / name)
         for name, values in numbers.items():
-            _write_json(aside / "benchmarks" / f"{name}.json", values)
+            write_json(aside / "benchmarks" / f"{name}.json", values)
         (aside / "accuracy.md").write_text(
             accuracy_page(found.tables, found.bars, found.measured), encoding="utf-8")
 
@@ -98,7 +97,7 @@ def write_chart(found: ChartResults, stem: Path) -> list[Path]:
 
     def write(aside: Path) -> None:
         save_figure(figure, aside / stem.name)
-        _write_json(aside / f"{stem.name}.json", found.as_dict())
+        write_json(aside / f"{stem.name}.json", found.as_dict())
 
     return write_whole(stem.parent, write)
 
@@ -107,8 +106,3 @@ def write_prisms(found: PrismResults, stem: Path) -> list[Path]:
     """Draw the square prisms to `stem.png` and `stem.svg`."""
     figure = draw_prisms(found)
     return write_whole(stem.parent, lambda aside: save_figure(figure, aside / stem.name))
-
-
-def _write_json(file: Path, values: Any) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")

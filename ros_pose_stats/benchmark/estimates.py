@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..estimators.registry import ESTIMATORS
 from ..geometry.poses import RestingPoses
+from ..statistics.simulated_poses import SimulatedPoses
 from .dataset import Dataset
 
 Array = NDArray[np.float64]
@@ -40,3 +41,19 @@ def estimates(poses: list[RestingPoses]) -> dict[str, Array]:
     return {name: np.concatenate([entry.function(one) for one in poses])
             for name, entry in ESTIMATORS.items()
             if not (entry.knows_restitution or entry.knows_drop_height)}
+
+
+def square_errors(values: Array, reference: SimulatedPoses) -> Array:
+    """Mean square error (B,) of each body, the reference's noise taken off.
+
+    Chance makes some negative.
+
+    Parameters
+    ----------
+    values : (P,) array
+        Probabilities in the order of the reference.
+    reference : SimulatedPoses
+        Of bodies 0 ... B - 1 at one restitution.
+    """
+    away = np.square(values - reference.probability) - reference.noise_variance(unbiased=True)
+    return np.bincount(reference.body, away) / np.bincount(reference.body)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from ..errors import RequestError
 
@@ -38,6 +40,12 @@ def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
         for file, target in zip(files, targets, strict=True):
             file.replace(target)
     return targets
+
+
+def write_json(file: Path, values: Any) -> None:
+    """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def refuse_unwritable(folder: Path) -> None:

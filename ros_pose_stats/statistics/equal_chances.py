@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from .errors import error_variances
 from .intervals import jeffreys_interval
 from .simulated_poses import SimulatedPoses
 
@@ -40,8 +41,8 @@ def outcomes(first: Index, first_settled: Index, second: Index, second_settled: 
         `held` is 0 or 1.
     """
     other = second / second_settled
-    variance = (_variance(first, first_settled, poses)
-                + _variance(second, second_settled, poses))
+    variance = (error_variances(first, first_settled, poses)
+                + error_variances(second, second_settled, poses))
     squares = np.square(first / first_settled - other)
     low, high = _intervals(first, first_settled, level)
     return (np.divide(squares, variance, out=np.zeros_like(squares), where=variance > 0.0),
@@ -88,12 +89,6 @@ def _weights(first: Index, second: Index, first_settled: Index, second_settled: 
     logs = -(gammaln(first + 1) + gammaln(first_settled - first + 1)
              + gammaln(second + 1) + gammaln(second_settled - second + 1))
     return np.asarray(np.exp(logs - logs.max(axis=1, keepdims=True)))
-
-
-def _variance(count: Index, settled: Index, poses: Index) -> Array:
-    """The square of `standard_errors`, for many bodies at once."""
-    q = (count + 0.5) / (settled + 0.5 * poses)
-    return np.asarray(q * (1.0 - q) / settled)
 
 
 def _intervals(count: Index, settled: Index, level: float) -> tuple[Array, Array]:

@@ -43,8 +43,20 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
                            "count the settled drops alone")
     if settled == 0:
         return np.full(counted.shape, math.nan)
-    q = (counted + 0.5) / (settled + 0.5 * counted.size)
-    return np.asarray(np.sqrt(q * (1.0 - q) / settled))
+    return np.sqrt(error_variances(counted, settled, counted.size))
+
+
+def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> Array:
+    """Squares of `standard_errors`, for poses of many parts at once.
+
+    Parameters
+    ----------
+    counts, settled, poses : array
+        Of each pose: its count, the settled drops of its part, above 0, and the part's poses.
+    """
+    total = np.asarray(settled, dtype=float)
+    q = (np.asarray(counts, dtype=float) + 0.5) / (total + 0.5 * np.asarray(poses, dtype=float))
+    return np.asarray(q * (1.0 - q) / total)
 
 
 def expected_error(errors: ArrayLike) -> float:

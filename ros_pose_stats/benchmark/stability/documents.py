@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from ...plots.files import save_figure
-from ..whole_files import write_whole
+from ..whole_files import write_json, write_whole
 from .figure import draw_reliability, draw_walk
 from .run import Curve, StabilityResults, WalkResults
 from .text import stability_page
@@ -31,9 +30,7 @@ def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
         for one in found.walks:
             save_figure(draw_walk(one), aside / "figures" / f"stability_{one.walk.name}")
         save_figure(draw_reliability(found), aside / "figures" / "stability_reliability")
-        (aside / "benchmarks").mkdir(exist_ok=True)
-        (aside / "benchmarks" / "stability.json").write_text(
-            json.dumps(as_dict(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_json(aside / "benchmarks" / "stability.json", as_dict(found))
         (aside / "stability.md").write_text(stability_page(found), encoding="utf-8")
 
     return write_whole(folder, write)

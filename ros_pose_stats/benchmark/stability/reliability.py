@@ -13,7 +13,7 @@ from ...estimators.expected import expected_error
 from ...statistics.errors import expected_error as error_of_drops
 from ...statistics.errors import standard_errors
 from ..dataset import Dataset
-from ..estimates import estimates, restings
+from ..estimates import estimates, restings, square_errors
 
 Array = NDArray[np.float64]
 
@@ -66,20 +66,13 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
         for restitution in dataset.spec.restitutions:
             told = [expected_error(name, one, some, restitution).here
                     for one, some in zip(poses, split, strict=True)]
-            yield name, told, _squares(dataset, values, restitution, None)
+            yield name, told, square_errors(values, dataset.simulated(restitution))
     for restitution in dataset.spec.restitutions:
         few = dataset.simulated(restitution, FEW_DROPS)
         told = [error_of_drops(standard_errors(some, int(some.sum())))
                 for some in np.split(few.count, ends)]
-        yield SIMULATION, told, _squares(dataset, few.probability, restitution, FEW_DROPS)
-
-
-def _squares(dataset: Dataset, values: Array, restitution: float, after: int | None) -> Array:
-    """Mean square error (B,) of each part, the reference's noise taken off."""
-    reference = (dataset.simulated(restitution) if after is None
-                 else dataset.rest(restitution, after))
-    away = np.square(values - reference.probability) - reference.noise_variance(unbiased=True)
-    return np.bincount(dataset.body, away) / np.bincount(dataset.body)
+        others = dataset.rest(restitution, FEW_DROPS)
+        yield SIMULATION, told, square_errors(few.probability, others)
 
 
 def _bins(expected: Array, squares: Array) -> tuple[ReliabilityBin, ...]:
