@@ -15,8 +15,8 @@ import numpy as np
 from ..geometry.poses import RestingPoses
 from .energy_absorption import eae, meae
 from .error_weights import ERROR_AT, ERROR_WEIGHTS, USUAL_ERRORS
-from .estimator import Array
-from .quasi_static import nqse, qse
+from .estimator import Array, normalized
+from .quasi_static import nonlinear, qse
 
 UNUSUAL = 2.0
 """Expected error over the usual one from which on the methods disagree."""
@@ -63,9 +63,9 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     """
     if name not in ERROR_WEIGHTS:
         return ExpectedError(math.nan, math.nan, math.nan)
-    squares = np.asarray(ERROR_WEIGHTS[name]) @ error_terms(resting, probability)
-    usual = np.square(USUAL_ERRORS[name])
     known = np.stack([eae(resting), meae(resting), qse(resting)])
+    squares = np.asarray(ERROR_WEIGHTS[name]) @ _terms(resting, probability, known)
+    usual = np.square(USUAL_ERRORS[name])
     return ExpectedError(math.sqrt(np.interp(restitution, ERROR_AT, squares)),
                          math.sqrt(np.interp(restitution, ERROR_AT, usual)),
                          float(np.ptp(known, axis=0).max()))
@@ -77,11 +77,17 @@ def error_terms(resting: RestingPoses, probability: Array) -> Array:
     The estimate against MEAE, MEAE against NQSE, EAE and QSE, and p (1 - p). In the last one,
     poses that symmetry makes equal count as one, shared evenly: symmetry makes no errors.
     """
-    around = meae(resting)
-    apart = [probability - around, around - nqse(resting), around - eae(resting),
-             around - qse(resting)]
+    known = np.stack([eae(resting), meae(resting), qse(resting)])
+    return _terms(resting, probability, known)
+
+
+def _terms(resting: RestingPoses, probability: Array, known: Array) -> Array:
+    """`error_terms` from the answers (3, P) of EAE, MEAE and QSE."""
+    energy, around, toppled = known
+    apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
+                      around - energy, around - toppled])
     group = np.array([pose.group for pose in resting.poses])
     together = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
-    return np.array([*(float(np.mean(one * one)) for one in apart),
-                     float(np.mean(together * np.maximum(1.0 - together, 0.0) / (size * size)))])
+    equal = np.mean(together * np.maximum(1.0 - together, 0.0) / (size * size))
+    return np.append(np.mean(apart * apart, axis=1), equal)
