@@ -81,9 +81,9 @@ def _shallow(poses: Sequence[StablePose]) -> str:
     if not found:
         return ""
     least = 1e3 * min(pose.barrier for pose in found)
-    return (f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left when the centre of "
-            f"mass rises by {least:.2g} mm, far less than others; a vibrating feeder empties "
-            f"{_verb(found, 'it', 'them')}.")
+    return (f"SHALLOW_POSE: {_named(found)} {_verb(found, 'is', 'are')} left at a far smaller "
+            f"rise of the centre of mass than others, the shallowest at {least:.2g} mm; a "
+            f"vibrating feeder empties {_verb(found, 'it', 'them')}.")
 
 
 def _near_tie(resting: RestingPoses) -> str:
