@@ -1,0 +1,155 @@
+"""The cheapest method that reaches a target error."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimators import estimate_all
+from ..geometry.poses import resting_poses
+from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..simulation import simulate
+from ..simulation.request import drop_request
+from ..statistics.intervals import DEFAULT_LEVEL
+from ..statistics.posterior import PosePrior, error_quantile
+from ..statistics.prefix import Judge
+from .hybrid import FIRST_LOOK, combined_progress, hybrid_statistics
+from .prior import low_drop, pose_prior
+from .time_limit import TimeLimit
+
+Counts = NDArray[np.int64]
+
+MOST_DROPS = 10_000_000
+"""Drops that a target may cost where the caller sets no bound."""
+
+WORTHLESS = 0.02
+"""An estimate that stands for less than this share of the drops needed is left out."""
+
+BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
+
+
+def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
+         restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+         drop_height: float | None = None, max_seconds: float = 0.0,
+         workers: int | None = None,
+         on_progress: Callable[[DropProgress], object] | None = None,
+         should_stop: Callable[[], bool] | None = None, *,
+         cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+    """Pose statistics that keep a target error, by the cheapest method that does.
+
+    The target is kept if the root mean square error over the poses, against what infinitely
+    many drops would give, is at most the target with a probability of 90 %. An estimate
+    answers if it is that sure of this part; else as many drops as needed, with the estimate's
+    help; without it where the estimate stands for next to no drops.
+
+    Parameters
+    ----------
+    part : Part
+        As from `load_part` or `part_from_mesh`.
+    target_error : float
+        A fraction, 0 to below 1; 0 asks for the best estimate at once.
+    drops : int, optional
+        The most, 1 to 1e9. Default: 10 million.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    seed, drop_height, workers, on_progress, should_stop, cluster_tolerance
+        As for `hybrid`.
+    max_seconds : float
+        Ends the drops, with a warning; the answer then depends on the speed of the machine.
+        0 for no limit.
+
+    Returns
+    -------
+    PoseStatistics
+        `method` is the one that was used, `choice` says why.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    MeshError
+        If the part's hull does not enclose its centre of mass.
+    """
+    begin = time.perf_counter()
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    drops = MOST_DROPS if drops is None else drops
+    drop_request(drops, seed, target_error, workers, "random", None)  # refused before all else
+    in_time = TimeLimit(max_seconds, begin, should_stop)
+    resting = resting_poses(part, scene.cluster_tolerance)
+    prior = pose_prior(resting, scene)
+    best = best_estimate(part, scene)
+    bound = estimate_bound(best, prior)
+    if target_error == 0.0:
+        found, choice = best, (f"{best.method} is expected to be the most accurate estimate of "
+                               f"this part, and no target error was asked for.")
+    elif bound <= target_error and not low_drop(resting, scene):
+        found, choice = best, (f"{best.method} alone is within {_points(bound)} with 90 % "
+                               f"confidence, and {_points(target_error)} were asked for.")
+    else:
+        helped = worthwhile(prior, target_error)
+        judge = Judge(prior_bound(prior) if helped else plain_bound, BOUND, FIRST_LOOK)
+        counted = simulate(
+            part, drops, restitution, seed, drop_height, target_error, workers,
+            on_progress=combined_progress(prior, on_progress) if helped else on_progress,
+            should_stop=in_time.over, cluster_tolerance=cluster_tolerance, judge=judge)
+        found = hybrid_statistics(counted, prior) if helped else counted
+        choice = _why_drops(found, best, bound, target_error, helped)
+    return replace(found, choice=choice, seconds=time.perf_counter() - begin,
+                   warnings=(*found.warnings, *in_time.warnings(found.drops)))
+
+
+def best_estimate(part: Part, scene: DropScene) -> PoseStatistics:
+    """The estimate with the least expected error on this part in this scene."""
+    found = estimate_all(part, restitution=scene.restitution, drop_height=scene.drop_height,
+                         cluster_tolerance=scene.cluster_tolerance)
+    return min(found, key=lambda one: math.inf if math.isnan(one.expected_error)
+               else one.expected_error)
+
+
+def estimate_bound(best: PoseStatistics, prior: PosePrior) -> float:
+    """Error that an estimate keeps with a probability of 90 %: errors scatter over parts.
+
+    They are taken to scatter as much, in proportion, as those of the base estimate.
+    """
+    base = prior.updated(np.zeros(len(best.poses)))
+    if base.expected_error == 0.0:
+        return 0.0
+    return best.expected_error * base.error_quantile() / base.expected_error
+
+
+def worthwhile(prior: PosePrior, target_error: float) -> bool:
+    """Whether an estimate, or symmetry, saves a share of the drops that is worth having."""
+    needed = (1.0 - float(prior.mean @ prior.mean)) / (len(prior.unit) * target_error ** 2)
+    return len(prior.size) < len(prior.unit) or prior.strength > WORTHLESS * needed
+
+
+def prior_bound(prior: PosePrior) -> Callable[[Counts], float]:
+    """The bound of the error by the counts and an estimate."""
+    return lambda counts: prior.updated(counts).error_quantile()
+
+
+def plain_bound(counts: Counts) -> float:
+    """The bound of the error by the counts alone; infinite where nothing was counted."""
+    total = float(counts.sum())
+    if total == 0.0:
+        return math.inf
+    return error_quantile((counts + 0.5) / (total + 0.5 * counts.size), total, DEFAULT_LEVEL)
+
+
+def _why_drops(found: PoseStatistics, best: PoseStatistics, bound: float, target_error: float,
+               helped: bool) -> str:
+    alone = (f"{best.method} alone is within {_points(bound)} with 90 % confidence, not "
+             f"{_points(target_error)}")
+    if helped:
+        return f"{alone}; its like and {found.drops} drops together say more."
+    return f"{alone}, and is worth too few drops to matter; {found.drops} were counted."
+
+
+def _points(error: float) -> str:
+    return f"{100.0 * error:.2g} points"
