@@ -144,11 +144,11 @@ def plain_bound(counts: Counts) -> float:
 
 def _why_drops(found: PoseStatistics, best: PoseStatistics, bound: float, target_error: float,
                helped: bool) -> str:
-    alone = (f"{best.method} alone is within {_points(bound)} with 90 % confidence, not "
+    alone = (f"{best.method} alone is within {_points(bound)} with 90 % confidence, not within "
              f"{_points(target_error)}")
     if helped:
-        return f"{alone}; its like and {found.drops} drops together say more."
-    return f"{alone}, and is worth too few drops to matter; {found.drops} were counted."
+        return f"{alone}; so {found.drops} drops were added."
+    return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."
 
 
 def _points(error: float) -> str:

@@ -89,7 +89,8 @@ class PosePrior:
             raise RequestError(f"a group for each of {given.size} poses",
                                f"{self.unit.size}", "give poses of their own group each")
         self.size: Index = np.bincount(self.unit)
-        self.mean: Array = _thinned(np.bincount(self.unit, given), self.size, how.faint)
+        together = np.bincount(self.unit, given).astype(np.float64)
+        self.mean: Array = _thinned(together, self.size, how.faint)
         log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
         self.strength = self._implied(expected_error) * math.exp(how.center)
         firm = 1.0 + how.sure * self.size / self.mean
@@ -146,9 +147,9 @@ class PosePrior:
     def _pooled(self, counts: ArrayLike) -> Array:
         counted = np.asarray(counts, dtype=np.float64)
         if counted.shape != self.unit.shape or not (counted >= 0.0).all():
-            raise RequestError(f"{self.unit.size} counts from 0 up", f"{counts}",
+            raise RequestError(f"{self.unit.size} counts from 0 up", f"{counted}",
                                "count the settled drops of each pose")
-        return np.bincount(self.unit, counted)
+        return np.bincount(self.unit, counted).astype(np.float64)
 
 
 def _thinned(together: Array, size: Index, faint: float) -> Array:
@@ -165,5 +166,5 @@ def _probabilities(estimate: ArrayLike) -> Array:
     if given.ndim != 1 or given.size == 0 or not (given >= 0.0).all() or not (
             abs(given.sum() - 1.0) < 1e-6):
         raise RequestError("probabilities of one pose at least, with a sum of 1",
-                           f"{estimate}", "give an estimate of all poses")
+                           f"{given}", "give an estimate of all poses")
     return given
