@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimators import estimate_all
+from ..estimators import ESTIMATORS, estimate
+from ..estimators.error_weights import ERROR_AT, USUAL_ERRORS
 from ..geometry.poses import resting_poses
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
@@ -18,6 +19,7 @@ from ..simulation import simulate
 from ..simulation.request import drop_request
 from ..statistics.intervals import DEFAULT_LEVEL
 from ..statistics.posterior import PosePrior, error_quantile
+from ..statistics.posterior.fitted import BOUND_FACTORS, FITTED_AT
 from ..statistics.prefix import Judge
 from .hybrid import FIRST_LOOK, combined_progress, hybrid_statistics
 from .prior import low_drop, pose_prior
@@ -30,6 +32,9 @@ MOST_DROPS = 10_000_000
 
 WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
+
+LEAST_POINTS = 0.01
+"""What is told of an error that symmetry makes vanish."""
 
 BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
 
@@ -83,8 +88,9 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     in_time = TimeLimit(max_seconds, begin, should_stop)
     resting = resting_poses(part, scene.cluster_tolerance)
     prior = pose_prior(resting, scene)
-    best = best_estimate(part, scene)
-    bound = estimate_bound(best, prior)
+    best = estimate(part, best_method(restitution), restitution=restitution,
+                    drop_height=drop_height, cluster_tolerance=cluster_tolerance)
+    bound = estimate_bound(best)
     if target_error == 0.0:
         found, choice = best, (f"{best.method} is expected to be the most accurate estimate of "
                                f"this part, and no target error was asked for.")
@@ -99,28 +105,26 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
             on_progress=combined_progress(prior, on_progress) if helped else on_progress,
             should_stop=in_time.over, cluster_tolerance=cluster_tolerance, judge=judge)
         found = hybrid_statistics(counted, prior) if helped else counted
-        choice = _why_drops(found, best, bound, target_error, helped)
+        choice = (f"Estimates do not know so low a drop; so {found.drops} drops were counted."
+                  if low_drop(resting, scene)
+                  else _why_drops(found, best, bound, target_error, helped))
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
 
 
-def best_estimate(part: Part, scene: DropScene) -> PoseStatistics:
-    """The estimate with the least expected error on this part in this scene."""
-    found = estimate_all(part, restitution=scene.restitution, drop_height=scene.drop_height,
-                         cluster_tolerance=scene.cluster_tolerance)
-    return min(found, key=lambda one: math.inf if math.isnan(one.expected_error)
-               else one.expected_error)
+def best_method(restitution: float) -> str:
+    """The estimator that errs least on the reference parts at a restitution."""
+    def usual(name: str) -> float:
+        squares = np.square(USUAL_ERRORS[name])
+        return float(np.interp(restitution, ERROR_AT, squares))
+
+    return min((name for name in ESTIMATORS if name in USUAL_ERRORS), key=usual)
 
 
-def estimate_bound(best: PoseStatistics, prior: PosePrior) -> float:
-    """Error that an estimate keeps with a probability of 90 %: errors scatter over parts.
-
-    They are taken to scatter as much, in proportion, as those of the base estimate.
-    """
-    base = prior.updated(np.zeros(len(best.poses)))
-    if base.expected_error == 0.0:
-        return 0.0
-    return best.expected_error * base.error_quantile() / base.expected_error
+def estimate_bound(best: PoseStatistics) -> float:
+    """Error that an estimate keeps on nine parts out of ten: errors scatter over parts."""
+    factor = np.interp(best.restitution, FITTED_AT, BOUND_FACTORS[best.method])
+    return best.expected_error * float(factor)
 
 
 def worthwhile(prior: PosePrior, target_error: float) -> bool:
@@ -152,4 +156,4 @@ def _why_drops(found: PoseStatistics, best: PoseStatistics, bound: float, target
 
 
 def _points(error: float) -> str:
-    return f"{100.0 * error:.2g} points"
+    return f"{max(100.0 * error, LEAST_POINTS):.2g} points"

@@ -27,6 +27,9 @@ LAST_CHUNKS = 16
 GROWTH = 8
 """A chunk has at most this many times the drops of the largest one before."""
 
+FEWEST_AHEAD, SHARE_AHEAD = 8, 0.5
+"""A run that may end at any checkpoint has at most so much of what is done in hand, or so few."""
+
 POLL_SECONDS = 0.01
 """How often a stop is looked for while workers are busy."""
 
@@ -53,15 +56,19 @@ class ChunkRun:
         Asked from the caller's thread; True ends the run after the chunks in hand.
     background : bool
         Workers give way to other threads.
+    may_end_early : bool
+        Whether the run may be over before the bound, so that drops ahead may be in vain.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
-                 should_stop: Callable[[], bool], background: bool = False) -> None:
+                 should_stop: Callable[[], bool], background: bool = False,
+                 may_end_early: bool = False) -> None:
         self._drop = drop
         self._bound = drops
         self._workers = workers
         self._should_stop = should_stop
         self._background = background
+        self._may_end_early = may_end_early
         self._lock = threading.Lock()
         self._next = 0
         self._size = FIRST_CHUNK
@@ -135,6 +142,9 @@ class ChunkRun:
             # Towards the end the chunks get smaller, so that all workers end together.
             fair = -(-(self._bound - self._next) // (2 * self._workers))
             count = min(self._size, max(fair, LAST_CHUNKS), self._bound - self._next)
+            if self._may_end_early:
+                ahead = int(SHARE_AHEAD * self._next / self._workers)
+                count = min(count, max(ahead, FEWEST_AHEAD))
             self._next += count
             return self._next - count, count
 

@@ -106,7 +106,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         return prefix.finished or (should_stop is not None and bool(should_stop()))
 
     chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop,
-                      background)
+                      background, request.target_error > 0.0)
     for outcomes in chunks.in_order():
         first, kept = prefix.drops, prefix.add(outcomes.pose)
         if on_drops is not None and kept:
