@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
-from ros_pose_stats.benchmark.estimates import restings
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.estimators.registry import estimator
 from ros_pose_stats.geometry.poses import RestingPoses
+from ros_pose_stats.planning.prior import estimated
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
 
 Array = NDArray[np.float64]
@@ -55,19 +54,19 @@ def samples(method: str, every: int = 1) -> list[Sample]:
 
 
 def _samples(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
-    poses = restings(dataset)
     for number in numbers:
+        resting = dataset.resting(number)
         span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
         for restitution in RESTITUTIONS:
             which = dataset.spec.restitutions.index(restitution)
-            yield sample_of(number, poses[number], restitution, method,
+            yield sample_of(number, resting, restitution, method,
                             dataset.arrays["count"][span, which].T.astype(np.int64))
 
 
 def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
               blocks: Index) -> Sample:
     """A body, estimated."""
-    estimate = estimator(method).function(resting)
+    estimate = estimated(method, resting)
     error = expected_error(method, resting, estimate, restitution).here
     group = np.array([pose.group for pose in resting.poses])
     return Sample(number, restitution, estimate, error, group, blocks)

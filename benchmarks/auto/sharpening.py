@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import resting_poses
-from ros_pose_stats.estimators.registry import estimator
+from ros_pose_stats.planning.prior import estimated
 from ros_pose_stats.statistics.posterior import PosePrior
 from ros_pose_stats.statistics.posterior.bound import beta_like
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
@@ -76,11 +76,11 @@ def coverage(cases: Sequence[Case]) -> Section:
     for drops in (0, *DROPS):
         inside = np.concatenate([_covered(one, prior, drops)
                                  for one, prior in zip(cases, priors, strict=True)])
-        shares = {name: float(inside[kind].mean()) for name, kind in kinds.items()}
+        shares = {name: float(inside[kind].mean()) for name, kind in kinds.items() if kind.any()}
         kept = np.mean([_kept(one, prior, drops)
                         for one, prior in zip(cases, priors, strict=True)])
         rows.append(Row(f"{drops} drops", {
-            **{name: 100.0 * share for name, share in shares.items()},
+            **{name: 100.0 * shares[name] if name in shares else "-" for name in kinds},
             "bound kept": 100.0 * float(kept)}, _covered_targets(shares)))
     return Section("hybrid_coverage", "How well hybrid knows itself", COVERAGE_TIMED, tuple(rows))
 
@@ -108,7 +108,7 @@ def needed(cases: Sequence[Case]) -> Section:
 
 
 def _estimate(case: Case) -> Array:
-    return estimator(FITTED_METHOD).function(resting_poses(case.part(), TOLERANCE))
+    return estimated(FITTED_METHOD, resting_poses(case.part(), TOLERANCE))
 
 
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from ..statistics.posterior import PosePrior, error_quantile
 from ..statistics.posterior.fitted import BOUND_FACTORS, FITTED_AT
 from ..statistics.prefix import Judge
 from .hybrid import FIRST_LOOK, combined_progress, hybrid_statistics
+from .hybrid import METHOD as HYBRID
 from .prior import low_drop, pose_prior
 from .time_limit import TimeLimit
 
@@ -83,33 +85,47 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance)
-    drops = MOST_DROPS if drops is None else drops
-    drop_request(drops, seed, target_error, workers, "random", None)  # refused before all else
+    asked = _Asked(target_error, MOST_DROPS if drops is None else drops, seed, workers)
+    drop_request(asked.drops, seed, target_error, workers, "random", None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    resting = resting_poses(part, scene.cluster_tolerance)
-    prior = pose_prior(resting, scene)
     best = estimate(part, best_method(restitution), restitution=restitution,
                     drop_height=drop_height, cluster_tolerance=cluster_tolerance)
-    bound = estimate_bound(best)
+    too_low = low_drop(resting_poses(part, cluster_tolerance), scene)
+    bound = math.inf if too_low else estimate_bound(best)
     if target_error == 0.0:
         found, choice = best, (f"{best.method} is expected to be the most accurate estimate of "
                                f"this part, and no target error was asked for.")
-    elif bound <= target_error and not low_drop(resting, scene):
+    elif bound <= target_error:
         found, choice = best, (f"{best.method} alone is within {_points(bound)} with 90 % "
                                f"confidence, and {_points(target_error)} were asked for.")
     else:
-        helped = worthwhile(prior, target_error)
-        judge = Judge(prior_bound(prior) if helped else plain_bound, BOUND, FIRST_LOOK)
-        counted = simulate(
-            part, drops, restitution, seed, drop_height, target_error, workers,
-            on_progress=combined_progress(prior, on_progress) if helped else on_progress,
-            should_stop=in_time.over, cluster_tolerance=cluster_tolerance, judge=judge)
-        found = hybrid_statistics(counted, prior) if helped else counted
-        choice = (f"Estimates do not know so low a drop; so {found.drops} drops were counted."
-                  if low_drop(resting, scene)
-                  else _why_drops(found, best, bound, target_error, helped))
+        found = _dropped(part, scene, asked, on_progress, in_time)
+        choice = _why_drops(found, best.method, bound, target_error)
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
+
+
+class _Asked(NamedTuple):
+    """What `auto` hands on to the drops."""
+
+    target_error: float
+    drops: int
+    seed: int | None
+    workers: int | None
+
+
+def _dropped(part: Part, scene: DropScene, asked: _Asked,
+             on_progress: Callable[[DropProgress], object] | None,
+             in_time: TimeLimit) -> PoseStatistics:
+    """As many drops as the target needs, with the estimate's help where it has some worth."""
+    prior = pose_prior(resting_poses(part, scene.cluster_tolerance), scene)
+    helped = worthwhile(prior, asked.target_error)
+    counted = simulate(
+        part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,
+        asked.workers, should_stop=in_time.over, cluster_tolerance=scene.cluster_tolerance,
+        on_progress=combined_progress(prior, on_progress) if helped else on_progress,
+        judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND, FIRST_LOOK))
+    return hybrid_statistics(counted, prior) if helped else counted
 
 
 def best_method(restitution: float) -> str:
@@ -122,9 +138,13 @@ def best_method(restitution: float) -> str:
 
 
 def estimate_bound(best: PoseStatistics) -> float:
-    """Error that an estimate keeps on nine parts out of ten: errors scatter over parts."""
-    factor = np.interp(best.restitution, FITTED_AT, BOUND_FACTORS[best.method])
-    return best.expected_error * float(factor)
+    """Error that an estimate keeps on nine parts out of ten: errors scatter over parts.
+
+    A method that the fit has not seen is taken to scatter like the one that scatters most.
+    """
+    worst = tuple(np.max(list(BOUND_FACTORS.values()), axis=0))
+    factors = BOUND_FACTORS.get(best.method, worst)
+    return best.expected_error * float(np.interp(best.restitution, FITTED_AT, factors))
 
 
 def worthwhile(prior: PosePrior, target_error: float) -> bool:
@@ -146,11 +166,12 @@ def plain_bound(counts: Counts) -> float:
     return error_quantile((counts + 0.5) / (total + 0.5 * counts.size), total, DEFAULT_LEVEL)
 
 
-def _why_drops(found: PoseStatistics, best: PoseStatistics, bound: float, target_error: float,
-               helped: bool) -> str:
-    alone = (f"{best.method} alone is within {_points(bound)} with 90 % confidence, not within "
+def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:
+    if math.isinf(bound):
+        return f"Estimates do not know so low a drop; so {found.drops} drops were counted."
+    alone = (f"{method} alone is within {_points(bound)} with 90 % confidence, not within "
              f"{_points(target_error)}")
-    if helped:
+    if found.method == HYBRID:
         return f"{alone}; so {found.drops} drops were added."
     return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..geometry.poses import RestingPoses
@@ -25,11 +28,16 @@ def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     scene : DropScene
     """
     base = estimator(FITTED_METHOD)
-    estimate = base.function(resting)
+    estimate = estimated(base.name, resting)
     known = base.knows_drop_height or not low_drop(resting, scene)
     expected = expected_error(base.name, resting, estimate, scene.restitution).here
     return PosePrior(estimate, [pose.group for pose in resting.poses],
                      expected if known else math.nan, scene.restitution)
+
+
+def estimated(method: str, resting: RestingPoses) -> NDArray[np.float64]:
+    """Probabilities (P,) by an estimator, in the order of `index`."""
+    return estimator(method).function(resting)
 
 
 def low_drop(resting: RestingPoses, scene: DropScene) -> bool:

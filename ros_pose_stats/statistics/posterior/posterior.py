@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..intervals import DEFAULT_LEVEL
-from .bound import ErrorMoments, beta_like, error_moments
+from .bound import SquareError, beta_like, square_error
 from .shortest import shortest_interval
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Posterior:
     standard_error: Array
     _unit: Index
     _size: Index
-    _error: ErrorMoments
+    _error: SquareError
 
     @classmethod
     def mixed(cls, weight: Array, mean: Array, variance: Array, unit: Index,
@@ -54,27 +54,22 @@ class Posterior:
         spread = weight @ (variance + away * away)
         share = 1.0 / size
         return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size,
-                   error_moments(weight, mean, variance, away, size))
+                   square_error(weight, mean, variance, away, size))
 
     @property
     def expected_error(self) -> float:
         """Root mean square over the poses of their standard errors, as a fraction."""
-        return math.sqrt(self._error.mean)
+        return math.sqrt(self._error.expected)
 
-    def error_quantile(self, level: float = DEFAULT_LEVEL,
-                       answer: ArrayLike | None = None) -> float:
+    def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
         """Bound that the root mean square error over the poses keeps with this probability.
 
         Parameters
         ----------
         level : float
             0 < level < 1.
-        answer : (P,) array, optional
-            The probabilities whose error is meant. Default: the means.
         """
-        away = 0.0 if answer is None else float(
-            np.mean(np.square(np.asarray(answer, dtype=np.float64) - self.probability)))
-        return self._error.quantile(level, away)
+        return math.sqrt(self._error.quantile(level))
 
     def interval(self, level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
