@@ -35,6 +35,9 @@ MOST_DROPS = 10_000_000
 WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
 
+SOON = 0.7
+"""The first look, in the drops for which the expected error is the target; its bound needs more."""
+
 LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
 
@@ -124,7 +127,8 @@ def _dropped(part: Part, scene: DropScene, asked: _Asked,
         part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,
         asked.workers, should_stop=in_time.over, cluster_tolerance=scene.cluster_tolerance,
         on_progress=combined_progress(prior, on_progress) if helped else on_progress,
-        judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND, FIRST_LOOK))
+        judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND,
+                    first_look(prior, asked.target_error, helped)))
     return hybrid_statistics(counted, prior) if helped else counted
 
 
@@ -149,8 +153,23 @@ def estimate_bound(best: PoseStatistics) -> float:
 
 def worthwhile(prior: PosePrior, target_error: float) -> bool:
     """Whether an estimate, or symmetry, saves a share of the drops that is worth having."""
-    needed = (1.0 - float(prior.mean @ prior.mean)) / (len(prior.unit) * target_error ** 2)
-    return len(prior.size) < len(prior.unit) or prior.strength > WORTHLESS * needed
+    return (len(prior.size) < len(prior.unit)
+            or prior.strength > WORTHLESS * plain_drops(prior, target_error))
+
+
+def plain_drops(prior: PosePrior, target_error: float) -> float:
+    """Drops for which the expected error is the target, by themselves, if the estimate is right."""
+    spread = prior.mean * (1.0 - prior.mean) / prior.size
+    return float(spread.sum()) / (len(prior.unit) * target_error ** 2)
+
+
+def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
+    """Drops before the first look: a look costs as much as a dozen drops, and few are enough.
+
+    It depends on part, scene and target alone, so the answer does not depend on the timing.
+    """
+    needed = plain_drops(prior, target_error) - (prior.strength if helped else 0.0)
+    return max(FIRST_LOOK, int(SOON * needed))
 
 
 def prior_bound(prior: PosePrior) -> Callable[[Counts], float]:

@@ -27,9 +27,6 @@ LAST_CHUNKS = 16
 GROWTH = 8
 """A chunk has at most this many times the drops of the largest one before."""
 
-FEWEST_AHEAD, SHARE_AHEAD = 8, 0.5
-"""A run that may end at any checkpoint has at most so much of what is done in hand, or so few."""
-
 POLL_SECONDS = 0.01
 """How often a stop is looked for while workers are busy."""
 
@@ -56,20 +53,20 @@ class ChunkRun:
         Asked from the caller's thread; True ends the run after the chunks in hand.
     background : bool
         Workers give way to other threads.
-    may_end_early : bool
-        Whether the run may be over before the bound, so that drops ahead may be in vain.
+    wanted : int, optional
+        Drops that are wanted for certain; default: all. See `want`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
                  should_stop: Callable[[], bool], background: bool = False,
-                 may_end_early: bool = False) -> None:
+                 wanted: int | None = None) -> None:
         self._drop = drop
         self._bound = drops
         self._workers = workers
         self._should_stop = should_stop
         self._background = background
-        self._may_end_early = may_end_early
-        self._lock = threading.Lock()
+        self._wanted = drops if wanted is None else wanted
+        self._lock = threading.Condition()
         self._next = 0
         self._size = FIRST_CHUNK
         self._stopped = False
@@ -79,6 +76,16 @@ class ChunkRun:
         """Hand out no more chunks."""
         with self._lock:
             self._stopped = True
+            self._lock.notify_all()
+
+    def want(self, drops: int) -> None:
+        """Hand out chunks up to that many drops; beyond them the workers wait.
+
+        A run that is looked at now and then would else do drops in vain after its last look.
+        """
+        with self._lock:
+            self._wanted = drops
+            self._lock.notify_all()
 
     def in_order(self) -> Iterator[DropOutcomes]:
         """Outcomes as they come, from drop 0 on without gaps.
@@ -137,14 +144,14 @@ class ChunkRun:
     def _take(self) -> tuple[int, int]:
         """The next chunk's first drop and size; size 0 if there is none."""
         with self._lock:
+            self._lock.wait_for(lambda: self._stopped or self._next < self._wanted
+                                or self._next >= self._bound)
             if self._stopped:
                 return self._next, 0
             # Towards the end the chunks get smaller, so that all workers end together.
-            fair = -(-(self._bound - self._next) // (2 * self._workers))
-            count = min(self._size, max(fair, LAST_CHUNKS), self._bound - self._next)
-            if self._may_end_early:
-                ahead = int(SHARE_AHEAD * self._next / self._workers)
-                count = min(count, max(ahead, FEWEST_AHEAD))
+            left = self._wanted - self._next
+            fair = -(-left // (2 * self._workers))
+            count = min(self._size, max(fair, LAST_CHUNKS), left)
             self._next += count
             return self._next - count, count
 

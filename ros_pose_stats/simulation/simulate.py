@@ -106,7 +106,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         return prefix.finished or (should_stop is not None and bool(should_stop()))
 
     chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop,
-                      background, request.target_error > 0.0)
+                      background, prefix.wanted)
     for outcomes in chunks.in_order():
         first, kept = prefix.drops, prefix.add(outcomes.pose)
         if on_drops is not None and kept:
@@ -114,6 +114,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         touched += int(outcomes.touched[:kept].sum())
         if prefix.finished:
             chunks.stop()
+        chunks.want(prefix.wanted)
         if on_progress is not None and kept:
             on_progress(DropProgress(
                 prefix.drops, request.drops, prefix.drops - prefix.settled,

@@ -64,6 +64,7 @@ class Prefix:
         self.finished = False
         self._sums = BlockSums(poses) if blocks else None
         self._judge = judge
+        self._judged = -1, math.nan
         self._first = FIRST_CHECKPOINT if judge is None else judge.first
         self._next = next_checkpoint(0, drops, self._first)
 
@@ -71,6 +72,11 @@ class Prefix:
     def settled(self) -> int:
         """Drops that came to rest."""
         return int(self.counts.sum())
+
+    @property
+    def wanted(self) -> int:
+        """Drops up to the next look; up to the bound where no look can end the run."""
+        return self._next if self.target_error > 0.0 else self.bound
 
     def add(self, outcomes: Index) -> int:
         """Lengthen the prefix; return how many of the drops were still wanted.
@@ -106,7 +112,9 @@ class Prefix:
     def expected_error(self) -> float:
         """Root mean square of the standard errors, or what the judge says."""
         if self._judge is not None:
-            return self._judge.error(self.counts)
+            if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
+                self._judged = self.drops, self._judge.error(self.counts)
+            return self._judged[1]
         return expected_error(self.standard_errors())
 
     def interval(self) -> tuple[Array, Array]:
