@@ -36,7 +36,7 @@ WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
 
 SOON = 0.7
-"""The first look, in the drops for which the expected error is the target; its bound needs more."""
+"""The first look, in drops for which the expected error is the target; its bound needs more."""
 
 LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
@@ -158,7 +158,7 @@ def worthwhile(prior: PosePrior, target_error: float) -> bool:
 
 
 def plain_drops(prior: PosePrior, target_error: float) -> float:
-    """Drops for which the expected error is the target, by themselves, if the estimate is right."""
+    """Drops that have the target as their expected error, if the estimate is about right."""
     spread = prior.mean * (1.0 - prior.mean) / prior.size
     return float(spread.sum()) / (len(prior.unit) * target_error ** 2)
 
