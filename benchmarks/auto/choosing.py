@@ -55,11 +55,11 @@ def choosing(cases: Sequence[Case]) -> Section:
                          for one, (found, _) in zip(cases, answers, strict=True)])
         single = _best(cases, priors, some, target)
         seconds = float(np.mean([spent for _, spent in answers[::TIMED_EVERY]]))
-        rows.append(_row(f"{100.0 * target:g} points", kept, seconds, single,
+        rows.append(_row(f"auto, {100.0 * target:g} points", kept, seconds, single,
                          Counter(found.method for found, _ in answers)))
         totals += seconds, single[1]
         kept_all.append(kept)
-    rows.append(_row("all", np.concatenate(kept_all), float(totals[0]),
+    rows.append(_row("auto, all", np.concatenate(kept_all), float(totals[0]),
                      (Policy("each its own", KEPT, _nothing, 0), float(totals[1])), Counter()))
     return Section("auto", "The cheapest method for a target error", TIMED.format(
         len({one.number for one in cases}), int(cases[0].reference.sum()), KEPT, TIMED_EVERY),

@@ -56,7 +56,7 @@ def sharpening(cases: Sequence[Case]) -> Section:
         poses = [one.reference.size for one in cases]
         told = np.average([one.expected_error ** 2 for one in after], weights=poses)
         ratio = both / min(alone, counted)
-        rows.append(Row(f"{drops} drops", {
+        rows.append(Row(f"hybrid, {drops} drops", {
             "estimate": 100.0 * alone, "drops": 100.0 * counted, "hybrid": 100.0 * both,
             "told": 100.0 * math.sqrt(told), "hybrid / better": ratio,
         }, (Target("hybrid / better", ratio, WORSE),)))
@@ -79,7 +79,7 @@ def coverage(cases: Sequence[Case]) -> Section:
         shares = {name: float(inside[kind].mean()) for name, kind in kinds.items() if kind.any()}
         kept = np.mean([_kept(one, prior, drops)
                         for one, prior in zip(cases, priors, strict=True)])
-        rows.append(Row(f"{drops} drops", {
+        rows.append(Row(f"hybrid, {drops} drops", {
             **{name: 100.0 * shares[name] if name in shares else "-" for name in kinds},
             "bound kept": 100.0 * float(kept)}, _off(shares)))
     return Section("hybrid_coverage", "How well hybrid knows itself", COVERAGE_TIMED, tuple(rows))
@@ -102,7 +102,7 @@ def needed(cases: Sequence[Case]) -> Section:
         cells = {name: _crossing(steps, curve, error ** 2) for name, curve in curves.items()}
         ratio = cells["hybrid"] / cells["drops"]
         limit = HALF if error >= 0.02 else 1.0
-        rows.append(Row(f"{100.0 * error:g} points", {**cells, "hybrid / drops": ratio},
+        rows.append(Row(f"hybrid, {100.0 * error:g} points", {**cells, "hybrid / drops": ratio},
                         (Target("hybrid / drops", ratio, limit),)))
     return Section("hybrid_needed", "Drops for an error", NEEDED_TIMED, tuple(rows))
 

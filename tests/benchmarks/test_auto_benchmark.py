@@ -41,7 +41,8 @@ class TestTheRun:
                 assert row.targets
                 assert all(isinstance(cell, str) or math.isfinite(cell)
                            for cell in row.cells.values())
-        assert [row.name for row in found[-1].rows] == ["30 points", "6 points", "all"]
+        assert [row.name for row in found[-1].rows] == ["auto, 30 points", "auto, 6 points",
+                                                     "auto, all"]
         page = rendered([Results({}, tuple(found))])
         assert all(f"## {section.title}" in page for section in found)
 
