@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -14,7 +13,8 @@ from ros_pose_stats.estimators.error_weights import USUAL_ERRORS
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.planning.auto import best_method, estimate_bound, plain_bound
+from ros_pose_stats.planning import confidence
+from ros_pose_stats.planning.confidence import best_method, estimate_bound, plain_bound
 from ros_pose_stats.statistics.posterior.fitted import BOUND_FACTORS
 
 
@@ -53,7 +53,7 @@ def test_drops_are_added_up_to_the_bound(part, workers):
 
 
 def test_an_estimate_worth_nothing_is_left_out(part, monkeypatch):
-    monkeypatch.setattr(sys.modules[auto.__module__], "WORTHLESS", 10.0)
+    monkeypatch.setattr(confidence, "WORTHLESS", 10.0)
     found = auto(part, 0.02, seed=1)
     assert found.method == "simulation"
     assert "worth too few drops" in found.choice
