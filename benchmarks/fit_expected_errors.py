@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
-from ros_pose_stats.benchmark.estimates import estimates, restings, square_errors
+from ros_pose_stats.benchmark.estimates import restings, scene_estimates, square_errors
 from ros_pose_stats.estimators.expected import error_terms
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.poses import RestingPoses
@@ -35,16 +35,17 @@ MODULE = Path(__file__).resolve().parents[1] / "ros_pose_stats/estimators/error_
 
 
 class Sample(NamedTuple):
-    """One method on all parts: terms (B, 5), and square errors (B,) by restitution."""
+    """One method on all parts: terms (B, 5) and square errors (B,), by restitution."""
 
-    terms: Array
+    terms: dict[float, Array]
     squares: dict[float, Array]
 
 
 def samples() -> dict[str, Sample]:
     """By the method's name, over all reference datasets."""
     parts = [_sample(dataset) for dataset in shipped_datasets()]
-    return {name: Sample(np.vstack([one[name].terms for one in parts]),
+    return {name: Sample({rho: np.vstack([one[name].terms[rho] for one in parts])
+                          for rho in RESTITUTIONS},
                          {rho: np.concatenate([one[name].squares[rho] for one in parts])
                           for rho in RESTITUTIONS}) for name in parts[0]}
 
@@ -52,10 +53,12 @@ def samples() -> dict[str, Sample]:
 def _sample(dataset: Dataset) -> dict[str, Sample]:
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
-    return {name: Sample(_terms(poses, np.split(values, ends)),
-                         {rho: square_errors(values, dataset.simulated(rho))
+    told = scene_estimates(dataset, poses)
+    return {name: Sample({rho: _terms(poses, np.split(told[rho][name], ends))
+                          for rho in RESTITUTIONS},
+                         {rho: square_errors(told[rho][name], dataset.simulated(rho))
                           for rho in RESTITUTIONS})
-            for name, values in estimates(poses).items()}
+            for name in ESTIMATORS}
 
 
 def _terms(poses: list[RestingPoses], values: list[Array]) -> Array:
@@ -75,7 +78,7 @@ def source(told: dict[str, Sample]) -> str:
     """The module that holds the weights."""
     weights, usual = [], []
     for name in ESTIMATORS:
-        rows = [fitted(told[name].terms, told[name].squares[rho]) for rho in RESTITUTIONS]
+        rows = [fitted(told[name].terms[rho], told[name].squares[rho]) for rho in RESTITUTIONS]
         lines = [f'        ({", ".join(f"{value:.4g}" for value in row)}),' for row in rows]
         weights.append("\n".join([f'    "{name}": (', *lines, "    ),"]))
         usual.append(f'    "{name}": (' + ", ".join(

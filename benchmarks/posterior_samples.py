@@ -12,6 +12,7 @@ from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.geometry.poses import RestingPoses
 from ros_pose_stats.planning.prior import estimated
+from ros_pose_stats.records import DropScene
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ def _samples(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[
 def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
               blocks: Index) -> Sample:
     """A body, estimated."""
-    estimate = estimated(method, resting)
+    estimate = estimated(method, resting, DropScene(restitution))
     error = expected_error(method, resting, estimate, restitution).here
     group = np.array([pose.group for pose in resting.poses])
     return Sample(number, restitution, estimate, error, group, blocks)

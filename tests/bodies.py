@@ -25,7 +25,8 @@ REGULAR_SOLIDS = {
     "dodecahedron": shapes.dodecahedron(),
     "icosahedron": shapes.icosahedron(),
 }
-METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined")
+METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined",
+           "split")
 
 
 def random_polyhedron(points, seed):

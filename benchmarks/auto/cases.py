@@ -56,8 +56,11 @@ class Case(NamedTuple):
 
     def prior(self) -> PosePrior:
         """What the base estimate says."""
-        return pose_prior(resting_poses(self.part(), TOLERANCE),
-                          DropScene(self.restitution, None, TOLERANCE))
+        return pose_prior(resting_poses(self.part(), TOLERANCE), self.scene())
+
+    def scene(self) -> DropScene:
+        """In which it is dropped."""
+        return DropScene(self.restitution, None, TOLERANCE)
 
     def square_error(self, probability: Array) -> float:
         """Mean square error over the poses, the reference's noise taken off."""

@@ -108,7 +108,7 @@ def needed(cases: Sequence[Case]) -> Section:
 
 
 def _estimate(case: Case) -> Array:
-    return estimated(FITTED_METHOD, resting_poses(case.part(), TOLERANCE))
+    return estimated(FITTED_METHOD, resting_poses(case.part(), TOLERANCE), case.scene())
 
 
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..estimators.registry import ESTIMATORS
 from ..geometry.poses import RestingPoses
+from ..records import DropScene
 from ..statistics.simulated_poses import SimulatedPoses
 from .dataset import Dataset
 
@@ -32,15 +33,32 @@ def restings(dataset: Dataset,
     return found
 
 
-def estimates(poses: list[RestingPoses]) -> dict[str, Array]:
-    """Probabilities (P,) of all bodies' poses by the name of the method.
+def estimates(poses: list[RestingPoses], scene: DropScene,
+              known: dict[str, Array] | None = None) -> dict[str, Array]:
+    """Probabilities (P,) of all bodies' poses in one scene, by the name of the method.
 
-    Of the registered methods those that are blind to the scene: one answer for all
-    restitutions, as in the paper.
+    Parameters
+    ----------
+    poses : list of RestingPoses
+        Of bodies of about the same size: the drop height is in metres.
+    scene : DropScene
+    known : dict of str to (P,) array, optional
+        What was told for another scene: methods that are blind to it are not asked again.
     """
-    return {name: np.concatenate([entry.function(one) for one in poses])
-            for name, entry in ESTIMATORS.items()
-            if not (entry.knows_restitution or entry.knows_drop_height)}
+    again = {} if known is None else known
+    return {name: again[name] if name in again and not entry.knows_restitution
+            else np.concatenate([entry.function(one, scene) for one in poses])
+            for name, entry in ESTIMATORS.items()}
+
+
+def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, dict[str, Array]]:
+    """`estimates` at each restitution of a dataset."""
+    found: dict[float, dict[str, Array]] = {}
+    known = None
+    for restitution in dataset.spec.restitutions:
+        known = estimates(poses, DropScene(restitution, dataset.spec.drop_height, 0.0), known)
+        found[restitution] = known
+    return found
 
 
 def square_errors(values: Array, reference: SimulatedPoses) -> Array:

@@ -41,8 +41,8 @@ def draw_estimators(dataset: Dataset, found: TableResults) -> Figure:
     from ..plots.estimators import Panel, estimators_figure
 
     simulated = _first(dataset, found).probability
-    times = len(dataset.spec.restitutions)
-    panels = [Panel(row.title, np.tile(found.estimates[row.name], times), simulated,
+    told = found.estimates.values()
+    panels = [Panel(row.title, np.concatenate([one[row.name] for one in told]), simulated,
                     row.pooled.error, row.first.largest,
                     (CURVE, nonlinear(CURVE)) if row.name == CURVED else None)
               for row in found.rows]

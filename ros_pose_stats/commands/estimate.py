@@ -12,10 +12,11 @@ from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
 from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
-METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined")
+METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined",
+           "split")
 PLANNED = ("hybrid", "auto")
 """Methods that drop the part, too."""
-DEFAULT_METHOD = "combined"
+DEFAULT_METHOD = "auto"
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

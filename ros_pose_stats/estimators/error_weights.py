@@ -53,6 +53,11 @@ ERROR_WEIGHTS: Final[dict[str, tuple[tuple[float, ...], ...]]] = {
         (0, 0.03344, 0.03177, 0.02826, 0.003423),
         (0, 0.1033, 0.1906, 0.003015, 0.001216),
     ),
+    "split": (
+        (0.1374, 0.03044, 0.005296, 0, 0.004376),
+        (0.3873, 0.005371, 0.01335, 0, 0.002087),
+        (0.1509, 0.003848, 0.01684, 0, 0.002201),
+    ),
 }
 """Of the terms of `expected.error_terms`, at each restitution."""
 
@@ -66,5 +71,6 @@ USUAL_ERRORS: Final[dict[str, tuple[float, ...]]] = {
     "eae": (0.109, 0.082, 0.058),
     "meae": (0.058, 0.036, 0.033),
     "combined": (0.050, 0.035, 0.045),
+    "split": (0.035, 0.025, 0.021),
 }
 """Root mean square error over the parts of the reference datasets, as a fraction."""

@@ -5,15 +5,25 @@ from __future__ import annotations
 import math
 import time
 
+import numpy as np
+
 from ..geometry.poses import RestingPoses, resting_poses
 from ..geometry.trust import pose_warnings
-from ..records import DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, LOW_DROP_RADII
+from ..records import DropScene, Part, PoseStatistics, StablePose
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_DROP_RADII,
+    DEFAULT_RESTITUTION,
+    LOW_DROP_RADII,
+)
 from ..records.statistics import ranked
 from ..version import VERSION
-from .estimator import Estimator
-from .expected import ExpectedError, expected_error
+from .estimator import Array, Estimator
+from .expected import ExpectedError, expected_error, pose_errors
 from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
+
+NORMAL = 1.6448536269514722
+"""Standard errors to either side that hold 90 % of a normal distribution."""
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
@@ -26,11 +36,13 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
     part : Part
         As from `load_part` or `part_from_mesh`.
     method : str
-        `area`, `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`, `meae` or `combined`.
+        `split`, or one of the paper's: `area`, `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`,
+        `meae`, `combined`.
     restitution : float
-        Coefficient of restitution, 0 <= restitution < 1. The methods above ignore it.
+        Coefficient of restitution, 0 <= restitution < 1. The paper's methods ignore it.
     drop_height : float, optional
-        Height of the centre of mass at release, metres. The methods above ignore it.
+        Height of the centre of mass at release, metres. The paper's methods ignore it.
+        Default: 20 part radii.
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
 
@@ -63,24 +75,33 @@ def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
 
 def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
                 begin: float) -> PoseStatistics:
-    probability = chosen.function(resting)
+    probability = chosen.function(resting, scene)
     expected = expected_error(chosen.name, resting, probability, scene.restitution)
-    height = scene.drop_height if chosen.knows_drop_height else None
+    height = scene.drop_height or DEFAULT_DROP_RADII * resting.body.radius
     return PoseStatistics(
         part_id=part.part_id,
         part_digest=part.digest,
         radius=resting.body.radius,
         method=chosen.name,
         restitution=scene.restitution,
-        drop_height=math.nan if height is None else height,
+        drop_height=height if chosen.knows_drop_height else math.nan,
         cluster_tolerance=scene.cluster_tolerance,
-        poses=ranked([pose.with_probability(p) for pose, p in
-                      zip(resting.poses, probability.tolist(), strict=True)]),
+        poses=ranked(_poses(resting, probability, expected.here)),
         expected_error=expected.here,
         seconds=time.perf_counter() - begin,
         warnings=(*part.warnings, *_warnings(resting, chosen, scene, expected)),
         version=VERSION,
     )
+
+
+def _poses(resting: RestingPoses, probability: Array, expected: float) -> list[StablePose]:
+    """Each pose with its error, and 90 % of a normal distribution with it, cut to 0 and 1."""
+    errors = pose_errors(resting, probability, expected)
+    low = np.maximum(probability - NORMAL * errors, 0.0)
+    high = np.minimum(probability + NORMAL * errors, 1.0)
+    return [pose.with_probability(*told) for pose, *told in
+            zip(resting.poses, probability.tolist(), low.tolist(), high.tolist(),
+                errors.tolist(), strict=True)]
 
 
 def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,

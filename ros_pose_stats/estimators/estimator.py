@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.poses import RestingPoses
+from ..records import DropScene
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ class Estimator:
     source : str
         Where it comes from, with the equation.
     function : callable
-        From `RestingPoses` to probabilities (P,), in the order of `index`, summing to 1.
+        From `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`,
+        summing to 1.
     knows_restitution, knows_drop_height : bool
         Whether the scene changes its answer; the paper's estimators are blind to both.
     """
@@ -34,9 +36,14 @@ class Estimator:
     name: str
     title: str
     source: str
-    function: Callable[[RestingPoses], Array]
+    function: Callable[[RestingPoses, DropScene], Array]
     knows_restitution: bool = False
     knows_drop_height: bool = False
+
+
+def blind(function: Callable[[RestingPoses], Array]) -> Callable[[RestingPoses, DropScene], Array]:
+    """An estimator's function that looks at the poses alone, as one of poses and scene."""
+    return lambda resting, _: function(resting)
 
 
 def normalized(weights: Array) -> Array:

@@ -71,6 +71,19 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
                          float(np.ptp(known, axis=0).max()))
 
 
+def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:
+    """Expected error (P,) of each pose, with the root mean square `expected`.
+
+    It is shared as p (1 - p) is, which is what drops would have; poses that symmetry makes
+    equal share what they err together. Where symmetry decides all, nothing errs.
+    """
+    spread = _spread(resting, probability)
+    total = float(spread.sum())
+    if not total > 0.0:
+        return np.full(spread.shape, 0.0 if math.isfinite(expected) else math.nan)
+    return np.asarray(expected * np.sqrt(spread * (spread.size / total)))
+
+
 def error_terms(resting: RestingPoses, probability: Array) -> Array:
     """Terms (5,) of the expected square error, each a mean over the poses.
 
@@ -86,8 +99,12 @@ def _terms(resting: RestingPoses, probability: Array, known: Array) -> Array:
     energy, around, toppled = known
     apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
+    return np.append(np.mean(apart * apart, axis=1), np.mean(_spread(resting, probability)))
+
+
+def _spread(resting: RestingPoses, probability: Array) -> Array:
+    """P (1 - p) of each pose; those that symmetry makes equal count as one, shared evenly."""
     group = np.array([pose.group for pose in resting.poses])
     together = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
-    equal = np.mean(together * np.maximum(1.0 - together, 0.0) / (size * size))
-    return np.append(np.mean(apart * apart, axis=1), equal)
+    return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from ..errors import RequestError
 from ..kernels.equilibria import ways_out
 from ..kernels.silhouette import silhouette, tops
+from ..kernels.split_features import split_features
 from ..kernels.splits import split_probabilities
 from ..records import DropScene, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
@@ -37,11 +38,14 @@ class RestingPoses:
     clusters : Clusters
     poses : tuple of StablePose
         Without probabilities.
+    inertia : (3, 3) array
+        Central inertia in part axes over the mass and the squared radius.
     """
 
     equilibria: Equilibria
     clusters: Clusters
     poses: tuple[StablePose, ...]
+    inertia: Array
 
     @property
     def body(self) -> ConvexBody:
@@ -57,6 +61,14 @@ class RestingPoses:
     def passage_R(self) -> tuple[Array, Array]:  # noqa: N802 - the paper's name
         """Component areas and node probabilities for R; see `split_probabilities`."""
         return self._passage(True)
+
+    @cached_property
+    def split_features(self) -> Array:
+        """What tells the components of each split apart; see `kernels.split_features`."""
+        found = self.equilibria.arrays
+        return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
+                              found.tree, self.clusters.split, self.passage_r[0],
+                              self.passage_R[0], self.inertia)
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
         tree = self.equilibria.arrays.tree
@@ -116,7 +128,8 @@ def resting_poses(part: Part,
         found = equilibria(part)
         grouped = clusters(found, cluster_tolerance)
         poses = _records(part, found, grouped)
-        resting = known[cluster_tolerance] = RestingPoses(found, grouped, poses)
+        resting = known[cluster_tolerance] = RestingPoses(
+            found, grouped, poses, part.inertia / (part.mass * found.body.radius ** 2))
     return resting
 
 

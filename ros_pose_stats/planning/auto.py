@@ -26,7 +26,7 @@ from .confidence import (
 )
 from .hybrid import METHOD as HYBRID
 from .hybrid import combined_progress, hybrid_statistics
-from .prior import low_drop, pose_prior
+from .prior import knows, pose_prior
 from .time_limit import TimeLimit
 
 MOST_DROPS = 10_000_000
@@ -87,8 +87,8 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     in_time = TimeLimit(max_seconds, begin, should_stop)
     best = estimate(part, best_method(restitution), restitution=restitution,
                     drop_height=drop_height, cluster_tolerance=cluster_tolerance)
-    too_low = low_drop(resting_poses(part, cluster_tolerance), scene)
-    bound = math.inf if too_low else estimate_bound(best)
+    bound = estimate_bound(best) if knows(best.method, resting_poses(part, cluster_tolerance),
+                                          scene) else math.inf
     if target_error == 0.0:
         found, choice = best, (f"{best.method} is expected to be the most accurate estimate of "
                                f"this part, and no target error was asked for.")

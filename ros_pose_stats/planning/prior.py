@@ -28,16 +28,20 @@ def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
     scene : DropScene
     """
     base = estimator(FITTED_METHOD)
-    estimate = estimated(base.name, resting)
-    known = base.knows_drop_height or not low_drop(resting, scene)
+    estimate = estimated(base.name, resting, scene)
     expected = expected_error(base.name, resting, estimate, scene.restitution).here
     return PosePrior(estimate, [pose.group for pose in resting.poses],
-                     expected if known else math.nan, scene.restitution)
+                     expected if knows(base.name, resting, scene) else math.nan, scene.restitution)
 
 
-def estimated(method: str, resting: RestingPoses) -> NDArray[np.float64]:
+def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:
     """Probabilities (P,) by an estimator, in the order of `index`."""
-    return estimator(method).function(resting)
+    return estimator(method).function(resting, scene)
+
+
+def knows(method: str, resting: RestingPoses, scene: DropScene) -> bool:
+    """Whether the drop height is one that an estimator knows, or a usual one."""
+    return estimator(method).knows_drop_height or not low_drop(resting, scene)
 
 
 def low_drop(resting: RestingPoses, scene: DropScene) -> bool:

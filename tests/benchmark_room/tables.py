@@ -11,6 +11,7 @@ import numpy as np
 from ros_pose_stats.benchmark.dataset import Dataset, shipped_dataset
 from ros_pose_stats.benchmark.estimates import estimates, restings
 from ros_pose_stats.benchmark.table import table
+from ros_pose_stats.records import DropScene
 
 PER_BODY = ("vertices", "triangles", "poses", "redraws", "center_of_mass", "settled")
 
@@ -56,7 +57,7 @@ def some(bodies):
 def told(bodies):
     """Stable poses and every estimator's probabilities for `some`."""
     known = restings(some(bodies))
-    return known, estimates(known)
+    return known, estimates(known, DropScene(cluster_tolerance=0.0))
 
 
 def drawn(dataset, probability, drops, seed, restitutions=(0.2, 0.5, 0.8)):

@@ -92,7 +92,7 @@ class TestAnOptimizer:
     """On the reference dataset without shift."""
 
     def test_nonlinear_coefficients(self, fits, data):
-        x, s = np.tile(compared().estimates["qse"], 3), data[0].probability
+        x, s = np.tile(compared().estimates[0.2]["qse"], 3), data[0].probability
         bend = (x * (1.0 - x))[:, None] * x[:, None] ** np.arange(4)
         best = minimize(lambda c: 1e4 * np.mean((x + bend @ c - s) ** 2), np.zeros(4),
                         jac=lambda c: 2e4 * bend.T @ (x + bend @ c - s) / len(s),
@@ -103,7 +103,7 @@ class TestAnOptimizer:
     def test_weight(self, fits, data, restitution):
         simulated = data[0] if restitution is None else data[1][restitution]
         times = 3 if restitution is None else 1
-        one, other = (np.tile(compared().estimates[name], times) for name in ("meae", "nqse"))
+        one, other = (np.tile(compared().estimates[0.2][name], times) for name in ("meae", "nqse"))
         best = minimize_scalar(lambda c: 1e4 * np.mean(
             (c * one + (1.0 - c) * other - simulated.probability) ** 2), tol=1e-10)
         name = "combined" if restitution is None else f"combined, {restitution:g}"

@@ -119,7 +119,8 @@ class TestThePaper:
     def test_tied_estimators_differ_by_less_than_two_standard_errors(self):
         dataset, found = shipped(), compared()
         every = pooled([dataset.simulated(one) for one in dataset.spec.restitutions])
-        squares = [(np.tile(found.estimates[name], 3) - every.probability) ** 2
+        told = found.estimates.values()
+        squares = [(np.concatenate([one[name] for one in told]) - every.probability) ** 2
                    - every.noise_variance() for name in sorted(TIED)]
         terms = np.column_stack((*squares, np.ones(len(every.body))))
 
@@ -193,8 +194,9 @@ class TestKnownErrors:
 class TestOutliers:
     def test_they_are_the_largest_of_different_bodies(self, found):
         dataset = some(40)
-        away = np.stack([abs(dataset.simulated(one, 100).probability
-                             - found.estimates["combined"]) for one in (0.2, 0.5, 0.8)], axis=1)
+        combined = found.estimates[0.2]["combined"]
+        away = np.stack([abs(dataset.simulated(one, 100).probability - combined)
+                         for one in (0.2, 0.5, 0.8)], axis=1)
         largest = np.array([away[dataset.body == body].max() for body in range(40)])
         order = np.argsort(-largest)[:3]
         assert [one.body for one in found.outliers] == order.tolist()

@@ -66,10 +66,10 @@ class TestTable:
     def test_all_methods_side_by_side(self, folder, capsys):
         text = printed(capsys, folder / "box.stl", "--unit", "mm", "--method", "all")
         (header,) = (line for line in text.splitlines() if "csae" in line)
-        assert header.split()[2:11] == list(METHODS)
+        assert header.split()[2:12] == list(METHODS)
         rows = [line.split() for line in text.splitlines() if line[:4].strip().isdigit()]
-        columns = np.array([[float(x) for x in row[2:11]] for row in rows])
-        assert columns.shape == (6, 9)
+        columns = np.array([[float(x) for x in row[2:12]] for row in rows])
+        assert columns.shape == (6, 10)
         assert columns.sum(axis=0) == pytest.approx(100.0, abs=0.05)
 
     def test_plain_where_the_terminal_is_not_utf8(self, folder):
@@ -84,7 +84,7 @@ class TestTable:
         assert "UNIT_SUSPECT: " in printed(capsys, folder / "box.stl")
         assert "CLUSTERED: " in printed(capsys, folder / "cylinder.stl", "--unit", "mm")
         assert "LOW_DROP: " in printed(capsys, folder / "box.stl", "--unit", "mm",
-                                       "--drop-height", "0.03")
+                                       "--drop-height", "0.03", "--method", "meae")
 
 
 class TestJson:
@@ -93,9 +93,9 @@ class TestJson:
         assert found.keys() == STATISTICS_KEYS
         assert all(pose.keys() == POSE_KEYS for pose in found["poses"])
         assert found["part_id"] == "box"
-        assert found["method"] == "combined"
+        assert found["method"] == "split"
         assert found["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * 1e-3, rel=1e-6)
-        assert found["drop_height"] is None
+        assert found["drop_height"] == pytest.approx(20.0 * found["radius"])
         assert 0.0 < found["expected_error"] < 0.2
         assert found["plate_error"] == 0.05
         assert found["seconds"] > 0.0
@@ -116,8 +116,9 @@ class TestJson:
             assert pose["down"] == other.down.tolist()
             assert pose["orientation"] == other.orientation.tolist()
             assert tuple(pose["members"]) == other.members
-            assert pose["standard_error"] is None
-            assert pose["probability_low"] is pose["probability_high"] is None
+            assert pose["standard_error"] == other.standard_error
+            assert (pose["probability_low"], pose["probability_high"]) == (
+                other.probability_low, other.probability_high)
 
     def test_all_methods_are_a_list(self, folder, capsys):
         found = strict_json(printed(capsys, folder / "box.stl", "--json", "--method", "all"))
@@ -160,7 +161,7 @@ class TestOptions:
 
     def test_names_and_default_are_the_registrys(self):
         assert tuple(registry.ESTIMATORS) == METHODS
-        assert registry.DEFAULT_METHOD == DEFAULT_METHOD
+        assert DEFAULT_METHOD == "auto"
 
 
 REFUSED = {

@@ -14,11 +14,12 @@ from ros_pose_stats.estimators.expected import error_terms, expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
+from ros_pose_stats.records import DropScene
 
 
 def told(part, method, restitution=0.5):
     resting = resting_poses(part, 0.0)
-    probability = ESTIMATORS[method].function(resting)
+    probability = ESTIMATORS[method].function(resting, DropScene(restitution))
     return expected_error(method, resting, probability, restitution)
 
 
@@ -49,10 +50,17 @@ def test_symmetry_makes_no_errors(surface):
 
 @pytest.mark.parametrize("method", ESTIMATORS)
 def test_between_and_beyond_the_measured_restitutions(polyhedron, method):
-    at = [told(polyhedron, method, one).here ** 2 for one in ERROR_AT]
-    assert told(polyhedron, method, 0.35).here ** 2 == pytest.approx(0.5 * (at[0] + at[1]))
-    assert told(polyhedron, method, 0.0).here ** 2 == pytest.approx(at[0])
-    assert told(polyhedron, method, 0.95).here ** 2 == pytest.approx(at[2])
+    """For one and the same estimate."""
+    resting = resting_poses(polyhedron, 0.0)
+    probability = ESTIMATORS[method].function(resting, DropScene())
+
+    def square(restitution):
+        return expected_error(method, resting, probability, restitution).here ** 2
+
+    at = [square(one) for one in ERROR_AT]
+    assert square(0.35) == pytest.approx(0.5 * (at[0] + at[1]))
+    assert square(0.0) == pytest.approx(at[0])
+    assert square(0.95) == pytest.approx(at[2])
 
 
 def test_an_unmeasured_method(polyhedron):
@@ -63,7 +71,7 @@ def test_an_unmeasured_method(polyhedron):
 
 def test_terms_by_their_definition(polyhedron):
     resting = resting_poses(polyhedron, 0.0)
-    p = {name: entry.function(resting) for name, entry in ESTIMATORS.items()}
+    p = {name: entry.function(resting, DropScene()) for name, entry in ESTIMATORS.items()}
     pairs = (("adre", "meae"), ("meae", "nqse"), ("meae", "eae"), ("meae", "qse"))
     expected = [np.mean((p[one] - p[other]) ** 2) for one, other in pairs]
     np.testing.assert_allclose(error_terms(resting, p["adre"]),
@@ -93,8 +101,8 @@ class TestFit:
         one = fits[method]
         for restitution in ERROR_AT:
             squares = one.squares[restitution]
-            weights = fitted(one.terms[::2], squares[::2])
-            expected, true = one.terms[1::2] @ weights, squares[1::2]
+            weights = fitted(one.terms[restitution][::2], squares[::2])
+            expected, true = one.terms[restitution][1::2] @ weights, squares[1::2]
             for some in np.array_split(np.argsort(expected), 4):
                 scatter = true[some].std() / math.sqrt(len(some))
                 off = abs(math.sqrt(expected[some].mean()) - math.sqrt(max(true[some].mean(), 0)))
@@ -107,3 +115,18 @@ class TestFit:
         weights = np.array((0.5, 0.0, 2.0, 0.1, 1.0))
         squares = terms @ weights * rng.gamma(2.0, 0.5, 4000)
         np.testing.assert_allclose(fitted(terms, squares), weights, atol=0.1)
+
+
+@pytest.mark.parametrize("method", ESTIMATORS)
+def test_errors_of_poses_add_up_to_the_expected_one(polyhedron, method):
+    found = estimate(polyhedron, method, cluster_tolerance=0.0)
+    errors = np.array([pose.standard_error for pose in found.poses])
+    assert math.sqrt(np.mean(errors ** 2)) == pytest.approx(found.expected_error, rel=1e-12)
+    for pose in found.poses:
+        assert 0.0 <= pose.probability_low <= pose.probability <= pose.probability_high <= 1.0
+
+
+def test_poses_of_a_group_share_their_error():
+    found = estimate(part_from_mesh(*box(1.0, 2.0, 3.0)))
+    for group in range(3):
+        assert len({pose.standard_error for pose in found.poses if pose.group == group}) == 1

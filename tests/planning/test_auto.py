@@ -61,7 +61,15 @@ def test_an_estimate_worth_nothing_is_left_out(part, monkeypatch):
     assert plain_bound(counts) <= 0.02
 
 
-def test_a_low_drop_is_counted(part):
+def test_a_low_drop_is_estimated_where_the_estimate_knows_it(part):
+    low = 1.5 * resting_poses(part).body.radius
+    found = auto(part, 0.2, drop_height=low)
+    assert (found.method, found.drops) == ("split", 0)
+
+
+def test_a_low_drop_is_counted_where_the_estimate_does_not_know_it(part, monkeypatch):
+    monkeypatch.setattr("ros_pose_stats.planning.auto.best_method", lambda _: "combined")
+    monkeypatch.setattr("ros_pose_stats.planning.prior.FITTED_METHOD", "combined")
     found = auto(part, 0.03, seed=1, drop_height=1.5 * resting_poses(part).body.radius)
     assert found.drops > 0
     assert "so low a drop" in found.choice

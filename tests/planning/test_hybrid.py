@@ -89,7 +89,16 @@ def test_poses_of_a_group_share_their_counts():
     assert found.expected_error < simulate(part, 300, seed=2).expected_error / math.sqrt(2.0)
 
 
-def test_a_low_drop_leaves_the_say_to_the_drops(part):
+def test_a_low_drop_has_a_prior_of_its_own(part):
+    resting, low = resting_poses(part), 1.5 * resting_poses(part).body.radius
+    near, far = (pose_prior(resting, DropScene(0.5, height)) for height in (low, None))
+    assert min(near.strength, far.strength) > 20.0
+    assert np.abs(near.mean - far.mean).max() > 0.005
+
+
+def test_a_low_drop_that_the_estimate_does_not_know_leaves_the_say_to_the_drops(
+        part, monkeypatch):
+    monkeypatch.setattr("ros_pose_stats.planning.prior.FITTED_METHOD", "combined")
     low = 1.5 * resting_poses(part).body.radius
     assert pose_prior(resting_poses(part), DropScene(0.5, low)).strength < 2.0
     assert pose_prior(resting_poses(part), DropScene(0.5, None)).strength > 20.0

@@ -12,6 +12,7 @@ import numpy as np
 from ...estimators import estimate
 from ...estimators.registry import ESTIMATORS
 from ...plots.speed_accuracy import ChartPoint
+from ...records import DropScene
 from ...simulation import simulate
 from ...statistics.partition import Accuracy, accuracy
 from ...statistics.simulated_poses import pooled
@@ -54,12 +55,13 @@ class Effort(NamedTuple):
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """One point an estimator: from the mesh arrays to the statistics."""
     every = pooled(list(size.simulated.values()))
-    told = estimates(size.known)
+    told = {rho: estimates(size.known, DropScene(rho, size.height, 0.0)) for rho in size.simulated}
+    names = list(next(iter(told.values())))
     # In turn, so that what else the machine does hits all of them alike.
-    took = medians([{name: partial(_estimate, mesh, name) for name in told}
+    took = medians([{name: partial(_estimate, mesh, name) for name in names}
                     for mesh in _some(size.meshes, effort.parts)], REPEATS)
-    for name, values in told.items():
-        found = accuracy(np.tile(values, len(size.simulated)), every)
+    for name in names:
+        found = accuracy(np.concatenate([one[name] for one in told.values()]), every)
         yield point(ESTIMATORS[name].title, "estimator", took[name], found)
 
 

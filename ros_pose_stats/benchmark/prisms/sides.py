@@ -11,7 +11,7 @@ from ...estimators import ESTIMATORS
 from ...geometry.parts import part_from_mesh
 from ...geometry.poses import resting_poses
 from ...geometry.shapes import box
-from ...records import Part, StablePose
+from ...records import DropScene, Part, StablePose
 from ...simulation import simulate
 from ...statistics.intervals import jeffreys_interval
 from .results import LEVEL, SidesPoint
@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 
 WIDTH = 0.01
 """Side of the square, metres. Nothing depends on it: drops start at a multiple of the radius."""
+
+SCENE = DropScene(cluster_tolerance=0.0)
+"""Of estimators that know the scene: the usual restitution and drop height."""
 
 SQUARE_FACE = 0.9
 """A pose with a larger |down_z| lies on a square face; sides have 0, square faces 1."""
@@ -36,7 +39,7 @@ def on_squares(poses: Iterable[StablePose]) -> list[StablePose]:
 
 
 def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
-    """Probability of the four sides by every estimator, without clusters.
+    """Probability of the four sides by every estimator, without clusters, in the usual scene.
 
     Parameters
     ----------
@@ -54,7 +57,7 @@ def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
         resting = resting_poses(square_prism(ratio), 0.0)
         squares = [pose.index for pose in on_squares(resting.poses)]
         for name, estimator in ESTIMATORS.items():
-            found[name][place] = 1.0 - estimator.function(resting)[squares].sum()
+            found[name][place] = 1.0 - estimator.function(resting, SCENE)[squares].sum()
     return found
 
 

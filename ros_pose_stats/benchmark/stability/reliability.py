@@ -13,7 +13,7 @@ from ...estimators.expected import expected_error
 from ...statistics.errors import expected_error as error_of_drops
 from ...statistics.errors import standard_errors
 from ..dataset import Dataset
-from ..estimates import estimates, restings, square_errors
+from ..estimates import restings, scene_estimates, square_errors
 
 Array = NDArray[np.float64]
 
@@ -61,11 +61,10 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
     """Name, expected errors (B,) and true mean squares (B,), at each restitution."""
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
-    for name, values in estimates(poses).items():
-        split = np.split(values, ends)
-        for restitution in dataset.spec.restitutions:
+    for restitution, told_by in scene_estimates(dataset, poses).items():
+        for name, values in told_by.items():
             told = [expected_error(name, one, some, restitution).here
-                    for one, some in zip(poses, split, strict=True)]
+                    for one, some in zip(poses, np.split(values, ends), strict=True)]
             yield name, told, square_errors(values, dataset.simulated(restitution))
     for restitution in dataset.spec.restitutions:
         few = dataset.simulated(restitution, FEW_DROPS)

@@ -120,8 +120,8 @@ class TableResults:
     refits : tuple of Refit
         Empty where there are too few bodies to fit anything to.
     outliers : tuple of Outlier
-    estimates : dict of str to (P,) array
-        Behind the rows.
+    estimates : dict of float to dict of str to (P,) array
+        Behind the rows, by restitution.
     seconds : float
     """
 
@@ -135,7 +135,7 @@ class TableResults:
     calibration: dict[float, Calibration]
     refits: tuple[Refit, ...]
     outliers: tuple[Outlier, ...]
-    estimates: dict[str, Array]
+    estimates: dict[float, dict[str, Array]]
     seconds: float
 
     def row(self, name: str) -> Row:

@@ -16,7 +16,7 @@ from ...statistics.calibration import calibration
 from ...statistics.partition import accuracy, sensitivity
 from ...statistics.simulated_poses import SimulatedPoses, pooled
 from ..dataset import Dataset
-from ..estimates import estimates, restings
+from ..estimates import restings, scene_estimates
 from ..noise import noise_of
 from . import paper
 from .outliers import outliers
@@ -40,16 +40,16 @@ def table(dataset: Dataset, *, rerun: bool = True,
     """
     begin = time.perf_counter()
     poses = restings(dataset, on_progress)
-    found = estimates(poses)
+    found = scene_estimates(dataset, poses)
     first = dataset.spec.block_ends[0]
     with ThreadPoolExecutor(1) as pool:  # the drops' kernels leave the interpreter free
-        again = pool.submit(outliers, dataset, found["combined"], first) if rerun else None
+        again = pool.submit(outliers, dataset, _first(found)["combined"], first) if rerun else None
         results = _compared(dataset, found, poses, first)
         dropped = tuple(again.result()) if again else ()
     return replace(results, outliers=dropped, seconds=time.perf_counter() - begin)
 
 
-def _compared(dataset: Dataset, found: dict[str, Array], poses: list[RestingPoses],
+def _compared(dataset: Dataset, found: dict[float, dict[str, Array]], poses: list[RestingPoses],
               first: int) -> TableResults:
     """All but the outliers."""
     spec = dataset.spec
@@ -59,23 +59,28 @@ def _compared(dataset: Dataset, found: dict[str, Array], poses: list[RestingPose
     apart = sensitivity(single[min(single)], single[max(single)]) if len(single) > 1 else None
     return TableResults(
         spec=spec, shapes=_shapes(dataset, of_first),
-        rows=tuple(_row(name, values, single, every, every_first)
-                   for name, values in found.items()),
+        rows=tuple(_row(name, {rho: told[name] for rho, told in found.items()}, single, every,
+                        every_first) for name in _first(found)),
         first=first, pooled_noise=noise_of(every, paper.DROPS),
         noise={one: noise_of(simulated, paper.DROPS) for one, simulated in single.items()},
         sensitivity=apart,
         calibration={one: calibration(of_first[one], dataset.rest(one, first))
                      for one in spec.restitutions if spec.drops > first},
-        refits=tuple(refits(found, every, single, poses)), outliers=(), estimates=found,
+        refits=tuple(refits(_first(found), every, single, poses)), outliers=(), estimates=found,
         seconds=0.0)
 
 
-def _row(name: str, values: Array, single: dict[float, SimulatedPoses], every: SimulatedPoses,
-         every_first: SimulatedPoses) -> Row:
-    repeated = np.tile(values, len(single))
+def _row(name: str, values: dict[float, Array], single: dict[float, SimulatedPoses],
+         every: SimulatedPoses, every_first: SimulatedPoses) -> Row:
+    repeated = np.concatenate([values[one] for one in single])
     return Row(name, ESTIMATORS[name].title, accuracy(repeated, every),
-               {one: accuracy(values, simulated) for one, simulated in single.items()},
+               {one: accuracy(values[one], simulated) for one, simulated in single.items()},
                accuracy(repeated, every_first))
+
+
+def _first(found: dict[float, dict[str, Array]]) -> dict[str, Array]:
+    """Of methods that are blind to restitution."""
+    return next(iter(found.values()))
 
 
 def _shapes(dataset: Dataset, first: dict[float, SimulatedPoses]) -> Shapes:

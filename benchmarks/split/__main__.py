@@ -1,0 +1,55 @@
+"""Fits and judges the split estimator.
+
+.venv/bin/python -m benchmarks.split drops          counts the drops again (an hour or two)
+.venv/bin/python -m benchmarks.split fit --write    fits, and writes the weights
+.venv/bin/python -m benchmarks.split judge --write  judges, and writes docs/split.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from ros_pose_stats.estimators.split_weights import BENDS, OFFSETS, SLOPE, TURNS
+
+from ..machine import machine
+from .fit import Weights
+from .judge import fit_all, judge
+from .page import page, plain
+from .samples import drop_all, read_samples, write_samples
+from .source import MODULE, source
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def main() -> None:
+    """Drop, fit or judge."""
+    parser = argparse.ArgumentParser(prog="benchmarks.split",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("what", choices=("drops", "fit", "judge"))
+    parser.add_argument("--write", action="store_true", help="write what is found to its place")
+    parser.add_argument("--workers", type=int, default=2, help="threads that drop bodies")
+    options = parser.parse_args()
+    if options.what == "drops":
+        write_samples(drop_all(options.workers, lambda done, all_: print(
+            f"\r{done} of {all_} bodies", end="", file=sys.stderr)))
+    elif options.what == "fit":
+        text = source(fit_all(read_samples()))
+        print(text)
+        if options.write:
+            MODULE.write_text(text, encoding="utf-8")
+    else:
+        shipped = Weights(SLOPE, TURNS, OFFSETS, BENDS)
+        found = plain(judge(read_samples(), shipped,
+                            lambda step: print(step, file=sys.stderr)), machine())
+        print(page(found))
+        if options.write:
+            (DOCS / "split.md").write_text(page(found), encoding="utf-8")
+            (DOCS / "benchmarks/split.json").write_text(json.dumps(found, indent=1) + "\n",
+                                                        encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

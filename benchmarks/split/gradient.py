@@ -1,0 +1,81 @@
+"""Loss of the split estimator over many samples, and its gradient, in one pass."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.kernels.compilation import entry_kernel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@entry_kernel
+def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Index,
+              children: Index, share: Array, square: float,
+              gradient: bool) -> tuple[float, Array, Array]:
+    """Mean loss of a sample, its gradient by the weights, and the probabilities.
+
+    Parameters
+    ----------
+    weight : (3 K,) array
+        Logarithms for both children and the whole of each split.
+    first_split, splits, first_pose, children, share
+        As in `Table`.
+    square : float
+        Weight of the square error beside the negative log likelihood of a drop.
+    gradient : bool
+        Whether it is wanted; else it is 0.
+
+    Returns
+    -------
+    loss : float
+    slopes : (3 K,) array
+    probability : (P,) array
+    """
+    samples = splits.shape[0]
+    slopes, probability = np.zeros(weight.shape[0]), np.zeros(share.shape[0])
+    most = 2 * splits.max() + 1
+    grown, log, back, pull = np.zeros(most), np.zeros(most), np.zeros(most), np.zeros(most)
+    passed = np.zeros((most, 2))
+    loss = 0.0
+    for u in range(samples):
+        count, begin, pose = splits[u], first_split[u], first_pose[u]
+        leaves = count + 1
+        for j in range(count):
+            for c in range(2):
+                node = children[begin + j, c]
+                passed[j, c] = weight[3 * (begin + j) + c]
+                if node >= leaves:
+                    passed[j, c] += grown[node] - weight[3 * (begin + node - leaves) + 2]
+            high = max(passed[j, 0], passed[j, 1])
+            low = min(passed[j, 0], passed[j, 1])
+            grown[leaves + j] = high + math.log1p(math.exp(low - high))
+        log[leaves + count - 1] = 0.0
+        for j in range(count - 1, -1, -1):
+            for c in range(2):
+                log[children[begin + j, c]] = (log[leaves + j] + passed[j, c]
+                                               - grown[leaves + j])
+        for i in range(leaves):
+            p, told = math.exp(log[i]), share[pose + i]
+            probability[pose + i] = p
+            loss += (square * (p - told) ** 2 - told * log[i]) / samples
+            back[i] = (2.0 * square * (p - told) * p - told) / samples
+        if not gradient:
+            continue
+        for j in range(count):
+            back[leaves + j] = back[children[begin + j, 0]] + back[children[begin + j, 1]]
+            pull[leaves + j] = 0.0
+        for j in range(count - 1, -1, -1):
+            rest = pull[leaves + j] - back[leaves + j]
+            for c in range(2):
+                node = children[begin + j, c]
+                change = back[node] + math.exp(passed[j, c] - grown[leaves + j]) * rest
+                slopes[3 * (begin + j) + c] += change
+                if node >= leaves:
+                    pull[node] = change
+                    slopes[3 * (begin + node - leaves) + 2] -= change
+    return loss, slopes, probability

@@ -1,0 +1,107 @@
+"""The page docs/split.md from what the judgement found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .judge import BENDS, FOLDS, ITERATIONS, Score
+from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
+
+Found = dict[str, Any]
+
+HEADER = ("bodies", "height, radii", "split", "at 0.2", "at 0.5", "at 0.8", "combined",
+          "at 0.2", "at 0.5", "at 0.8", "ratio", "largest", "combined's")
+
+SAID = {
+    "new bodies": "Bodies of the same families that the fit never saw.",
+    "folds by body": f"Fits to {FOLDS - 1} of {FOLDS} bodies, judged on the others.",
+    "families held out": "Fits without any body of the family that is judged.",
+}
+
+
+def plain(scores: dict[str, list[Score]], machine: dict[str, str]) -> Found:
+    """Plain values for JSON."""
+    return {"machine": machine, "scores": {name: [one._asdict() for one in some]
+                                           for name, some in scores.items()}}
+
+
+def page(found: Found) -> str:
+    """The page."""
+    fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
+    parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
+                         low=LOW_DROPS, bends=BENDS, iterations=ITERATIONS)]
+    for name, rows in found["scores"].items():
+        parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
+    told = ", ".join(f"{key} {value}" for key, value in found["machine"].items())
+    parts.append(f"Run on: {told}.\n")
+    return "\n".join(parts)
+
+
+def _table(rows: list[Found]) -> str:
+    lines = ["| " + " | ".join(HEADER) + " |", "|---" * len(HEADER) + "|"]
+    for row in rows:
+        cells = [row["what"], f"{row['height']:g}",
+                 *(f"{value:.2f}" for value in (*row["errors"], *row["combined"])),
+                 f"{row['errors'][0] / row['combined'][0]:.2f}",
+                 f"{row['largest']:.0f}", f"{row['combined_largest']:.0f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+HEAD = """# The split estimator
+
+*This page is written by `python -m benchmarks.split judge --write`.*
+
+`split` knows restitution (0 to 0.95), drop height (1 to 100 radii) and inertia. It walks down
+the splitting graph like EAE and MEAE. Where those take the components of a split in proportion
+to their solid angles, it takes them in proportion to weights:
+
+    log w(C, E) = log area {{r < E}} + a x + sum_k b_k tanh(c_k x + d_k)
+
+with x the 18 inputs below. A component weighs w where it splits off, and where two components
+join, their weights add and go on growing as the formula does for the joined one. With a = b = 0
+this is MEAE to the last digits. Poses that symmetry makes equal come out equal, splits that tie
+give the same answer in any order, and a pose that ceases to be stable vanishes with its area.
+
+## Inputs
+
+Of a component at the level E of the split:
+
+1. log of the share of the sphere where r < E;
+2. that of R < E over it, and 3. the log of the ratio: flat wide faces have little of it;
+4. depth over level, (E - d) / E; 5. E; 6. d, the lowest height, all in radii;
+7. the inertia about its resting directions, against the mean moment;
+8. log of the solid angle of the faces that hold a part that lands on them: those that the foot
+   of the centre of mass lies in or near, and those that hardly differ from the stable face;
+9. log of the length of the arcs on which the part rolls over its edges while R < E, in the
+   metric of the inertia; 10. the mean share of energy that an impact at such an edge meets
+   head-on; 11. log of the arcs' plain angle.
+
+Of the body: 12. trace of the inertia over mass and squared radius, 13. and 14. its smallest and
+largest share, 15. the highest split, 16. the lowest pose. Of the scene: 17. restitution, 18. log
+of the drop height in radii.
+
+## The fit
+
+{bodies} bodies of eleven families (`ros_pose_stats/benchmark/families`), each dropped {drops}
+times in six scenes: restitution 0.2, 0.5 and 0.8 from 20 radii, and three drawn from all
+restitutions and heights. {bends} hyperbolic tangents, {iterations} steps of L-BFGS on the
+negative log likelihood of the counts plus three times the square error, with a small ridge. The
+counts are in `benchmarks/split/samples.npz`; `python -m benchmarks.split drops` counts them anew,
+`fit --write` fits. {judged} other bodies, {judge} drops a restitution (from 2 radii {low}), are
+for judging alone.
+
+## What did not pay
+
+Tried on held-out bodies and left out: the phase volume of a component and the flux of phase
+volume into it by dissipation, as for a part that mixes well (far worse than the plain area: a
+part that loses energy hardly mixes near a saddle); powers of the
+kinetic energy along the arcs; the mean lever arm; areas at half the level; the toppled share of
+QSE (as good as input 8, but it jumps); the whole solid angle of the faces.
+
+## Errors
+
+Root mean square over the poses in points, the drops' own noise taken off: pooled over the three
+restitutions and at each, beside those of the paper's combined estimator. The last two columns
+are the largest deviation of a pose from its counted share, noise and all.
+"""
