@@ -17,7 +17,7 @@ PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
 FLOORS = (
     {"errors", "tolerances", "version"},
-    {"records"},
+    {"records", "whole_files"},
     {"kernels", "statistics"},
     {"geometry"},
     {"estimators", "simulation"},

@@ -1,0 +1,219 @@
+"""The splitting graph: which poses part from which, at which height (Fig. 3C)."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ..geometry.splitting_graph import SplittingNode
+from ..records import StablePose
+from .cost import INK, REFERENCE
+from .spacing import apart
+
+MOST = 16
+"""Ends of the graph; what parts farther down is drawn as one."""
+
+TIE = 1e-6
+"""Splits closer than this, as a fraction of their level, are one split into several."""
+
+NAMES = 4
+"""Poses of a component that are listed."""
+
+GAP, DROP = 0.08, 0.125
+"""Between two levels on the page, and between a level and a pose below it, as fractions of the
+graph's height."""
+
+LINE = "#0072B2"
+
+
+@dataclass
+class Branch:
+    """A component as it is drawn.
+
+    Attributes
+    ----------
+    node : SplittingNode
+    parts : list of Branch
+        What it falls apart into; empty at the lower end.
+    x, y : float
+        Where it is drawn.
+    """
+
+    node: SplittingNode
+    parts: list[Branch] = field(default_factory=list)
+    x: float = 0.0
+    y: float = 0.0
+
+    def walk(self) -> Iterator[Branch]:
+        """Go through the branch and all below it, from the top down."""
+        yield self
+        for part in self.parts:
+            yield from part.walk()
+
+
+def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
+    """Draw the splitting graph of a part (Fig. 3C).
+
+    Parameters
+    ----------
+    root : SplittingNode
+    poses : sequence of StablePose
+        All of the part, at the same cluster tolerance; their heights are taken.
+
+    Returns
+    -------
+    Figure
+        Boxes are components of the reachable set, at the height where they fall apart;
+        circles are poses. On the lines stand the transition probabilities (Eq. 8); a line is
+        the thicker the more probable its component. Levels too close to be read are set apart.
+    """
+    heights = {pose.index: pose.height for pose in poses}
+    top = drawn_tree(root)
+    ends = [branch for branch in top.walk() if not branch.parts]
+    levels = _place(top, ends, heights)
+    figure = Figure(figsize=(max(5.2, 0.43 * len(ends) + 1.2), 2.9 + 0.3 * len(levels)),
+                    layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for branch in top.walk():
+        _draw_lines(axes, branch)
+    for branch in top.walk():
+        _draw_node(axes, branch, heights)
+    _finish(axes, levels, len(ends), min(branch.y for branch in ends))
+    return figure
+
+
+def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
+    """The graph with tied splits as one, opened from the top where it is most probable.
+
+    Parameters
+    ----------
+    root : SplittingNode
+    most : int
+        Ends at most, if the top split does not have more.
+    """
+    top, order = Branch(root), count()
+    waiting = [(-root.probability, next(order), top)]
+    ends = 1
+    while waiting:
+        _, _, branch = heapq.heappop(waiting)
+        parts = _parts(branch.node)
+        if not parts or (ends + len(parts) - 1 > most and branch is not top):
+            continue
+        ends += len(parts) - 1
+        branch.parts = [Branch(part) for part in parts]
+        for part in branch.parts:
+            heapq.heappush(waiting, (-part.node.probability, next(order), part))
+    return top
+
+
+def _parts(node: SplittingNode) -> list[SplittingNode]:
+    """What a component falls into at its level, ties taken together."""
+    found: list[SplittingNode] = []
+    waiting = list(reversed(node.parts))
+    while waiting:
+        part = waiting.pop()
+        if part.level is not None and node.level is not None and (
+                part.level >= node.level * (1.0 - TIE)):
+            waiting.extend(reversed(part.parts))
+        else:
+            found.append(part)
+    return found
+
+
+def _place(top: Branch, ends: Sequence[Branch],
+           heights: dict[int, float]) -> list[tuple[float, float]]:
+    """Set where each branch is drawn; return the levels (metres) and their places."""
+    for place, end in enumerate(ends):
+        end.x = float(place)
+    for branch in reversed([one for one in top.walk() if one.parts]):
+        branch.x = 0.5 * (branch.parts[0].x + branch.parts[-1].x)
+    true = _distinct([one.node.level for one in top.walk() if one.parts])
+    lowest = min(heights.values())
+    scale = max(float(true[-1]) - lowest, 1e-12) if len(true) else 1.0
+    share = (true - lowest) / scale
+    shown = apart(share, min(GAP, 0.9 / (len(true) + 1)), low=DROP) if len(true) else share
+    page = (np.append(0.0, share), np.append(0.0, shown))
+
+    def lower(branch: Branch, above: float) -> None:
+        level = branch.node.level if branch.parts else heights[_lowest(branch, heights)]
+        height = float(np.interp((float(level or 0.0) - lowest) / scale, *page))
+        branch.y = height if branch.parts else min(height, above - DROP)
+        for part in branch.parts:
+            lower(part, branch.y)
+
+    lower(top, np.inf)
+    return list(zip(true.tolist(), shown.tolist(), strict=True))
+
+
+def _distinct(levels: Sequence[float | None]) -> NDArray[np.float64]:
+    """Levels by rising value, equal ones once."""
+    values = np.array(sorted({float(level) for level in levels if level is not None}))
+    return values[np.append(np.diff(values) > TIE * values[1:], True)] if len(values) else values
+
+
+def _lowest(branch: Branch, heights: dict[int, float]) -> int:
+    return min(branch.node.poses, key=heights.__getitem__)
+
+
+def _draw_lines(axes: Axes, branch: Branch) -> None:
+    """A bar at the level, and a line down to each part with its transition probability."""
+    if not branch.parts:
+        return
+    axes.plot([branch.parts[0].x, branch.parts[-1].x], [branch.y, branch.y], color=LINE,
+              linewidth=1.0, zorder=1)
+    for part in branch.parts:
+        axes.plot([part.x, part.x], [branch.y, part.y], color=LINE, zorder=1,
+                  linewidth=0.8 + 5.0 * part.node.probability, solid_capstyle="butt")
+        before = branch.node.probability
+        share = part.node.probability / before if before > 0.0 else 0.0
+        axes.annotate(_share(share), (part.x, branch.y), xytext=(0.0, -9.5),
+                      textcoords="offset points", ha="center", va="top", fontsize=8.5,
+                      color=INK, zorder=2,
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})
+
+
+def _share(share: float) -> str:
+    """A probability with two digits behind the point; never a 0 or 1 that is not meant."""
+    if 0.0 < share < 0.005:
+        return "<.01"
+    return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
+
+
+def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
+    names = branch.node.poses
+    text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
+    if branch.parts:
+        axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=8.5,
+                      color=INK, zorder=3, bbox={"facecolor": "#eef3f8", "edgecolor": LINE,
+                                                 "boxstyle": "square,pad=0.28"})
+        return
+    axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=9, color=INK,
+                  zorder=3, bbox={"facecolor": "white", "edgecolor": LINE, "linewidth": 1.3,
+                                  "boxstyle": "circle,pad=0.25" if len(names) == 1 else
+                                  "round,pad=0.25"})
+    low = 1e3 * heights[_lowest(branch, heights)]
+    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{low:.3g} mm",
+                  (branch.x, branch.y), xytext=(0.0, -12.0), textcoords="offset points",
+                  ha="center", va="top", fontsize=7.5, color=REFERENCE, linespacing=1.15)
+
+
+def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float) -> None:
+    """Ticks at the levels of the splits, in millimetres."""
+    axes.set_xlim(-0.6, ends - 0.4)
+    axes.set_ylim(lowest - 0.2, max([shown for _, shown in levels], default=lowest) + 0.1)
+    axes.set_xticks([])
+    axes.set_yticks([shown for _, shown in levels],
+                    [f"{1e3 * level:.4g}" for level, _ in levels], fontsize=8.5)
+    axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
+    axes.spines[["top", "right", "bottom"]].set_visible(False)
+    axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)
+    axes.set_axisbelow(True)
