@@ -25,7 +25,7 @@ MOST = 8
 FINEST = 20_000
 """Triangles; a larger mesh is drawn as its decimated hull."""
 
-PIXELS = 440
+PIXELS = 400
 """Across a picture."""
 
 HEAD = 0.62

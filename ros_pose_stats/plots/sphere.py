@@ -22,6 +22,9 @@ from .cost import INK, REFERENCE
 Array = NDArray[np.float64]
 Function = Literal["r", "R"]
 
+DISC = 2.6
+"""Inches from disc to disc."""
+
 SIDES = ("around the part's -z", "around the part's +z")
 CONTOURS = 12
 COLORS = "cividis"
@@ -32,6 +35,9 @@ MOST_BORDERS = 40
 
 NEAR = 0.13
 """Poses nearer than this on the page share a label, in radii of the disc."""
+
+APART = 0.03
+"""Energies that are drawn differ by at least this fraction."""
 
 BELOW = 1e-3
 """How far below a split the reachable set is drawn, as a fraction of its level."""
@@ -60,7 +66,7 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     span = max(high - low, 1e-12)
-    figure, discs = _discs(1, 3.55)
+    figure, discs = _discs(1, 0.0, 1.1)
     for hemisphere, axes in enumerate(discs[0]):
         # As an image: outlines of the bands would be thousands of corners.
         bands = np.clip(np.floor(CONTOURS * (values[hemisphere] - low) / span), 0, CONTOURS - 1)
@@ -69,15 +75,16 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
         _draw_borders(axes, sphere.pose[hemisphere], "#ffffff", 2.2)
         _draw_borders(axes, sphere.pose[hemisphere], "#000000", 0.9)
     _mark(discs[0], sphere, root)
+    high_page = figure.get_figheight()
     bar = figure.colorbar(ScalarMappable(Normalize(low, high), ListedColormap(
-        _colors(CONTOURS))), ax=discs[0], orientation="horizontal", fraction=0.06, pad=0.03,
-        aspect=40)
+        _colors(CONTOURS))), orientation="horizontal",
+        cax=figure.add_axes((0.08, 0.98 / high_page, 0.84, 0.13 / high_page)))
     what = ("distance from the centre of mass to the surface" if function == "r"
             else "height of the centre of mass with u down")
     bar.set_label(f"{function}(u), {what}, mm", fontsize=9)
     bar.ax.tick_params(labelsize=8.5)
-    figure.legend(handles=_legend(root is not None), loc="outside lower center", ncols=2,
-                  frameon=False, fontsize=8.5, labelcolor=INK, handlelength=1.6)
+    figure.legend(handles=_legend(root is not None), loc="lower center", ncols=2, frameon=False,
+                  fontsize=8.5, labelcolor=INK, handlelength=1.6)
     return figure
 
 
@@ -98,7 +105,7 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
     Figure
         Reachable poses light, a shade a component, the others dark; poses as numbers.
     """
-    figure, discs = _discs(len(energies), 2.6 * len(energies) + 0.1)
+    figure, discs = _discs(len(energies), 0.25, 0.3)
     across = _across(sphere.R.shape[1])
     for row, energy in zip(discs, energies, strict=True):
         parts = components_at(root, energy)
@@ -116,13 +123,13 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
             axes.contour(across, across, height, [energy], colors="#000000", linewidths=0.9)
         _mark(row, sphere, None)
         several = f"{len(parts)} separate sets" if len(parts) > 1 else "one connected set"
-        row[0].set_title(f"energy / weight {1e3 * energy:.4g} mm: {several}", fontsize=9.5,
-                         color=INK, loc="left", pad=5.0)
+        row[0].annotate(f"energy / weight {1e3 * energy:.4g} mm: {several}", (0.02, 1.0),
+                        xycoords="axes fraction", fontsize=9.5, color=INK, va="bottom")
     figure.legend(handles=[Patch(facecolor=SHADES[0], edgecolor="black",
                                  label="can still be reached (a shade a set)"),
                            Patch(facecolor=UNREACHED, label="out of reach")],
-                  loc="outside lower center", ncols=2, frameon=False, fontsize=8.5,
-                  labelcolor=INK, handlelength=1.6)
+                  loc="lower center", ncols=2, frameon=False, fontsize=8.5, labelcolor=INK,
+                  handlelength=1.6)
     return figure
 
 
@@ -152,23 +159,30 @@ def telling_energies(root: SplittingNode, most: int = 3) -> list[float]:
     """
     splits = {node.level: min(part.probability for part in node.parts)
               for node in root.walk() if node.level is not None}
-    best = sorted(splits, key=lambda level: -splits[level])[:most]
-    return [level * (1.0 - BELOW) for level in sorted(best, reverse=True)]
+    chosen: list[float] = []
+    for level in sorted(splits, key=lambda level: -splits[level]):
+        if len(chosen) < most and all(abs(level - one) > APART * one for one in chosen):
+            chosen.append(level)
+    return [level * (1.0 - BELOW) for level in sorted(chosen, reverse=True)]
 
 
-def _discs(rows: int, height: float) -> tuple[Figure, list[list[Axes]]]:
-    figure = Figure(figsize=(5.2, height), layout="constrained")
+def _discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axes]]]:
+    """Rows of two discs, with inches left above each row and below all."""
+    high = rows * (DISC + above) + below
+    figure = Figure(figsize=(2.0 * DISC, high))
     FigureCanvasAgg(figure)
-    every = figure.subplots(rows, 2, squeeze=False)
-    for axes in every.flat:
-        axes.set(xlim=(-1.3, 1.3), ylim=(-1.36, 1.24), aspect="equal")
-        axes.set_axis_off()
-        axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor=INK, linewidth=1.0,
-                              zorder=3))
-    for hemisphere in range(2):
-        for axes in every[:, hemisphere]:
+    found = []
+    for row in range(rows):
+        bottom = high - (row + 1) * (DISC + above)
+        found.append([figure.add_axes((0.5 * hemisphere, bottom / high, 0.5, DISC / high))
+                      for hemisphere in range(2)])
+        for hemisphere, axes in enumerate(found[-1]):
+            axes.set(xlim=(-1.3, 1.3), ylim=(-1.36, 1.24), aspect="equal")
+            axes.set_axis_off()
+            axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor=INK, linewidth=1.0,
+                                  zorder=3))
             _name_rim(axes, hemisphere)
-    return figure, [list(row) for row in every]
+    return figure, found
 
 
 def _name_rim(axes: Axes, hemisphere: int) -> None:

@@ -27,7 +27,7 @@ TIE = 1e-6
 NAMES = 4
 """Poses of a component that are listed."""
 
-GAP, DROP = 0.08, 0.125
+GAP, DROP = 0.085, 0.11
 """Between two levels on the page, and between a level and a pose below it, as fractions of the
 graph's height."""
 
@@ -79,10 +79,10 @@ def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure
     top = drawn_tree(root)
     ends = [branch for branch in top.walk() if not branch.parts]
     levels = _place(top, ends, heights)
-    figure = Figure(figsize=(max(5.2, 0.43 * len(ends) + 1.2), 2.9 + 0.3 * len(levels)),
-                    layout="constrained")
+    wide, high = max(5.2, 0.43 * len(ends) + 1.2), 2.6 + 0.34 * len(levels)
+    figure = Figure(figsize=(wide, high))
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
+    axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, 0.93))
     for branch in top.walk():
         _draw_lines(axes, branch)
     for branch in top.walk():
@@ -172,13 +172,18 @@ def _draw_lines(axes: Axes, branch: Branch) -> None:
               linewidth=1.0, zorder=1)
     for part in branch.parts:
         axes.plot([part.x, part.x], [branch.y, part.y], color=LINE, zorder=1,
-                  linewidth=0.8 + 5.0 * part.node.probability, solid_capstyle="butt")
+                  linewidth=_thickness(part), solid_capstyle="butt")
         before = branch.node.probability
         share = part.node.probability / before if before > 0.0 else 0.0
-        axes.annotate(_share(share), (part.x, branch.y), xytext=(0.0, -9.5),
-                      textcoords="offset points", ha="center", va="top", fontsize=8.5,
-                      color=INK, zorder=2,
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})
+        outside = -1.0 if part is branch.parts[0] else 1.0
+        aside = outside * (2.5 + 0.5 * _thickness(part))
+        axes.annotate(_share(share), (part.x, branch.y), xytext=(aside, -3.0),
+                      textcoords="offset points", ha="right" if outside < 0.0 else "left",
+                      va="top", fontsize=8.5, color=INK, zorder=4)
+
+
+def _thickness(branch: Branch) -> float:
+    return 0.8 + 5.0 * branch.node.probability
 
 
 def _share(share: float) -> str:

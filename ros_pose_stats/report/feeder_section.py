@@ -31,11 +31,10 @@ def feeder_section(findings: Findings) -> str:
     rows = []
     for pose in found.poses[:MOST_ROWS]:
         one = feeding(found, (pose.index,))
-        rows.append([f"pose {pose.index}", percent(one.share), between(one.low, one.high),
-                     f"{_times(one.passes[0])}", f"{_times(one.passes[1])} to "
-                     f"{_times(one.passes[2])}"])
-    heads = ("if only this is kept", "share of parts", "90 % interval",
-             "passes per accepted part", "90 % interval")
+        rows.append([f"pose {pose.index}", _with(percent(one.share), between(one.low, one.high)),
+                     _with(_times(one.passes[0]), f"{_times(one.passes[1])} to "
+                           f"{_times(one.passes[2])}")])
+    heads = ("if only this is kept", "share of parts (90 %)", "passes per accepted part (90 %)")
     groups = _groups(findings)
     return section("What it means for a feeder", answer, table(heads, rows), groups,
                    paragraph(f"Passes per accepted part are 1/p. {FRESH}", "soft"))
@@ -77,5 +76,12 @@ def _groups(findings: Findings) -> str:
     return paragraph(f"The part looks the same in some of its poses, as it is symmetric: {words}.")
 
 
+def _with(value: str, interval: str) -> str:
+    """A value and its interval as the content of a cell."""
+    return text(value) + element("small", text(f"({interval})"))
+
+
 def _times(passes: float) -> str:
-    return f"{passes:.3g}" if math.isfinite(passes) else "no bound"
+    if not math.isfinite(passes):
+        return "no bound"
+    return f"{passes:.3g}" if passes < 1000.0 else f"{passes:.0f}"

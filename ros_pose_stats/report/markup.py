@@ -73,7 +73,8 @@ def between(low: float, high: float) -> str:
     """A 90 % interval in percent."""
     if math.isnan(low) or math.isnan(high):
         return "\N{EN DASH}"
-    return f"{100.0 * low:.1f} to {100.0 * high:.1f} %"
+    digits = 1 if high >= 0.01 else 2
+    return f"{100.0 * low:.{digits}f} to {100.0 * high:.{digits}f} %"
 
 
 def millimetres(metres: float) -> str:

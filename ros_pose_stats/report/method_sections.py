@@ -57,7 +57,6 @@ def method_section(findings: Findings) -> str:
          + " mm in the part's frame"),
         ("not modelled", "parts that touch or tangle, friction, softness of the plate, motion of "
          "a bowl"),
-        ("took", f"{findings.seconds:.1f} s"),
     ]
     return section("Method and settings",
                    table(("", ""), [[text(name), text(value)] for name, value in rows], "plain"))

@@ -10,7 +10,7 @@ from .markup import element, figure, paragraph, picture, section
 
 
 def graph_section(findings: Findings) -> str:
-    """The splitting graph (Fig. 3C)."""
+    """The splitting graph and the reachable sets (Figs. 3C-F)."""
     poses = findings.simulated.poses
     if findings.graph.level is None:
         return section("How the poses part", paragraph("There is one stable pose only."))
@@ -26,11 +26,17 @@ def graph_section(findings: Findings) -> str:
                "angles of r below that level (method meae). Below each pose: the probability of "
                "ending there by that method, and the height of the centre of mass. The scale "
                f"names the splits; those too close to be read are set apart.{cut}")
-    return section("How the poses part", paragraph(about), figure(image, caption))
+    energies = telling_energies(findings.graph)
+    reached = picture(svg_bytes(reachable_figure(findings.sphere, findings.graph, energies)),
+                      "svg+xml", "Poses that can be reached at falling energies")
+    sets = ("Poses that can still be reached, just below the splits that matter most. Each disc "
+            "is half of all directions of the part that may point down; see the next section.")
+    return section("How the poses part", paragraph(about), element(
+        "div", figure(image, caption) + figure(reached, sets), "pair"))
 
 
 def sphere_section(findings: Findings) -> str:
-    """r, R, basins and reachable sets on the sphere of poses (Figs. 1C, 3D-F)."""
+    """r, R and the basins on the sphere of poses (Fig. 1C)."""
     sphere, root = findings.sphere, findings.graph
     pair = "".join(
         figure(picture(svg_bytes(sphere_figure(sphere, name, root)), "svg+xml",
@@ -40,13 +46,7 @@ def sphere_section(findings: Findings) -> str:
              "part rolls downhill here; its stable poses are the lowest points."),
             ("r", "r(u): the distance from the centre of mass to the surface in the direction u. "
              "It touches R at every equilibrium.")))
-    energies = telling_energies(root)
-    reached = "" if not energies else figure(picture(
-        svg_bytes(reachable_figure(sphere, root, energies)), "svg+xml",
-        "Poses that can be reached at falling energies", ""),
-        "Poses that can still be reached, just below the splits that matter most.", "reached")
     about = ("Every point is a direction of the part that may point down. Each disc shows half of "
              "all directions, seen from outside the part; equal areas are equally probable for a "
              "part that is released in a random orientation.")
-    return section("The sphere of poses", paragraph(about), element("div", pair, "pair"),
-                   element("div", reached, "pair"))
+    return section("The sphere of poses", paragraph(about), element("div", pair, "pair"))
