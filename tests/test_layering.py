@@ -44,7 +44,7 @@ ROOMS_OF = {
     "mcap_ros2": {"recording"},
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
-    "mpl_toolkits": {"plots"},
+    "PIL": {"plots"},
     "rclpy": {"ros"},
     "dask": {"benchmark"},
     "distributed": {"benchmark"},

@@ -177,7 +177,7 @@ def _discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axe
         found.append([figure.add_axes((0.5 * hemisphere, bottom / high, 0.5, DISC / high))
                       for hemisphere in range(2)])
         for hemisphere, axes in enumerate(found[-1]):
-            axes.set(xlim=(-1.3, 1.3), ylim=(-1.36, 1.24), aspect="equal")
+            axes.set(xlim=(-1.35, 1.35), ylim=(-1.42, 1.28), aspect="equal")
             axes.set_axis_off()
             axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor=INK, linewidth=1.0,
                                   zorder=3))

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ..geometry.splitting_graph import SplittingNode
+from ..geometry.splitting_graph import SAME_LEVEL, SplittingNode
 from ..records import StablePose
 from .cost import INK, REFERENCE
 from .spacing import apart
@@ -21,13 +21,10 @@ from .spacing import apart
 MOST = 16
 """Ends of the graph; what parts farther down is drawn as one."""
 
-TIE = 1e-6
-"""Splits closer than this, as a fraction of their level, are one split into several."""
-
 NAMES = 4
 """Poses of a component that are listed."""
 
-GAP, DROP = 0.085, 0.11
+GAP, DROP = 0.14, 0.11
 """Between two levels on the page, and between a level and a pose below it, as fractions of the
 graph's height."""
 
@@ -122,7 +119,7 @@ def _parts(node: SplittingNode) -> list[SplittingNode]:
     while waiting:
         part = waiting.pop()
         if part.level is not None and node.level is not None and (
-                part.level >= node.level * (1.0 - TIE)):
+                part.level >= node.level * (1.0 - SAME_LEVEL)):
             waiting.extend(reversed(part.parts))
         else:
             found.append(part)
@@ -157,7 +154,9 @@ def _place(top: Branch, ends: Sequence[Branch],
 def _distinct(levels: Sequence[float | None]) -> NDArray[np.float64]:
     """Levels by rising value, equal ones once."""
     values = np.array(sorted({float(level) for level in levels if level is not None}))
-    return values[np.append(np.diff(values) > TIE * values[1:], True)] if len(values) else values
+    if not len(values):
+        return values
+    return values[np.append(np.diff(values) > SAME_LEVEL * values[1:], True)]
 
 
 def _lowest(branch: Branch, heights: dict[int, float]) -> int:
@@ -213,7 +212,7 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
 
 def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float) -> None:
     """Ticks at the levels of the splits, in millimetres."""
-    axes.set_xlim(-0.6, ends - 0.4)
+    axes.set_xlim(-0.8, ends - 0.3)
     axes.set_ylim(lowest - 0.2, max([shown for _, shown in levels], default=lowest) + 0.1)
     axes.set_xticks([])
     axes.set_yticks([shown for _, shown in levels],

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ..geometry.splitting_graph import SplittingNode
+from ..geometry.splitting_graph import SplittingNode, levels_above
 from ..records import Trajectory
 from .cost import INK, REFERENCE
 from .spacing import apart
@@ -92,33 +92,6 @@ def settling_time(trajectory: Trajectory) -> float:
     late = energy > energy[-1] + SETTLED * trajectory.radius
     place = int(np.flatnonzero(late)[-1]) + 1 if late.any() else 0
     return float(trajectory.times[min(place, len(late) - 1)])
-
-
-def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
-    """Splits on the way to a pose: the level (metres), and the poses that are left below it.
-
-    From the top down; empty where the pose is none of the graph's.
-    """
-    found: list[tuple[float, tuple[int, ...]]] = []
-    node = root
-    while node.level is not None and pose in node.poses:
-        level = node.level
-        node = next(part for part in node.parts if pose in part.poses)
-        if found and found[-1][0] - level < 1e-6 * level:
-            found[-1] = found[-1][0], node.poses
-        else:
-            found.append((level, node.poses))
-    return found
-
-
-def component_at(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
-                 every: Sequence[int]) -> tuple[int, ...]:
-    """Poses that can still be reached with an energy over weight (metres)."""
-    reached = tuple(every)
-    for level, poses in levels:
-        if energy < level:
-            reached = poses
-    return reached
 
 
 def component_name(poses: Sequence[int]) -> str:

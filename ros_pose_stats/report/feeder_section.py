@@ -32,8 +32,7 @@ def feeder_section(findings: Findings) -> str:
     for pose in found.poses[:MOST_ROWS]:
         one = feeding(found, (pose.index,))
         rows.append([f"pose {pose.index}", _with(percent(one.share), between(one.low, one.high)),
-                     _with(_times(one.passes[0]), f"{_times(one.passes[1])} to "
-                           f"{_times(one.passes[2])}")])
+                     _passes(one)])
     heads = ("if only this is kept", "share of parts (90 %)", "passes per accepted part (90 %)")
     groups = _groups(findings)
     return section("What it means for a feeder", answer, table(heads, rows), groups,
@@ -45,7 +44,8 @@ def _answer(wanted: Feeding, plate_error: float) -> str:
     share = (f"Accepting {several} {listed(wanted.wanted)} keeps {percent(wanted.share)} of the "
              f"parts (90 % interval {between(wanted.low, wanted.high)}).")
     middle, least, most = wanted.passes
-    passes = (f"{_times(middle)} passes per accepted part ({_times(least)} to {_times(most)}).")
+    passes = (f"{_times(middle)} passes per accepted part ({_times(least)} to {_times(most)})."
+              if math.isfinite(most) else f"More than {_times(least)} passes per accepted part.")
     lines = [element("p", text(share))]
     if math.isfinite(wanted.rate):
         rate, low, high = wanted.accepted
@@ -79,6 +79,13 @@ def _groups(findings: Findings) -> str:
 def _with(value: str, interval: str) -> str:
     """A value and its interval as the content of a cell."""
     return text(value) + element("small", text(f"({interval})"))
+
+
+def _passes(one: Feeding) -> str:
+    middle, least, most = one.passes
+    if not math.isfinite(most):
+        return text(f"more than {_times(least)}")
+    return _with(_times(middle), f"{_times(least)} to {_times(most)}")
 
 
 def _times(passes: float) -> str:
