@@ -84,14 +84,15 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     canvas = FigureCanvasAgg(stage.figure)
     (point,) = stage.axes.plot([], [], marker="o", markersize=8, color="#D55E00",
                                markeredgecolor="#000000", zorder=6, animated=True)
-    canvas.draw()
-    background = canvas.copy_from_bbox(stage.figure.bbox)
+    # matplotlib's canvas has no annotations
+    canvas.draw()  # type: ignore[no-untyped-call]
+    background = canvas.copy_from_bbox(stage.figure.bbox)  # type: ignore[no-untyped-call]
     levels = levels_above(root, trajectory.pose)
     triangles = visible_triangles(part, FINEST) - part.center_of_mass
     turns = rotation_matrices(frames.orientations)
     energy = energy_heights(trajectory)
     for k, time in enumerate(frames.times):
-        canvas.restore_region(background)
+        canvas.restore_region(background)  # type: ignore[no-untyped-call]
         now = float(frames.energies[k]) * (energy[0] / trajectory.energies[0])
         point.set_data([min(time, frames.end)], [1e3 * now])
         reached = poses_within(levels, now, root.poses)
@@ -100,7 +101,8 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
         stage.clock.set_text("at rest" if still else f"{time:.2f} s")
         for artist in (point, stage.words, stage.clock):
             stage.figure.draw_artist(artist)
-        picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+        drawn = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        picture = np.asarray(drawn)[:, :, :3].copy()
         left, top, wide, high = stage.box
         placed = triangles @ turns[k].T + np.array([0.0, 0.0, frames.heights[k]])
         picture[top:top + high, left:left + wide] = rendered(

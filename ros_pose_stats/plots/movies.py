@@ -38,7 +38,7 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
     flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
     flat[0].save(file, format="GIF", save_all=True, append_images=flat[1:],
-                 duration=round(1000.0 / rate), loop=0, optimize=False, disposal=1)
+                 duration=round(1000.0 / rate), loop=0, optimize=True, disposal=1)
 
 
 def ffmpeg() -> str:

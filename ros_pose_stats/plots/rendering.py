@@ -77,9 +77,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
         White where there is nothing.
     """
     wide, high = (FINENESS * side for side in view.pixels)
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
-    normals /= lengths[:, None]
+    normals = _normals(triangles)
     right, up, towards = _axes(view)
     scale = wide / view.width
     frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
@@ -97,8 +95,15 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     picture[plate & (_nearest(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
     facing = np.concatenate([normals[seen], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
     picture *= _edges(nearest, depth, facing, parts, STEP * wide)[..., None]
-    fine = picture.reshape(high // FINENESS, FINENESS, wide // FINENESS, FINENESS, 3)
-    return np.asarray(np.rint(255.0 * np.clip(fine.mean(axis=(1, 3)), 0.0, 1.0)), dtype=np.uint8)
+    picture = np.clip(picture, 0.0, 1.0)
+    samples = [picture[i::FINENESS, j::FINENESS] for i in range(FINENESS) for j in range(FINENESS)]
+    return np.asarray(sum(samples) * (255.0 / len(samples)) + 0.5, dtype=np.uint8)
+
+
+def _normals(triangles: Array) -> Array:
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+    return np.asarray(normals / lengths[:, None])
 
 
 def _axes(view: View) -> tuple[Array, Array, Array]:
@@ -187,16 +192,13 @@ def _edges(nearest: Index, depth: Array, facing: Array, parts: int, step: float)
     """Brightness (high, wide): dark where a crease or an outline runs, light grey at the rim."""
     bright = np.ones(nearest.shape)
     for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-        one, two = nearest[here], nearest[there]
-        differ = one != two
+        differ = np.nonzero(nearest[here] != nearest[there])
+        one, two = nearest[here][differ], nearest[there][differ]
         part = ((one >= 0) & (one < parts)) | ((two >= 0) & (two < parts))
-        bend = np.zeros(one.shape, dtype=np.bool_)
-        bend[differ] = (facing[one[differ]] * facing[two[differ]]).sum(axis=1) < CREASE
+        bend = (facing[one] * facing[two]).sum(axis=1) < CREASE
         with np.errstate(invalid="ignore"):
-            jump = ~(np.abs(depth[here] - depth[there]) < step)
-        line = differ & part & (bend | jump)
-        rim = differ & ~part & bend
+            jump = ~(np.abs(depth[here][differ] - depth[there][differ]) < step)
+        value = np.where(part & (bend | jump), LINE, np.where(~part & bend, RIM, 1.0))
         for side in (here, there):
-            bright[side][line] = LINE
-            bright[side][rim] = np.minimum(bright[side][rim], RIM)
+            bright[side][differ] = np.minimum(bright[side][differ], value)
     return bright

@@ -13,6 +13,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ..geometry.pose_sphere import PoseSphere, on_map
@@ -70,10 +71,9 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
     for hemisphere, axes in enumerate(discs[0]):
         # As an image: outlines of the bands would be thousands of corners.
         bands = np.clip(np.floor(CONTOURS * (values[hemisphere] - low) / span), 0, CONTOURS - 1)
-        axes.imshow(np.ma.masked_invalid(bands), origin="lower", extent=(-1, 1, -1, 1), vmin=0,
+        axes.imshow(bands, origin="lower", extent=(-1, 1, -1, 1), vmin=0,
                     vmax=CONTOURS - 1, cmap=COLORS, interpolation="nearest")
-        _draw_borders(axes, sphere.pose[hemisphere], "#ffffff", 2.2)
-        _draw_borders(axes, sphere.pose[hemisphere], "#000000", 0.9)
+        _draw_borders(axes, sphere.pose[hemisphere])
     _mark(discs[0], sphere, root)
     high_page = figure.get_figheight()
     bar = figure.colorbar(ScalarMappable(Normalize(low, high), ListedColormap(
@@ -116,7 +116,7 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
             inside = sphere.pose[hemisphere] >= 0
             reached = inside & (sphere.R[hemisphere] <= energy)
             shade = np.where(reached, 1 + component[sphere.pose[hemisphere]] % len(SHADES), 0)
-            axes.imshow(np.ma.masked_where(~inside, shade), origin="lower",
+            axes.imshow(np.where(inside, shade, np.nan), origin="lower",
                         extent=(-1, 1, -1, 1), interpolation="nearest", vmin=0,
                         vmax=len(SHADES), cmap=ListedColormap([UNREACHED, *SHADES]))
             height = np.where(inside, sphere.R[hemisphere], np.nan)
@@ -207,15 +207,16 @@ def _colors(count: int) -> Array:
     return np.asarray(colormaps[COLORS](np.linspace(0.0, 1.0, count)))
 
 
-def _draw_borders(axes: Axes, pose: NDArray[np.int64], color: str, width: float) -> None:
-    """Lines between basins."""
+def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
+    """Lines between basins, seen on dark and light alike."""
     there = np.unique(pose[pose >= 0])
     if len(there) > MOST_BORDERS:
         return
     across = _across(len(pose))
-    for index in there[1:] if len(there) > 1 else ():
+    for index in there[1:]:
         inside = np.where(pose >= 0, (pose == index).astype(float), np.nan)
-        axes.contour(across, across, inside, [0.5], colors=color, linewidths=width, zorder=2)
+        axes.contour(across, across, inside, [0.5], colors="#000000", linewidths=0.9, zorder=2
+                     ).set_path_effects([withStroke(linewidth=2.2, foreground="#ffffff")])
 
 
 def _mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) -> None:
@@ -246,7 +247,7 @@ def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
                   zorder=4)
 
 
-def _labels(downs: Array) -> Iterator[tuple[int, Array, list[int]]]:
+def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
     """Places of the poses on the page; those that would cover each other share one."""
     hemisphere, place = on_map(downs)
     left = list(range(len(downs)))
@@ -254,7 +255,7 @@ def _labels(downs: Array) -> Iterator[tuple[int, Array, list[int]]]:
         first = left[0]
         near = [one for one in left if hemisphere[one] == hemisphere[first]
                 and float(np.linalg.norm(place[one] - place[first])) < NEAR]
-        yield int(hemisphere[first]), place[first], near
+        yield int(hemisphere[first]), (float(place[first, 0]), float(place[first, 1])), near
         left = [one for one in left if one not in near]
 
 

@@ -156,7 +156,7 @@ def _distinct(levels: Sequence[float | None]) -> NDArray[np.float64]:
     values = np.array(sorted({float(level) for level in levels if level is not None}))
     if not len(values):
         return values
-    return values[np.append(np.diff(values) > SAME_LEVEL * values[1:], True)]
+    return np.asarray(values[np.append(np.diff(values) > SAME_LEVEL * values[1:], True)])
 
 
 def _lowest(branch: Branch, heights: dict[int, float]) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from ..geometry.splitting_graph import SplittingNode, levels_above
@@ -65,6 +66,8 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
     bottom = min(float(energy[-1]), 1e3 * float(trajectory.heights.min()))
     axes.set(yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * float(energy[0])))
     axes.set_ylabel("mm above the plate", fontsize=10)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(which="major", color="#e5e5e5", linewidth=0.6)
@@ -83,7 +86,7 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
 
 def energy_heights(trajectory: Trajectory) -> Array:
     """Mechanical energy over weight (n,), metres; the part is released at rest."""
-    return trajectory.energies * (trajectory.heights[0] / trajectory.energies[0])
+    return np.asarray(trajectory.energies * (trajectory.heights[0] / trajectory.energies[0]))
 
 
 def settling_time(trajectory: Trajectory) -> float:

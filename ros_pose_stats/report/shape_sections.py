@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from ..plots.files import svg_bytes
-from ..plots.sphere import reachable_figure, sphere_figure, telling_energies
+from ..plots.sphere import Function, reachable_figure, sphere_figure, telling_energies
 from ..plots.splitting import MOST, splitting_figure
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
+
+CAPTIONS: tuple[tuple[Function, str], ...] = (
+    ("R", "R(u): how high the centre of mass is with the direction u pointing down. A part rolls "
+     "downhill here; its stable poses are the lowest points."),
+    ("r", "r(u): the distance from the centre of mass to the surface in the direction u. It "
+     "touches R at every equilibrium."),
+)
 
 
 def graph_section(findings: Findings) -> str:
@@ -41,11 +48,7 @@ def sphere_section(findings: Findings) -> str:
     pair = "".join(
         figure(picture(svg_bytes(sphere_figure(sphere, name, root)), "svg+xml",
                        f"Contours of {name} over both hemispheres of poses, with basins"), caption)
-        for name, caption in (
-            ("R", "R(u): how high the centre of mass is with the direction u pointing down. A "
-             "part rolls downhill here; its stable poses are the lowest points."),
-            ("r", "r(u): the distance from the centre of mass to the surface in the direction u. "
-             "It touches R at every equilibrium.")))
+        for name, caption in CAPTIONS)
     about = ("Every point is a direction of the part that may point down. Each disc shows half of "
              "all directions, seen from outside the part; equal areas are equally probable for a "
              "part that is released in a random orientation.")

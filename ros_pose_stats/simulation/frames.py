@@ -110,9 +110,9 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     last = int(np.flatnonzero(above)[-1]) if above.any() else 0
     end = float(trajectory.times[min(last + 1, len(trajectory.times) - 1)])
     slower = _slower((end - begin) / SHOWN)
-    times = np.arange(begin, end, slower ** -1 / RATE)
-    moving = len(times)
-    times = np.append(times, np.full(round(PAUSE * RATE), end))
+    motion = np.arange(begin, end, 1.0 / (slower * RATE))
+    moving = len(motion)
+    times: Array = np.append(motion, np.full(round(PAUSE * RATE), end))
     heights, orientations, energies = _between(trajectory, times)
     heights[moving:], orientations[moving:] = height, orientation
     energies[moving:] = weight * height
