@@ -14,7 +14,7 @@ from ..geometry.decimation import visible_triangles
 from ..geometry.orientation import rotation_matrices
 from ..records import Part, PoseStatistics, StablePose
 from .cost import INK, REFERENCE
-from .rendering import View, rendered
+from .rendering import View, rendered, view_axes
 
 Array = NDArray[np.float64]
 
@@ -93,18 +93,20 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
         As high as the highest of the poses needs.
     """
     triangles = visible_triangles(part, FINEST) - part.center_of_mass
-    view = resting_view(max((pose.top for pose in poses), default=radius), radius, pixels)
-    return [rendered(placed(triangles, pose), view) for pose in poses]
+    laid = [placed(triangles, pose) for pose in poses]
+    view = resting_view(laid, radius, pixels)
+    return [rendered(one, view) for one in laid]
 
 
-def resting_view(top: float, radius: float, pixels: int) -> View:
-    """View of a plate with a part of some height on it, metres."""
+def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
+    """View of a plate that is high enough for all of what lies on it in turn."""
     sample = View(np.zeros(3), WIDTH * radius, (2, 2), plate=PLATE * radius)
     lean, about = np.radians((sample.elevation, sample.azimuth))
+    _, up, _ = view_axes(sample)
     front = PLATE * radius * (abs(np.sin(about)) + abs(np.cos(about))) * np.sin(lean)
-    above = max(top * np.cos(lean) + 0.12 * radius, front)
-    below = front + 0.06 * radius
-    high = 2 * round(0.5 * pixels * (above + below) / sample.width)
+    above, below = max([front, *(float((one @ up).max()) for one in laid)]), front
+    margin = 0.05 * radius
+    high = 2 * round(0.5 * pixels * (above + below + 2.0 * margin) / sample.width)
     middle = np.array([0.0, 0.0, 0.5 * (above - below) / np.cos(lean)])
     return sample._replace(center=middle, pixels=(pixels, high))
 

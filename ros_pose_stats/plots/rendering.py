@@ -78,7 +78,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     """
     wide, high = (FINENESS * side for side in view.pixels)
     normals = _normals(triangles)
-    right, up, towards = _axes(view)
+    right, up, towards = view_axes(view)
     scale = wide / view.width
     frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
     shift = np.array([0.5 * wide, 0.5 * high, 0.0]) - view.center @ frame
@@ -106,7 +106,7 @@ def _normals(triangles: Array) -> Array:
     return np.asarray(normals / lengths[:, None])
 
 
-def _axes(view: View) -> tuple[Array, Array, Array]:
+def view_axes(view: View) -> tuple[Array, Array, Array]:
     """Right and up in the picture, and the direction to the viewer."""
     up, about = np.radians((view.elevation, view.azimuth))
     towards = np.array([np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)])

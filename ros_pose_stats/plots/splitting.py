@@ -28,6 +28,9 @@ GAP, DROP = 0.14, 0.11
 """Between two levels on the page, and between a level and a pose below it, as fractions of the
 graph's height."""
 
+ROOM = 0.62
+"""Inches for what stands below the lowest pose."""
+
 LINE = "#0072B2"
 
 
@@ -192,6 +195,11 @@ def _share(share: float) -> str:
     return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
 
 
+def _plain(value: float, digits: int) -> str:
+    """A length with so many digits, never with an exponent where it is large."""
+    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
+
+
 def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
     names = branch.node.poses
     text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
@@ -205,7 +213,7 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
                                   "boxstyle": "circle,pad=0.25" if len(names) == 1 else
                                   "round,pad=0.25"})
     low = 1e3 * heights[_lowest(branch, heights)]
-    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{low:.3g} mm",
+    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{_plain(low, 3)} mm",
                   (branch.x, branch.y), xytext=(0.0, -12.0), textcoords="offset points",
                   ha="center", va="top", fontsize=7.5, color=REFERENCE, linespacing=1.15)
 
@@ -213,10 +221,12 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
 def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float) -> None:
     """Ticks at the levels of the splits, in millimetres."""
     axes.set_xlim(-0.8, ends - 0.3)
-    axes.set_ylim(lowest - 0.2, max([shown for _, shown in levels], default=lowest) + 0.1)
+    top = max([shown for _, shown in levels], default=lowest) + 0.1
+    share = ROOM / (axes.figure.get_figheight() * axes.get_position().height)
+    axes.set_ylim(lowest - share / (1.0 - share) * (top - lowest), top)
     axes.set_xticks([])
     axes.set_yticks([shown for _, shown in levels],
-                    [f"{1e3 * level:.4g}" for level, _ in levels], fontsize=8.5)
+                    [_plain(1e3 * level, 4) for level, _ in levels], fontsize=8.5)
     axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
     axes.spines[["top", "right", "bottom"]].set_visible(False)
     axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)

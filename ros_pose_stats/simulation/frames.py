@@ -101,14 +101,14 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
     -------
     DropFrames
         The last frames lie in the pose of the trajectory, on the stable face nearest to
-        where the recording ends.
+        where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
-    orientation, height = _at_rest(trajectory, resting)
     begin = _begin(trajectory)
-    above = trajectory.energies > weight * (height + UNSEEN * trajectory.radius)
-    last = int(np.flatnonzero(above)[-1]) if above.any() else 0
-    end = float(trajectory.times[min(last + 1, len(trajectory.times) - 1)])
+    above = trajectory.energies > trajectory.energies[-1] + UNSEEN * weight * trajectory.radius
+    last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
+    orientation, height = _at_rest(trajectory, resting, last)
+    end = float(trajectory.times[last])
     slower = _slower((end - begin) / SHOWN)
     motion = np.arange(begin, end, 1.0 / (slower * RATE))
     moving = len(motion)
@@ -150,17 +150,17 @@ def _between(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]
             np.minimum.accumulate(trajectory.energies)[place])
 
 
-def _at_rest(trajectory: Trajectory, resting: RestingPoses) -> tuple[Array, float]:
-    """Orientation and height on the face of the pose that is nearest to the last state."""
+def _at_rest(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple[Array, float]:
+    """Orientation and height on the face of the pose that is nearest to a late sample."""
     found = resting.equilibria
     members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
     downs = found.downs[members]
-    nearest = int(np.argmax(downs @ -trajectory.up[-1]))
-    turn = rotation_matrices(trajectory.orientations[-1:])[0]
+    nearest = int(np.argmax(downs @ -trajectory.up[last]))
+    turn = rotation_matrices(trajectory.orientations[last:last + 1])[0]
     # The smallest turn that brings the face's normal straight down.
     low = turn @ downs[nearest]
     tilt = np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2])
-    orientation = _product(tilt / np.linalg.norm(tilt), trajectory.orientations[-1])
+    orientation = _product(tilt / np.linalg.norm(tilt), trajectory.orientations[last])
     return orientation, float(found.heights[members[nearest]]) * trajectory.radius
 
 
