@@ -16,8 +16,11 @@ from ..errors import RequestError
 
 Picture = NDArray[np.uint8]
 
-COLORS = 40
-"""Of a GIF."""
+COLORS = 36
+"""Of a GIF, besides those kept."""
+
+KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
+"""Colours of paper, markers and lines, which an average of pixels would turn grey."""
 
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
@@ -36,6 +39,8 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     some = np.concatenate([np.asarray(every[k]) for k in
                            np.linspace(0, len(every) - 1, 5).astype(int)])
     palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+    found = (palette.getpalette() or [])[:3 * COLORS]
+    palette.putpalette([*found, *(level for color in KEPT for level in color)])
     flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
     flat[0].save(file, format="GIF", save_all=True, append_images=flat[1:],
                  duration=round(1000.0 / rate), loop=0, optimize=True, disposal=1)

@@ -28,8 +28,8 @@ GAP, DROP = 0.14, 0.11
 """Between two levels on the page, and between a level and a pose below it, as fractions of the
 graph's height."""
 
-ROOM = 0.62
-"""Inches for what stands below the lowest pose."""
+ROOM, TALL = 0.62, 0.93
+"""Inches for what stands below the lowest pose; height of the axes, as a fraction."""
 
 LINE = "#0072B2"
 
@@ -82,12 +82,12 @@ def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure
     wide, high = max(5.2, 0.43 * len(ends) + 1.2), 2.6 + 0.34 * len(levels)
     figure = Figure(figsize=(wide, high))
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, 0.93))
+    axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, TALL))
     for branch in top.walk():
         _draw_lines(axes, branch)
     for branch in top.walk():
         _draw_node(axes, branch, heights)
-    _finish(axes, levels, len(ends), min(branch.y for branch in ends))
+    _finish(axes, levels, len(ends), min(branch.y for branch in ends), ROOM / (TALL * high))
     return figure
 
 
@@ -218,12 +218,12 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
                   ha="center", va="top", fontsize=7.5, color=REFERENCE, linespacing=1.15)
 
 
-def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float) -> None:
-    """Ticks at the levels of the splits, in millimetres."""
+def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float,
+            room: float) -> None:
+    """Ticks at the levels of the splits, in millimetres; room is a share of the height."""
     axes.set_xlim(-0.8, ends - 0.3)
     top = max([shown for _, shown in levels], default=lowest) + 0.1
-    share = ROOM / (axes.figure.get_figheight() * axes.get_position().height)
-    axes.set_ylim(lowest - share / (1.0 - share) * (top - lowest), top)
+    axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
     axes.set_xticks([])
     axes.set_yticks([shown for _, shown in levels],
                     [_plain(1e3 * level, 4) for level, _ in levels], fontsize=8.5)

@@ -1,5 +1,7 @@
 """A drop in frames: where it ends, and what is never shown."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ BODIES = {"box": box(0.04, 0.03, 0.02), "clamp": clamp_hull(),
           "cylinder": cylinder(64, 0.01, 0.03)}
 
 
+@cache
 def frames_of(name, drop=3, restitution=0.5):
     part = part_from_mesh(*BODIES[name])
     found = watchable_drop(part, drop, restitution, 7, None, 0.005)
