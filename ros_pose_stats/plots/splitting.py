@@ -28,6 +28,9 @@ GAP, DROP = 0.14, 0.11
 """Between two levels on the page, and between a level and a pose below it, as fractions of the
 graph's height."""
 
+UNDER = 0.45
+"""A line nearer than this to the middle of its box begins below it, in places of ends."""
+
 ROOM, TALL = 0.62, 0.93
 """Inches for what stands below the lowest pose; height of the axes, as a fraction."""
 
@@ -79,7 +82,7 @@ def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure
     top = drawn_tree(root)
     ends = [branch for branch in top.walk() if not branch.parts]
     levels = _place(top, ends, heights)
-    wide, high = max(5.2, 0.43 * len(ends) + 1.2), 2.6 + 0.34 * len(levels)
+    wide, high = max(5.2, 0.58 * len(ends) + 1.0), 2.6 + 0.34 * len(levels)
     figure = Figure(figsize=(wide, high))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, TALL))
@@ -178,8 +181,10 @@ def _draw_lines(axes: Axes, branch: Branch) -> None:
         before = branch.node.probability
         share = part.node.probability / before if before > 0.0 else 0.0
         outside = -1.0 if part is branch.parts[0] else 1.0
-        aside = outside * (2.5 + 0.5 * _thickness(part))
-        axes.annotate(_share(share), (part.x, branch.y), xytext=(aside, -3.0),
+        aside, below = 2.5 + 0.5 * _thickness(part), 3.0
+        if abs(part.x - branch.x) < UNDER:  # clear of the box
+            aside, below = 9.5, 9.5
+        axes.annotate(_share(share), (part.x, branch.y), xytext=(outside * aside, -below),
                       textcoords="offset points", ha="right" if outside < 0.0 else "left",
                       va="top", fontsize=8.5, color=INK, zorder=4)
 
@@ -215,7 +220,7 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
     low = 1e3 * heights[_lowest(branch, heights)]
     axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{_plain(low, 3)} mm",
                   (branch.x, branch.y), xytext=(0.0, -12.0), textcoords="offset points",
-                  ha="center", va="top", fontsize=7.5, color=REFERENCE, linespacing=1.15)
+                  ha="center", va="top", fontsize=7.2, color=REFERENCE, linespacing=1.15)
 
 
 def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float,

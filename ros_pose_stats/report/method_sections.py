@@ -17,6 +17,7 @@ from .markup import (
 )
 
 MOST_ROWS = 60
+ROUNDING = 1e-9
 
 
 def table_section(findings: Findings) -> str:
@@ -53,13 +54,18 @@ def method_section(findings: Findings) -> str:
          f"nqse, here with an expected error of {100.0 * combined.expected_error:.1f} points"),
         ("poses", f"merge where the ridge between them is lower than {found.cluster_tolerance:g} "
          "radii above both (cluster tolerance)"),
-        ("centre of mass", " ".join(f"{1e3 * x:.4g}" for x in part.center_of_mass)
+        ("centre of mass", " ".join(_coordinate(x, found.radius) for x in part.center_of_mass)
          + " mm in the part's frame"),
         ("not modelled", "parts that touch or tangle, friction, softness of the plate, motion of "
          "a bowl"),
     ]
     return section("Method and settings",
                    table(("", ""), [[text(name), text(value)] for name, value in rows], "plain"))
+
+
+def _coordinate(metres: float, radius: float) -> str:
+    """Millimetres; rounding is no place."""
+    return "0" if abs(metres) < ROUNDING * radius else f"{1e3 * metres:.4g}"
 
 
 def reproduce_section(findings: Findings, commands: tuple[str, ...]) -> str:

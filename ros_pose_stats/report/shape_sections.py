@@ -8,6 +8,9 @@ from ..plots.splitting import MOST, splitting_figure
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
 
+FITTING = 9
+"""Poses whose splitting graph can be read at a phone's width; a wider one is pushed sideways."""
+
 CAPTIONS: tuple[tuple[Function, str], ...] = (
     ("R", "R(u): how high the centre of mass is with the direction u pointing down. A part rolls "
      "downhill here; its stable poses are the lowest points."),
@@ -23,7 +26,7 @@ def graph_section(findings: Findings) -> str:
         return section("How the poses part", paragraph("There is one stable pose only."))
     image = picture(svg_bytes(splitting_figure(findings.graph, poses)), "svg+xml",
                     "Splitting graph: sets of poses, the energies at which they part, and the "
-                    "probability of each way", "broad")
+                    "probability of each way", "broad" if len(poses) > FITTING else "")
     cut = (f" Of {len(poses)} poses only the {MOST} or fewer most probable ends are drawn; what "
            "parts farther down stays together." if len(poses) > MOST else "")
     about = ("A part that has just been dropped can reach every pose. As it loses energy, poses "

@@ -22,7 +22,7 @@ WORDS = {
     "NEAR_TIE": ("Two ways between poses are almost equally high",
                  "The answer is still good, but parts may differ from piece to piece."),
     "COARSE_CURVE": ("A curve is too coarse for the simulation",
-                     "Poses on the curve come out too probable, those on flat ends too rare."),
+                     "The estimates are not touched by this: compare them."),
     "METHODS_DISAGREE": ("The quick estimates disagree",
                          "Trust the simulation more than any of them."),
     "LOW_DROP": ("The part is released low",

@@ -218,7 +218,7 @@
   }
   function turn(across, up) {
     state.azimuth -= 0.5 * across;
-    state.elevation = Math.max(-89, Math.min(89, state.elevation + 0.5 * up));
+    state.elevation = Math.max(2, Math.min(89, state.elevation + 0.5 * up));
     redraw();
   }
   function choose(place) {
