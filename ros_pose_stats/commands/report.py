@@ -32,7 +32,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="parts dropped a minute, those sent back included; with --wanted")
     command.add_argument("--drops", type=int, metavar="N",
                          help="of the simulation (default: 5000, fewer where they take more than "
-                         "0.6 s)")
+                         "0.8 s)")
     command.add_argument("--seed", type=int, default=1, metavar="S",
                          help="of the simulation (default: %(default)s)")
     add_scene_options(command)

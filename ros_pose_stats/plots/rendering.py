@@ -1,7 +1,7 @@
 """A part on the plate as pixels: orthographic, with hidden surfaces, edges and a shadow.
 
-All fragments of all triangles are made at once and the nearest of each pixel is kept, so that
-concave parts come out right and a picture takes a few hundredths of a second.
+The nearest triangle of each pixel is seen, so that concave parts come out right; a picture takes a
+few hundredths of a second.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .rasters import nearest_triangles
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -30,9 +32,6 @@ STEP = 0.02
 
 FINENESS = 2
 """Samples a pixel, each way."""
-
-AT_ONCE = 3_000_000
-"""Fragments held in memory."""
 
 
 class View(NamedTuple):
@@ -83,7 +82,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     frame = np.stack([scale * right, -scale * up, scale * towards], axis=1)
     shift = np.array([0.5 * wide, 0.5 * high, 0.0]) - view.center @ frame
     seen = normals @ towards > 1e-9
-    nearest, depth = _nearest(triangles[seen] @ frame + shift, wide, high)
+    nearest, depth = nearest_triangles(triangles[seen] @ frame + shift, wide, high)
     plate, level = _plate(frame, shift, view.plate, wide, high)
     plate &= ~(depth > level)
     parts = int(seen.sum())
@@ -92,7 +91,7 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     shades = np.concatenate([bright[:, None] * color, np.full((1, 3), PLATE), np.ones((1, 3))])
     picture = shades[np.where(nearest < 0, parts + 1, nearest)]
     lit = triangles[normals[:, 2] > 1e-9] * (1.0, 1.0, 0.0) @ frame + shift
-    picture[plate & (_nearest(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
+    picture[plate & (nearest_triangles(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE
     facing = np.concatenate([normals[seen], [[0.0, 0.0, 1.0]], np.zeros((1, 3))])
     picture *= _edges(nearest, depth, facing, parts, STEP * wide)[..., None]
     picture = np.clip(picture, 0.0, 1.0)
@@ -127,65 +126,6 @@ def _plate(frame: Array, shift: Array, side: float, wide: int,
     east, north = (x * onto[0, k] + y * onto[1, k] for k in range(2))
     inside = (np.abs(east) <= side) & (np.abs(north) <= side)
     return inside, east * frame[0, 2] + north * frame[1, 2] + shift[2]
-
-
-def _nearest(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
-    """Nearest triangle of every pixel (-1 where there is none), and its depth."""
-    found = np.full(wide * high, -1, dtype=np.int64)
-    depth = np.full(wide * high, -np.inf)
-    owner, y, begin, end = _spans(corners, wide, high)
-    span = end - begin
-    slope = _slopes(corners)
-    least, most = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    for some in _batches(span):
-        row = np.repeat(some, span[some])
-        first = np.repeat(np.cumsum(span[some]) - span[some], span[some])
-        x = begin[row] + np.arange(len(row)) - first
-        mine, pixel = owner[row], y[row] * wide + x
-        origin = corners[mine, 0]
-        far = (origin[:, 2] + (x + 0.5 - origin[:, 0]) * slope[mine, 0]
-               + (y[row] + 0.5 - origin[:, 1]) * slope[mine, 1])
-        far = np.clip(far, least[mine], most[mine])
-        np.maximum.at(depth, pixel, far)
-        kept = far >= depth[pixel]
-        found[pixel[kept]] = mine[kept]
-    return found.reshape(high, wide), depth.reshape(high, wide)
-
-
-def _spans(corners: Array, wide: int, high: int) -> tuple[Index, Index, Index, Index]:
-    """Triangle, row, first column and end of every stretch of pixels that is covered."""
-    low = np.clip(np.ceil(corners[:, :, 1].min(axis=1) - 0.5), 0, high).astype(np.int64)
-    top = np.clip(np.ceil(corners[:, :, 1].max(axis=1) - 0.5), 0, high).astype(np.int64)
-    rows = top - low
-    owner = np.repeat(np.arange(len(corners)), rows)
-    y = low[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(rows) - rows, rows)
-    left, right = np.full(len(owner), np.inf), np.full(len(owner), -np.inf)
-    for k in range(3):
-        p, q = corners[owner, k, :2], corners[owner, (k + 1) % 3, :2]
-        crosses = (p[:, 1] <= y + 0.5) != (q[:, 1] <= y + 0.5)
-        share = (y + 0.5 - p[:, 1])[crosses] / (q[:, 1] - p[:, 1])[crosses]
-        x = p[crosses, 0] + share * (q[:, 0] - p[:, 0])[crosses]
-        left[crosses] = np.minimum(left[crosses], x)
-        right[crosses] = np.maximum(right[crosses], x)
-    begin = np.clip(np.ceil(np.clip(left, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
-    end = np.clip(np.ceil(np.clip(right, -1.0, wide + 1.0) - 0.5), 0, wide).astype(np.int64)
-    return owner, y, begin, np.maximum(end, begin)
-
-
-def _slopes(corners: Array) -> Array:
-    """Rise (t, 2) of the depth across and down each triangle; 0 where it is seen edge-on."""
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(one, two)
-    edge_on = np.abs(normal[:, 2]) < 1e-9
-    flat = np.where(edge_on, 1.0, normal[:, 2])
-    return np.where(edge_on[:, None], 0.0, -normal[:, :2] / flat[:, None])
-
-
-def _batches(counts: Index) -> list[Index]:
-    """Numbers of what has any fragments, in portions of so many."""
-    some = np.flatnonzero(counts)
-    portion = np.cumsum(counts[some]) // AT_ONCE
-    return np.split(some, np.flatnonzero(np.diff(portion)) + 1) if len(some) else []
 
 
 def _edges(nearest: Index, depth: Array, facing: Array, parts: int, step: float) -> Array:

@@ -1,32 +1,26 @@
-"""The sphere of poses: contours of r(u) and R(u) and the basins of the poses (Figs. 1C, 3D-F)."""
+"""The sphere of poses: contours of r(u) and R(u), and the basins of the poses (Fig. 1C)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..geometry.pose_sphere import PoseSphere, on_map
+from ..geometry.pose_sphere import PoseSphere
 from ..geometry.splitting_graph import SplittingNode
-from .cost import INK, REFERENCE
+from .cost import INK
+from .discs import across_disc, mark, two_discs
 
 Array = NDArray[np.float64]
 Function = Literal["r", "R"]
 
-DISC = 2.6
-"""Inches from disc to disc."""
-
-SIDES = ("around the part's -z", "around the part's +z")
 CONTOURS = 12
 COLORS = "cividis"
 """From dark to light as in the paper, also for the colour-blind and in grey."""
@@ -34,17 +28,6 @@ COLORS = "cividis"
 MOST_BORDERS = 40
 """Basins whose borders are drawn; the facets of a curve would be all borders."""
 
-NEAR = 0.13
-"""Poses nearer than this on the page share a label, in radii of the disc."""
-
-APART = 0.03
-"""Energies that are drawn differ by at least this fraction."""
-
-BELOW = 1e-3
-"""How far below a split the reachable set is drawn, as a fraction of its level."""
-
-SHADES = ("#9ecae1", "#fdd0a2", "#c7e9c0", "#dadaeb", "#fcbba1", "#d9d9d9")
-UNREACHED = "#4d4d4d"
 
 
 def sphere_figure(sphere: PoseSphere, function: Function = "R",
@@ -67,14 +50,14 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     span = max(high - low, 1e-12)
-    figure, discs = _discs(1, 0.0, 1.1)
+    figure, discs = two_discs(1, 0.0, 1.1)
     for hemisphere, axes in enumerate(discs[0]):
         # As an image: outlines of the bands would be thousands of corners.
         bands = np.clip(np.floor(CONTOURS * (values[hemisphere] - low) / span), 0, CONTOURS - 1)
         axes.imshow(bands, origin="lower", extent=(-1, 1, -1, 1), vmin=0,
                     vmax=CONTOURS - 1, cmap=COLORS, interpolation="nearest")
         _draw_borders(axes, sphere.pose[hemisphere])
-    _mark(discs[0], sphere, root)
+    mark(discs[0], sphere, root)
     high_page = figure.get_figheight()
     bar = figure.colorbar(ScalarMappable(Normalize(low, high), ListedColormap(
         _colors(CONTOURS))), orientation="horizontal",
@@ -88,119 +71,6 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
     return figure
 
 
-def reachable_figure(sphere: PoseSphere, root: SplittingNode,
-                     energies: Sequence[float]) -> Figure:
-    """Draw the poses that can still be reached at some energies (Eq. 7, Figs. 3D-F).
-
-    Parameters
-    ----------
-    sphere : PoseSphere
-    root : SplittingNode
-        Of the same part.
-    energies : sequence of float
-        Mechanical energy over weight, metres; a row of two discs each.
-
-    Returns
-    -------
-    Figure
-        Reachable poses light, a shade a component, the others dark; poses as numbers.
-    """
-    figure, discs = _discs(len(energies), 0.25, 0.3)
-    across = _across(sphere.R.shape[1])
-    for row, energy in zip(discs, energies, strict=True):
-        parts = components_at(root, energy)
-        component = np.full(len(sphere.downs), -1)
-        for number, poses in enumerate(parts):
-            component[list(poses)] = number
-        for hemisphere, axes in enumerate(row):
-            inside = sphere.pose[hemisphere] >= 0
-            reached = inside & (sphere.R[hemisphere] <= energy)
-            shade = np.where(reached, 1 + component[sphere.pose[hemisphere]] % len(SHADES), 0)
-            axes.imshow(np.where(inside, shade, np.nan), origin="lower",
-                        extent=(-1, 1, -1, 1), interpolation="nearest", vmin=0,
-                        vmax=len(SHADES), cmap=ListedColormap([UNREACHED, *SHADES]))
-            height = np.where(inside, sphere.R[hemisphere], np.nan)
-            axes.contour(across, across, height, [energy], colors="#000000", linewidths=0.9)
-        _mark(row, sphere, None)
-        several = f"{len(parts)} separate sets" if len(parts) > 1 else "one connected set"
-        row[0].annotate(f"energy / weight {1e3 * energy:.4g} mm: {several}", (0.02, 1.0),
-                        xycoords="axes fraction", fontsize=9.5, color=INK, va="bottom")
-    figure.legend(handles=[Patch(facecolor=SHADES[0], edgecolor="black",
-                                 label="can still be reached (a shade a set)"),
-                           Patch(facecolor=UNREACHED, label="out of reach")],
-                  loc="lower center", ncols=2, frameon=False, fontsize=8.5, labelcolor=INK,
-                  handlelength=1.6)
-    return figure
-
-
-def components_at(root: SplittingNode, energy: float) -> list[tuple[int, ...]]:
-    """Poses of each connected component of the reachable set.
-
-    Parameters
-    ----------
-    root : SplittingNode
-    energy : float
-        Over weight, metres. Components whose poses all lie above it count as well.
-    """
-    found, waiting = [], [root]
-    while waiting:
-        node = waiting.pop()
-        if node.level is None or node.level <= energy:
-            found.append(node.poses)
-        else:
-            waiting.extend(reversed(node.parts))
-    return found
-
-
-def telling_energies(root: SplittingNode, most: int = 3) -> list[float]:
-    """Energies over weight, metres, just below the splits that part most: from the top down.
-
-    A split parts much where even its less probable component is probable.
-    """
-    splits = {node.level: min(part.probability for part in node.parts)
-              for node in root.walk() if node.level is not None}
-    chosen: list[float] = []
-    for level in sorted(splits, key=lambda level: -splits[level]):
-        if len(chosen) < most and all(abs(level - one) > APART * one for one in chosen):
-            chosen.append(level)
-    return [level * (1.0 - BELOW) for level in sorted(chosen, reverse=True)]
-
-
-def _discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axes]]]:
-    """Rows of two discs, with inches left above each row and below all."""
-    high = rows * (DISC + above) + below
-    figure = Figure(figsize=(2.0 * DISC, high))
-    FigureCanvasAgg(figure)
-    found = []
-    for row in range(rows):
-        bottom = high - (row + 1) * (DISC + above)
-        found.append([figure.add_axes((0.5 * hemisphere, bottom / high, 0.5, DISC / high))
-                      for hemisphere in range(2)])
-        for hemisphere, axes in enumerate(found[-1]):
-            axes.set(xlim=(-1.35, 1.35), ylim=(-1.42, 1.28), aspect="equal")
-            axes.set_axis_off()
-            axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, edgecolor=INK, linewidth=1.0,
-                                  zorder=3))
-            _name_rim(axes, hemisphere)
-    return figure, found
-
-
-def _name_rim(axes: Axes, hemisphere: int) -> None:
-    """Axes of the part at the rim, and the one in the middle below."""
-    right = "-x" if hemisphere == 0 else "+x"
-    left = "+x" if hemisphere == 0 else "-x"
-    for text, x, y in ((right, 1.13, 0.0), (left, -1.13, 0.0), ("+y", 0.0, 1.11)):
-        axes.text(x, y, text.replace("-", "\N{MINUS SIGN}"), fontsize=8, color=REFERENCE,
-                  ha="left" if x > 0 else "right" if x < 0 else "center",
-                  va="bottom" if y > 0 else "center")
-    axes.text(0.0, -1.15, SIDES[hemisphere].replace("-", "\N{MINUS SIGN}"), fontsize=8.5,
-              color=REFERENCE, ha="center", va="top")
-
-
-def _across(pixels: int) -> Array:
-    return np.asarray((2.0 * np.arange(pixels) + 1.0) / pixels - 1.0)
-
-
 def _colors(count: int) -> Array:
     from matplotlib import colormaps
 
@@ -212,51 +82,11 @@ def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
     there = np.unique(pose[pose >= 0])
     if len(there) > MOST_BORDERS:
         return
-    across = _across(len(pose))
+    across = across_disc(len(pose))
     for index in there[1:]:
         inside = np.where(pose >= 0, (pose == index).astype(float), np.nan)
         axes.contour(across, across, inside, [0.5], colors="#000000", linewidths=0.9, zorder=2
                      ).set_path_effects([withStroke(linewidth=2.2, foreground="#ffffff")])
-
-
-def _mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) -> None:
-    """Peaks, saddles of the splitting graph, and the poses with their numbers."""
-    if root is not None:
-        saddles = [node.saddle for node in root.walk() if node.saddle is not None]
-        for kind, points in (("^", sphere.peaks), ("x", np.array(saddles).reshape(-1, 3))):
-            if len(points) <= MOST_BORDERS:
-                _scatter(row, points, kind)
-    for hemisphere, place, numbers in _labels(sphere.downs):
-        text = ",".join(map(str, numbers[:3])) + ("..." if len(numbers) > 3 else "")
-        row[hemisphere].annotate(
-            text, place, ha="center", va="center", fontsize=8, color="#000000", zorder=5,
-            bbox={"boxstyle": "round,pad=0.22", "facecolor": "#ffffff", "edgecolor": "#000000",
-                  "linewidth": 0.8})
-
-
-def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
-    hemisphere, place = on_map(directions)
-    for number, axes in enumerate(row):
-        there = place[hemisphere == number]
-        if kind == "x":
-            axes.plot(*there.T, linestyle="none", marker="x", markersize=6.0, color="#ffffff",
-                      markeredgewidth=3.0, zorder=4)
-        axes.plot(*there.T, linestyle="none", marker=kind, markersize=6.0 if kind == "x" else 4.5,
-                  color="#d7301f" if kind == "x" else "#000000", markeredgecolor=None
-                  if kind == "x" else "#ffffff", markeredgewidth=1.5 if kind == "x" else 0.5,
-                  zorder=4)
-
-
-def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
-    """Places of the poses on the page; those that would cover each other share one."""
-    hemisphere, place = on_map(downs)
-    left = list(range(len(downs)))
-    while left:
-        first = left[0]
-        near = [one for one in left if hemisphere[one] == hemisphere[first]
-                and float(np.linalg.norm(place[one] - place[first])) < NEAR]
-        yield int(hemisphere[first]), (float(place[first, 0]), float(place[first, 1])), near
-        left = [one for one in left if one not in near]
 
 
 def _legend(saddles: bool) -> list[Line2D]:

@@ -16,7 +16,7 @@ from ..simulation import simulate
 from .feeding import Feeding, feeding, refuse_unknown
 
 MOST_DROPS = 5000
-LONGEST = 0.6
+LONGEST = 0.8
 """Drops, or seconds of dropping, where the number of drops is not given: a page is for looking
 at soon, and the intervals say what they leave open."""
 
@@ -65,7 +65,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     ----------
     part : Part
     drops : int, optional
-        Default: 5000, or as many as are done in 0.6 s. However many they were, the same
+        Default: 5000, or as many as are done in 0.8 s. However many they were, the same
         number with the same seed gives the same counts.
     seed, restitution, drop_height, cluster_tolerance, workers
         As for `simulate`.

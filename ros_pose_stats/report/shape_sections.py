@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from ..plots.files import svg_bytes
-from ..plots.sphere import Function, reachable_figure, sphere_figure, telling_energies
-from ..plots.splitting import MOST, splitting_figure
+from ..plots.reachable import reachable_figure, telling_energies
+from ..plots.sphere import Function, sphere_figure
+from ..plots.splitting import splitting_figure
+from ..plots.splitting_tree import MOST
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
 
