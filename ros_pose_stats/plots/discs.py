@@ -25,8 +25,14 @@ SIDES = ("around the part's -z", "around the part's +z")
 MOST_MARKS = 40
 """Saddles or peaks that are marked; more would cover the map."""
 
-NEAR = 0.13
-"""Poses nearer than this on the page share a label, in radii of the disc."""
+MOST_LABELS = 60
+"""Poses that are numbered, the lowest ones."""
+
+FEW, NAMED = 20, 3
+"""Up to so many poses, a label names three; of more it names the first one."""
+
+NEAR, FAR = 0.13, 0.3
+"""Poses nearer than this on the page share a label, in radii of the disc: of few and of many."""
 
 
 def two_discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axes]]]:
@@ -72,8 +78,9 @@ def mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) ->
         for kind, points in (("^", sphere.peaks), ("x", np.array(saddles).reshape(-1, 3))):
             if len(points) <= MOST_MARKS:
                 _scatter(row, points, kind)
+    named = NAMED if len(sphere.downs) <= FEW else 1
     for hemisphere, place, numbers in _labels(sphere.downs):
-        text = ",".join(map(str, numbers[:3])) + ("..." if len(numbers) > 3 else "")
+        text = ",".join(map(str, numbers[:named])) + ("..." if len(numbers) > named else "")
         row[hemisphere].annotate(
             text, place, ha="center", va="center", fontsize=8, color="#000000", zorder=5,
             bbox={"boxstyle": "round,pad=0.22", "facecolor": "#ffffff", "edgecolor": "#000000",
@@ -96,10 +103,11 @@ def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
 def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
     """Places of the poses on the page; those that would cover each other share one."""
     hemisphere, place = on_map(downs)
-    left = list(range(len(downs)))
+    reach = NEAR if len(downs) <= FEW else FAR
+    left = list(range(min(len(downs), MOST_LABELS)))
     while left:
         first = left[0]
         near = [one for one in left if hemisphere[one] == hemisphere[first]
-                and float(np.linalg.norm(place[one] - place[first])) < NEAR]
+                and float(np.linalg.norm(place[one] - place[first])) < reach]
         yield int(hemisphere[first]), (float(place[first, 0]), float(place[first, 1])), near
         left = [one for one in left if one not in near]

@@ -29,7 +29,6 @@ MOST_BORDERS = 40
 """Basins whose borders are drawn; the facets of a curve would be all borders."""
 
 
-
 def sphere_figure(sphere: PoseSphere, function: Function = "R",
                   root: SplittingNode | None = None) -> Figure:
     """Draw r or R over all poses, with basins, stable poses, saddles and peaks (Fig. 1C).

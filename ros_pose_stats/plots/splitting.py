@@ -93,6 +93,13 @@ def _plain(value: float, digits: int) -> str:
     return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
 
 
+def _told_apart(values: Sequence[float]) -> list[str]:
+    """Lengths with as many digits as it takes to tell them apart, at least four."""
+    digits = next((some for some in range(4, 9) if len({_plain(value, some) for value in values})
+                   == len(values)), 9)
+    return [_plain(value, digits) for value in values]
+
+
 def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
     names = branch.node.poses
     text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
@@ -119,7 +126,7 @@ def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest
     axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
     axes.set_xticks([])
     axes.set_yticks([shown for _, shown in levels],
-                    [_plain(1e3 * level, 4) for level, _ in levels], fontsize=8.5)
+                    _told_apart([1e3 * level for level, _ in levels]), fontsize=8.5)
     axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
     axes.spines[["top", "right", "bottom"]].set_visible(False)
     axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)

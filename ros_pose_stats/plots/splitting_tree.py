@@ -53,7 +53,7 @@ def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
     ----------
     root : SplittingNode
     most : int
-        Ends at most, if the top split does not have more.
+        Ends at most; a split into more stays closed.
     """
     top, order = Branch(root), count()
     waiting = [(-root.probability, next(order), top)]
@@ -61,7 +61,7 @@ def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
     while waiting:
         _, _, branch = heapq.heappop(waiting)
         parts = _parts(branch.node)
-        if not parts or (ends + len(parts) - 1 > most and branch is not top):
+        if not parts or ends + len(parts) - 1 > most:
             continue
         ends += len(parts) - 1
         branch.parts = [Branch(part) for part in parts]

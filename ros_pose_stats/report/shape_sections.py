@@ -6,12 +6,12 @@ from ..plots.files import svg_bytes
 from ..plots.reachable import reachable_figure, telling_energies
 from ..plots.sphere import Function, sphere_figure
 from ..plots.splitting import splitting_figure
-from ..plots.splitting_tree import MOST
+from ..plots.splitting_tree import MOST, drawn_tree
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
 
 FITTING = 9
-"""Poses whose splitting graph can be read at a phone's width; a wider one is pushed sideways."""
+"""Ends of a splitting graph that can be read at a phone's width; more are pushed sideways."""
 
 CAPTIONS: tuple[tuple[Function, str], ...] = (
     ("R", "R(u): how high the centre of mass is with the direction u pointing down. A part rolls "
@@ -26,11 +26,12 @@ def graph_section(findings: Findings) -> str:
     poses = findings.simulated.poses
     if findings.graph.level is None:
         return section("How the poses part", paragraph("There is one stable pose only."))
+    ends = sum(not branch.parts for branch in drawn_tree(findings.graph).walk())
     image = picture(svg_bytes(splitting_figure(findings.graph, poses)), "svg+xml",
                     "Splitting graph: sets of poses, the energies at which they part, and the "
-                    "probability of each way", "broad" if len(poses) > FITTING else "")
-    cut = (f" Of {len(poses)} poses only the {MOST} or fewer most probable ends are drawn; what "
-           "parts farther down stays together." if len(poses) > MOST else "")
+                    "probability of each way", "broad" if ends > FITTING else "")
+    cut = (f" The graph of {len(poses)} poses is opened to at most {MOST} ends, where it is most "
+           "probable; what parts farther down stays together." if len(poses) > MOST else "")
     about = ("A part that has just been dropped can reach every pose. As it loses energy, poses "
              "that are parted by a ridge can no longer be reached from each other: the set falls "
              "apart, from the top down. Boxes are sets of poses, circles single ones.")
@@ -44,7 +45,7 @@ def graph_section(findings: Findings) -> str:
     sets = ("Poses that can still be reached, just below the splits that matter most. Each disc "
             "is half of all directions of the part that may point down; see the next section.")
     return section("How the poses part", paragraph(about), element(
-        "div", figure(image, caption) + figure(reached, sets), "pair"))
+        "div", figure(image, caption) + figure(reached, sets), "" if ends > FITTING else "pair"))
 
 
 def sphere_section(findings: Findings) -> str:

@@ -68,3 +68,5 @@ def test_a_random_body_is_drawn_with_labels_that_share_a_place():
             for number in label.rstrip(".").split(",")}
     assert told <= set(range(len(resting.poses)))
     assert len(told) > 3
+    figure.canvas.draw()
+    assert clipped(figure) == []

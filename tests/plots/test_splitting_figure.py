@@ -49,6 +49,19 @@ def test_parts_lie_below_what_they_part_from(surface):
     assert sum(branch.node.probability for branch in ends) == pytest.approx(1.0)
 
 
+def test_levels_that_are_almost_equal_have_different_labels():
+    _, figure = drawing(random_polyhedron(60, 2), 0.0)
+    ticks = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert len(set(ticks)) == len(ticks) > 5
+
+
+def test_a_split_into_too_many_stays_closed():
+    root, figure = drawing(cylinder(40, 0.03, 0.01), 0.0)
+    top = drawn_tree(root)
+    assert {len(branch.node.poses) for branch in top.walk() if not branch.parts} == {1, 40}
+    assert any(text.get_text() == "40 poses" for text in figure.axes[0].texts)
+
+
 def test_a_graph_of_many_poses_is_cut_where_little_comes():
     root, figure = drawing(random_polyhedron(300, 3), 0.0)
     ends = [branch for branch in drawn_tree(root).walk() if not branch.parts]
