@@ -77,13 +77,13 @@ def again(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]
         named += ["--unit", options.unit]
     if options.com is not None:
         named += ["--com", *(repr(x) for x in options.com)]
-    named += ["--cluster-tolerance", f"{options.cluster_tolerance:g}",
-              "--restitution", f"{options.restitution:g}"]
+    named += ["--cluster-tolerance", repr(options.cluster_tolerance),
+              "--restitution", repr(options.restitution)]
     if options.drop_height is not None:
         named += ["--drop-height", repr(options.drop_height)]
     drops = ["--drops", str(found.drops), "--seed", str(found.seed)]
     asked = ["--wanted", *map(str, options.wanted)] if options.wanted else []
-    asked += ["--rate", f"{options.rate:g}"] if options.rate is not None else []
+    asked += ["--rate", repr(options.rate)] if options.rate is not None else []
     page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
     return tuple(shlex.join(["ros_pose_stats", *words])
                  for words in (page, ["simulate", *named, *drops]))

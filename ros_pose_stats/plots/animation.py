@@ -83,7 +83,8 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     stage = _stage(trajectory, frames, root)
     canvas = FigureCanvasAgg(stage.figure)
     (point,) = stage.axes.plot([], [], marker="o", markersize=8, color="#D55E00",
-                               markeredgecolor="#000000", zorder=6, animated=True)
+                               markeredgecolor="#000000", zorder=6, animated=True,
+                               clip_on=False)
     # matplotlib's canvas has no annotations
     canvas.draw()  # type: ignore[no-untyped-call]
     background = canvas.copy_from_bbox(stage.figure.bbox)  # type: ignore[no-untyped-call]

@@ -32,7 +32,7 @@ PAUSE = 1.2
 FALL = 3.0
 """Radii above the first touch from which on the fall is shown."""
 
-UNSEEN = 2e-3
+UNSEEN = 5e-3
 """Energy above that at rest, in weights times radius, that nobody sees."""
 
 
