@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .geometry.parts import load_part, part_from_mesh
     from .geometry.poses import resting_poses
     from .geometry.splitting_graph import splitting_graph
+    from .planning import auto, hybrid
     from .recording.analysis import analyse_bags
     from .records import (
         DropEvent,
@@ -41,8 +42,10 @@ _HOMES = {
     "StablePose": "records",
     "Trajectory": "records",
     "analyse_bags": "recording.analysis",
+    "auto": "planning",
     "estimate": "estimators",
     "estimate_all": "estimators",
+    "hybrid": "planning",
     "load_part": "geometry.parts",
     "part_from_mesh": "geometry.parts",
     "record_drop": "simulation",
@@ -52,9 +55,9 @@ _HOMES = {
 }
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "PoseStatsError",
-           "StablePose", "Trajectory", "__version__", "analyse_bags", "estimate", "estimate_all",
-           "load_part", "part_from_mesh", "record_drop", "resting_poses", "simulate",
-           "splitting_graph"]
+           "StablePose", "Trajectory", "__version__", "analyse_bags", "auto", "estimate",
+           "estimate_all", "hybrid", "load_part", "part_from_mesh", "record_drop",
+           "resting_poses", "simulate", "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""`estimate PART`: stable poses and their probabilities by the analytic estimators."""
+"""`estimate PART`: stable poses and their probabilities, at once or with the help of drops."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import argparse
 import json
 import sys
 
+from ..errors import RequestError
+from ..records import PoseStatistics
+from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
 from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined")
+PLANNED = ("hybrid", "auto")
+"""Methods that drop the part, too."""
 DEFAULT_METHOD = "combined"
 
 
@@ -19,16 +24,20 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "estimate", help="estimate the pose statistics of a part at once",
         description="Estimate the stable poses of a part and their resting probabilities.")
     add_part_options(command)
-    command.add_argument("--method", choices=(*METHODS, "all"), default=DEFAULT_METHOD,
-                         metavar="NAME", help=f"{', '.join(METHODS)} or all "
-                         "(default: %(default)s)")
+    command.add_argument("--method", choices=(*METHODS, *PLANNED, "all"),
+                         default=DEFAULT_METHOD, metavar="NAME",
+                         help=f"{', '.join((*METHODS, *PLANNED))} or all (default: %(default)s)")
     add_scene_options(command)
+    add_drop_options(command, None)
     command.add_argument("--json", action="store_true", help="print one JSON object")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
+    if options.method in PLANNED:
+        return _planned(options)
+    _refuse_drops(options)
     with announce_slow_start():
         from ..estimators import ESTIMATORS, estimate
 
@@ -46,3 +55,30 @@ def run(options: argparse.Namespace) -> int:
 
         print(comparison(part, found) if options.method == "all" else report(part, found[0]))
     return 0
+
+
+def _planned(options: argparse.Namespace) -> int:
+    part = warm_part(options)
+    from ..planning import auto, hybrid
+    from ..planning.auto import MOST_DROPS
+    from ..simulation.request import DEFAULT_DROPS
+
+    method, most = (auto, MOST_DROPS) if options.method == "auto" else (hybrid, DEFAULT_DROPS)
+    bound = most if options.drops is None else options.drops
+
+    def start(run: DropRun) -> PoseStatistics:
+        return method(
+            part, drops=bound, target_error=options.target_error or 0.0,
+            restitution=options.restitution, seed=options.seed, drop_height=options.drop_height,
+            workers=options.workers, on_progress=run.on_progress, should_stop=run.should_stop,
+            cluster_tolerance=options.cluster_tolerance)
+
+    return run_drops(part, start, bound, as_json=options.json)
+
+
+def _refuse_drops(options: argparse.Namespace) -> None:
+    for name in ("drops", "target_error", "seed", "workers"):
+        if getattr(options, name) is not None:
+            raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",
+                               f"the method {options.method}",
+                               f"give --method {' or '.join(PLANNED)}, or `simulate` the part")

@@ -35,7 +35,7 @@ def drop_report(part: Part, found: PoseStatistics) -> str:
     lines = [_heading(part, found), "",
              f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
              f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
-             f"cluster tolerance {found.cluster_tolerance:g}, "
+             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
              f"expected error {100.0 * found.expected_error:.2f} points", "",
              f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'90 % interval':>16} "
              f"{'drops':>9} {'height':>9} {'barrier':>9} {'margin':>7}",
@@ -115,4 +115,5 @@ def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
     warnings = list(dict.fromkeys(line for each in found for line in each.warnings))
     seconds = sum(each.seconds for each in found)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
-    return ["", *warnings, f"computed in {duration}"]
+    choices = list(dict.fromkeys(each.choice for each in found if each.choice))
+    return ["", *choices, *warnings, f"computed in {duration}"]

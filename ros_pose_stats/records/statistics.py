@@ -119,7 +119,7 @@ class PoseStatistics:
     radius : float
         Largest distance from the centre of mass to a vertex, metres.
     method : str
-        Name of the estimator, or `simulation`.
+        Name of the estimator, `simulation`, or `hybrid`.
     restitution : float
         Of the scene that was asked for.
     drop_height : float
@@ -139,6 +139,8 @@ class PoseStatistics:
         Each `CODE: sentence`.
     version : str
         Of this package.
+    choice : str
+        Why this method, in one sentence, where it was not the caller who chose it; else empty.
     """
 
     part_id: str
@@ -157,12 +159,13 @@ class PoseStatistics:
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
     version: str = ""
+    choice: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
         plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
                  "cluster_tolerance", "drops", "unsettled", "seed", "expected_error",
-                 "plate_error", "seconds", "version")
+                 "plate_error", "seconds", "version", "choice")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]

@@ -53,16 +53,20 @@ class ChunkRun:
         Asked from the caller's thread; True ends the run after the chunks in hand.
     background : bool
         Workers give way to other threads.
+    wanted : int, optional
+        Drops that are wanted for certain; default: all. See `want`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
-                 should_stop: Callable[[], bool], background: bool = False) -> None:
+                 should_stop: Callable[[], bool], background: bool = False,
+                 wanted: int | None = None) -> None:
         self._drop = drop
         self._bound = drops
         self._workers = workers
         self._should_stop = should_stop
         self._background = background
-        self._lock = threading.Lock()
+        self._wanted = drops if wanted is None else wanted
+        self._lock = threading.Condition()
         self._next = 0
         self._size = FIRST_CHUNK
         self._stopped = False
@@ -72,6 +76,16 @@ class ChunkRun:
         """Hand out no more chunks."""
         with self._lock:
             self._stopped = True
+            self._lock.notify_all()
+
+    def want(self, drops: int) -> None:
+        """Hand out chunks up to that many drops; beyond them the workers wait.
+
+        A run that is looked at now and then would else do drops in vain after its last look.
+        """
+        with self._lock:
+            self._wanted = drops
+            self._lock.notify_all()
 
     def in_order(self) -> Iterator[DropOutcomes]:
         """Outcomes as they come, from drop 0 on without gaps.
@@ -130,11 +144,14 @@ class ChunkRun:
     def _take(self) -> tuple[int, int]:
         """The next chunk's first drop and size; size 0 if there is none."""
         with self._lock:
+            self._lock.wait_for(lambda: self._stopped or self._next < self._wanted
+                                or self._next >= self._bound)
             if self._stopped:
                 return self._next, 0
             # Towards the end the chunks get smaller, so that all workers end together.
-            fair = -(-(self._bound - self._next) // (2 * self._workers))
-            count = min(self._size, max(fair, LAST_CHUNKS), self._bound - self._next)
+            left = self._wanted - self._next
+            fair = -(-left // (2 * self._workers))
+            count = min(self._size, max(fair, LAST_CHUNKS), left)
             self._next += count
             return self._next - count, count
 

@@ -12,7 +12,7 @@ from ..geometry.trust import drop_warnings, pose_warnings
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
-from ..statistics.prefix import Prefix
+from ..statistics.prefix import Judge, Prefix
 from ..statistics.stopping import target_reached
 from ..version import VERSION
 from .chunks import ChunkRun
@@ -33,7 +33,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              should_stop: Callable[[], bool] | None = None, *,
              on_drops: Callable[[DropChunk], object] | None = None,
              background: bool = False,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+             judge: Judge | None = None) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
     Parameters
@@ -72,6 +73,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         Let the workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+    judge : Judge, optional
+        Tells the expected error in place of the counts, and when to look first.
 
     Returns
     -------
@@ -91,18 +94,19 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     request = drop_request(drops, seed, target_error, workers, sampling, starts)
     body = drop_body(part, scene.cluster_tolerance)
     prefix = Prefix(len(body.resting.poses), request.drops, request.target_error,
-                    request.sampling == "lattice")
+                    request.sampling == "lattice", judge)
+    means = Judge.means if judge is None else judge.means
     touched = 0
 
     def so_far() -> PoseStatistics:
-        return _statistics(part, body, scene, request, prefix, touched,
+        return _statistics(part, body, scene, request, prefix, touched, means,
                            time.perf_counter() - begin)
 
     def stop() -> bool:
         return prefix.finished or (should_stop is not None and bool(should_stop()))
 
     chunks = ChunkRun(_dropper(body, scene, request), request.drops, request.workers, stop,
-                      background)
+                      background, prefix.wanted)
     for outcomes in chunks.in_order():
         first, kept = prefix.drops, prefix.add(outcomes.pose)
         if on_drops is not None and kept:
@@ -110,6 +114,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         touched += int(outcomes.touched[:kept].sum())
         if prefix.finished:
             chunks.stop()
+        chunks.want(prefix.wanted)
         if on_progress is not None and kept:
             on_progress(DropProgress(
                 prefix.drops, request.drops, prefix.drops - prefix.settled,
@@ -135,7 +140,7 @@ def _downs(request: DropRequest, first: int, count: int) -> Array:
 
 
 def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropRequest,
-                prefix: Prefix, touched: int, seconds: float) -> PoseStatistics:
+                prefix: Prefix, touched: int, means: str, seconds: float) -> PoseStatistics:
     settled = prefix.settled
     errors = prefix.standard_errors()
     low, high = prefix.interval()
@@ -151,11 +156,12 @@ def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropR
         expected_error=prefix.expected_error(), seconds=seconds,
         warnings=(*part.warnings, *pose_warnings(body.resting),
                   *drop_warnings(body.resting),
-                  *_warnings(scene, body.radius, prefix, touched)),
+                  *_warnings(scene, body.radius, prefix, touched, means)),
         version=VERSION)
 
 
-def _warnings(scene: DropScene, radius: float, prefix: Prefix, touched: int) -> list[str]:
+def _warnings(scene: DropScene, radius: float, prefix: Prefix, touched: int,
+              means: str) -> list[str]:
     warnings = []
     radii = release_height(scene, radius) / radius
     if radii > HIGH_DROP_RADII:
@@ -165,7 +171,7 @@ def _warnings(scene: DropScene, radius: float, prefix: Prefix, touched: int) -> 
     if prefix.finished and prefix.target_error > 0.0 and not target_reached(
             prefix.expected_error(), prefix.target_error):
         warnings.append(
-            f"TARGET_MISSED: the expected error is {prefix.expected_error():.2g} after all "
+            f"TARGET_MISSED: the {means} is {prefix.expected_error():.2g} after all "
             f"{prefix.drops} drops, above the target of {prefix.target_error:g}.")
     unsettled = prefix.drops - prefix.settled
     if touched:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +12,29 @@ from numpy.typing import NDArray
 from .blocks import BlockSums
 from .errors import expected_error, standard_errors
 from .intervals import jeffreys_interval
-from .stopping import next_checkpoint, target_reached
+from .stopping import FIRST_CHECKPOINT, next_checkpoint, target_reached
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Who knows more about the error of counts than the counts themselves.
+
+    Attributes
+    ----------
+    error : callable
+        From counts (K,) to the error that is compared with the target, a fraction.
+    means : str
+        What that error is, for a sentence.
+    first : int
+        Drops before the first look.
+    """
+
+    error: Callable[[Index], float]
+    means: str = "expected error"
+    first: int = FIRST_CHECKPOINT
 
 
 class Prefix:
@@ -30,21 +51,32 @@ class Prefix:
     blocks : bool
         Whether the drops come in independently rotated blocks, whose scatter then gives the
         errors in place of the binomial ones.
+    judge : Judge, optional
+        Tells the error in their place.
     """
 
-    def __init__(self, poses: int, drops: int, target_error: float, blocks: bool) -> None:
+    def __init__(self, poses: int, drops: int, target_error: float, blocks: bool,
+                 judge: Judge | None = None) -> None:
         self.bound = drops
         self.target_error = target_error
         self.counts = np.zeros(poses, dtype=np.int64)
         self.drops = 0
         self.finished = False
         self._sums = BlockSums(poses) if blocks else None
-        self._next = next_checkpoint(0, drops)
+        self._judge = judge
+        self._judged = -1, math.nan
+        self._first = FIRST_CHECKPOINT if judge is None else judge.first
+        self._next = next_checkpoint(0, drops, self._first)
 
     @property
     def settled(self) -> int:
         """Drops that came to rest."""
         return int(self.counts.sum())
+
+    @property
+    def wanted(self) -> int:
+        """Drops up to the next look; up to the bound where no look can end the run."""
+        return self._next if self.target_error > 0.0 else self.bound
 
     def add(self, outcomes: Index) -> int:
         """Lengthen the prefix; return how many of the drops were still wanted.
@@ -63,7 +95,7 @@ class Prefix:
                 enough = self.target_error > 0.0 and target_reached(self.expected_error(),
                                                                     self.target_error)
                 self.finished = enough or self.drops >= self.bound
-                self._next = next_checkpoint(self.drops, self.bound)
+                self._next = next_checkpoint(self.drops, self.bound, self._first)
         return begin
 
     def _count(self, outcomes: Index) -> None:
@@ -78,7 +110,11 @@ class Prefix:
         return math.sqrt(factor) * standard_errors(self.counts, self.settled)
 
     def expected_error(self) -> float:
-        """Root mean square of the standard errors."""
+        """Root mean square of the standard errors, or what the judge says."""
+        if self._judge is not None:
+            if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
+                self._judged = self.drops, self._judge.error(self.counts)
+            return self._judged[1]
         return expected_error(self.standard_errors())
 
     def interval(self) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ FIRST_CHECKPOINT: Final = 100
 """Drops before the first look; fewer say little about their own error."""
 
 
-def next_checkpoint(done: int, drops: int) -> int:
+def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int:
     """The first prefix longer than `done` that is looked at.
 
     The prefixes are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one
@@ -25,13 +25,15 @@ def next_checkpoint(done: int, drops: int) -> int:
         Length of the prefix behind, 0 <= done.
     drops : int
         The bound of the run, 1 <= drops.
+    first : int
+        The shortest prefix, 2 <= first.
 
     Returns
     -------
     int
         At most `drops`; `drops` itself once `done` has reached it.
     """
-    checkpoint = FIRST_CHECKPOINT
+    checkpoint = first
     while checkpoint <= done:
         checkpoint = checkpoint * 3 // 2
     return min(checkpoint, drops)

@@ -18,6 +18,7 @@ from tests.bodies import write_stl
 from tests.running import ROOT, answer, command, complaints, strict_json
 
 STATISTICS_KEYS = {
+    "choice",
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
     "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
     "seconds", "version", "warnings", "poses",

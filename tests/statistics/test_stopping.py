@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.statistics import checkpoints, next_checkpoint, target_reached
+from ros_pose_stats.statistics.prefix import Judge, Prefix
 
 
 def test_the_first_ones():
@@ -50,3 +52,25 @@ def test_next_is_the_first_beyond(done, drops):
 ])
 def test_target(expected, target, stops):
     assert target_reached(expected, target) is stops
+
+
+def test_an_earlier_first_look():
+    done, found = 0, []
+    while done < 100:
+        done = next_checkpoint(done, 100, 10)
+        found.append(done)
+    assert found == [10, 15, 22, 33, 49, 73, 100]
+
+
+def test_a_judge_stops_in_place_of_the_counts():
+    told = []
+
+    def error(counts):
+        told.append(int(counts.sum()))
+        return 0.5 if counts.sum() < 15 else 0.01
+
+    prefix = Prefix(2, 1000, 0.02, False, Judge(error, first=10))
+    assert prefix.wanted == 10
+    assert prefix.add(np.zeros(40, np.int64)) == 15
+    assert prefix.finished and prefix.expected_error() == 0.01
+    assert told == [10, 15]

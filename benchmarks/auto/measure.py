@@ -1,0 +1,56 @@
+"""Estimate and drops combined, and the cheapest method for a target error.
+
+.venv/bin/python -m benchmarks.auto [--parts N] [--cases FILE] [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from ..command import DOCS
+from ..report import collected, write_page
+from ..results import Section, save
+from .cases import Case, dropped, store, stored
+from .choosing import choosing
+from .sharpening import coverage, needed, sharpening
+
+PARTS = 200
+
+
+def sections(cases: Sequence[Case]) -> Iterator[Section]:
+    """Measure and hand over one table after the other."""
+    yield sharpening(cases)
+    yield needed(cases)
+    yield coverage(cases)
+    yield choosing(cases)
+
+
+def cases_of(parts: int, file: Path | None, said: Callable[[str], object]) -> list[Case]:
+    """Parts with their drops, from a file where there is one, else kept in it."""
+    if file is not None and file.exists():
+        return [one for one in stored(file) if one.number < parts]
+    made = dropped(parts, said)
+    if file is not None:
+        store(made, file)
+    return made
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, print, and with `--write` store the results and render the page."""
+    parser = argparse.ArgumentParser(prog="benchmarks.auto",
+                                     description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--parts", type=int, default=PARTS, help="default: %(default)s")
+    parser.add_argument("--cases", type=Path, help="keeps the drops for another run")
+    parser.add_argument("--write", action="store_true",
+                        help="store docs/benchmarks/auto.json and render docs/benchmarks.md")
+    options = parser.parse_args(arguments)
+    results = collected(sections(cases_of(options.parts, options.cases, print)), print)
+    if options.write:
+        save(results, DOCS / "benchmarks" / "auto.json")
+        print(write_page(DOCS))
+
+
+if __name__ == "__main__":
+    main()

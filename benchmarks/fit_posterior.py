@@ -1,0 +1,136 @@
+"""Fits how estimates err, for `statistics/posterior/fitted.py`.
+
+    .venv/bin/python -m benchmarks.fit_posterior [--method NAME] [--every N] [--write]
+
+Four numbers a restitution, by maximum likelihood: the probability that the counts of the
+reference datasets have where the estimates are all that is known beforehand. And by which factor
+the error of an estimate stays below its expected error on nine parts out of ten, for every method.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.statistics.intervals import DEFAULT_LEVEL
+from ros_pose_stats.statistics.posterior import PriorFit
+from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
+
+from .posterior_samples import RESTITUTIONS, Sample, samples
+
+Array = NDArray[np.float64]
+
+MODULE = Path(__file__).resolve().parents[1] / "ros_pose_stats/statistics/posterior/fitted.py"
+
+BEGIN = (0.0, math.log(0.5), math.log(0.01), math.log(0.01))
+STEP = 0.4
+"""Size of the first simplex, in the logarithms that are searched."""
+CLOSE, LIKELY = 0.01, 0.1
+"""Where the search ends: in the logarithms, and in the log likelihood of all counts."""
+
+
+def log_likelihood(some: Sequence[Sample], fit: PriorFit) -> float:
+    """Of the counts of some bodies."""
+    return sum(one.prior(fit).log_evidence(one.blocks.sum(axis=0)) for one in some)
+
+
+def fitted(some: Sequence[Sample]) -> PriorFit:
+    """The likeliest numbers for bodies at one restitution."""
+    begin = np.array(BEGIN)
+    simplex = np.vstack((begin, begin + STEP * np.eye(len(begin))))
+    found = minimize(lambda x: -log_likelihood(some, _fit(x)), begin, method="Nelder-Mead",
+                     options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": LIKELY})
+    return _fit(found.x)
+
+
+def fitted_everywhere(some: Sequence[Sample]) -> dict[float, PriorFit]:
+    """By restitution."""
+    return {rho: fitted([one for one in some if one.restitution == rho])
+            for rho in RESTITUTIONS}
+
+
+def bound_factor(some: Sequence[Sample]) -> float:
+    """True error over the expected one, the reference's noise taken off, nine times out of ten."""
+    ratios = []
+    for one in some:
+        counts = one.blocks.sum(axis=0)
+        s = counts / counts.sum()
+        square = np.mean(np.square(one.estimate - s) - s * (1.0 - s) / (counts.sum() - 1))
+        ratios.append(math.sqrt(max(square, 0.0)) / one.expected_error)
+    return float(np.quantile(ratios, DEFAULT_LEVEL))
+
+
+def bound_factors(every: int) -> dict[str, tuple[float, ...]]:
+    """By method, at each restitution."""
+    found = {}
+    for method in ESTIMATORS:
+        some = samples(method, every)
+        found[method] = tuple(bound_factor([one for one in some if one.restitution == rho])
+                              for rho in RESTITUTIONS)
+    return found
+
+
+def _fit(x: Array) -> PriorFit:
+    return PriorFit(float(x[0]), *(math.exp(min(value, 0.0)) for value in x[1:]))
+
+
+def source(method: str, fits: dict[float, PriorFit],
+           factors: dict[str, tuple[float, ...]]) -> str:
+    """The module that holds the numbers."""
+    rows = "\n".join(f'    ({", ".join(f"{value:.4g}" for value in fit)}),'
+                     for fit in fits.values())
+    bounds = "\n".join(f'    "{name}": ({", ".join(f"{value:.3g}" for value in row)}),'
+                       for name, row in factors.items())
+    return TEXT.format(method, tuple(fits), rows, bounds)
+
+
+TEXT = '''"""Numbers of the prior, written by `python -m benchmarks.fit_posterior`."""
+
+from __future__ import annotations
+
+from typing import Final
+
+FITTED_METHOD: Final = "{}"
+"""The estimator that they belong to."""
+
+FITTED_AT: Final = {}
+"""Restitutions of the rows below."""
+
+FITTED: Final = (
+{}
+)
+"""`PriorFit.center`, `spread`, `faint` and `sure` at each."""
+
+BOUND_FACTORS: Final[dict[str, tuple[float, ...]]] = {{
+{}
+}}
+"""By which factor the error stays below the expected one in 90 % of the parts, at each."""
+'''
+
+
+def main() -> None:
+    """Fit, and print or write."""
+    parser = argparse.ArgumentParser(prog="benchmarks.fit_posterior",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("--method", default=FITTED_METHOD,
+                        help="the estimator to combine with drops (default: %(default)s)")
+    parser.add_argument("--every", type=int, default=2, help="take every so many bodies; the "
+                        "others are left to judge by (default: %(default)s)")
+    parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
+    options = parser.parse_args()
+    text = source(options.method, fitted_everywhere(samples(options.method, options.every)),
+                  bound_factors(options.every))
+    if options.write:
+        MODULE.write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""What the commands that drop a part share: options, a run that Ctrl-C ends, its report."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..records import DropProgress, Part, PoseStatistics
+from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
+from .part_options import part_of
+from .progress_bar import ProgressBar
+from .slow_start import announce_slow_start
+
+
+class DropRun(NamedTuple):
+    """How a run tells its progress, and hears that it is to stop."""
+
+    on_progress: Callable[[DropProgress], object]
+    should_stop: Callable[[], bool]
+
+
+def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> None:
+    """Add how many drops, up to which error, from which seed, on how many threads.
+
+    Parameters
+    ----------
+    command : argparse.ArgumentParser
+    drops : int or None
+        The default; None where a command must know whether it was given.
+    """
+    shown = "10000 for hybrid, no bound for auto" if drops is None else drops
+    command.add_argument("--drops", type=int, default=drops, metavar="N",
+                         help="how many, or at most where a target error is given "
+                         f"(default: {shown})")
+    command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
+                         metavar="E", help="stop once the expected error, as a fraction, is down "
+                         "to this (default: none)")
+    command.add_argument("--seed", type=int, metavar="S",
+                         help="the same seed gives the same counts (default: a fresh one)")
+    command.add_argument("--workers", type=int, metavar="W", help="threads (default: all cores)")
+
+
+def warm_part(options: argparse.Namespace) -> Part:
+    """The part that the options name, with all that drops need compiled."""
+    with announce_slow_start(), end_on_interrupt():
+        from ..simulation import simulate
+
+        part = part_of(options)
+        simulate(part, 1, seed=0, workers=1)  # compiles what is not compiled yet
+    return part
+
+
+def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int, *,
+              as_json: bool) -> int:
+    """Run, with a bar where somebody watches, and print; returns the exit status.
+
+    Parameters
+    ----------
+    part : Part
+    start : callable
+        Runs the drops.
+    bound : int
+        Drops that make it whole.
+    as_json : bool
+        Print one JSON object, not a table.
+    """
+    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+        found = start(DropRun(bar.show, interrupted))
+    stopped = interrupted() and found.drops < bound
+    if as_json:
+        extra = {"interrupted": True} if stopped else {}
+        json.dump({**found.as_dict(), **extra}, sys.stdout, allow_nan=False)
+        print()
+    else:
+        from .tables import drop_report, report
+
+        print((drop_report if found.drops else report)(part, found))
+        if stopped:
+            print(f"interrupted after {found.drops} of {bound} drops")
+    return INTERRUPTED if stopped else 0

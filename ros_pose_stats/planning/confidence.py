@@ -1,0 +1,78 @@
+"""How sure an estimate, and drops with or without it, are to be within a target error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimators import ESTIMATORS
+from ..estimators.error_weights import ERROR_AT, USUAL_ERRORS
+from ..records import PoseStatistics
+from ..statistics.intervals import DEFAULT_LEVEL
+from ..statistics.posterior import PosePrior, error_quantile
+from ..statistics.posterior.fitted import BOUND_FACTORS, FITTED_AT
+from .hybrid import FIRST_LOOK
+
+Counts = NDArray[np.int64]
+
+WORTHLESS = 0.02
+"""An estimate that stands for less than this share of the drops needed is left out."""
+
+SOON = 0.7
+"""The first look, in drops for which the expected error is the target; its bound needs more."""
+
+
+def best_method(restitution: float) -> str:
+    """The estimator that errs least on the reference parts at a restitution."""
+    def usual(name: str) -> float:
+        squares = np.square(USUAL_ERRORS[name])
+        return float(np.interp(restitution, ERROR_AT, squares))
+
+    return min((name for name in ESTIMATORS if name in USUAL_ERRORS), key=usual)
+
+
+def estimate_bound(best: PoseStatistics) -> float:
+    """Error that an estimate keeps on nine parts out of ten: errors scatter over parts.
+
+    A method that the fit has not seen is taken to scatter like the one that scatters most.
+    """
+    worst = tuple(np.max(list(BOUND_FACTORS.values()), axis=0))
+    factors = BOUND_FACTORS.get(best.method, worst)
+    return best.expected_error * float(np.interp(best.restitution, FITTED_AT, factors))
+
+
+def worthwhile(prior: PosePrior, target_error: float) -> bool:
+    """Whether an estimate, or symmetry, saves a share of the drops that is worth having."""
+    return (len(prior.size) < len(prior.unit)
+            or prior.strength > WORTHLESS * plain_drops(prior, target_error))
+
+
+def plain_drops(prior: PosePrior, target_error: float) -> float:
+    """Drops that have the target as their expected error, if the estimate is about right."""
+    spread = prior.mean * (1.0 - prior.mean) / prior.size
+    return float(spread.sum()) / (len(prior.unit) * target_error ** 2)
+
+
+def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
+    """Drops before the first look: a look costs as much as a dozen drops, and few are enough.
+
+    It depends on part, scene and target alone, so the answer does not depend on the timing.
+    """
+    needed = plain_drops(prior, target_error) - (prior.strength if helped else 0.0)
+    return max(FIRST_LOOK, int(SOON * needed))
+
+
+def prior_bound(prior: PosePrior) -> Callable[[Counts], float]:
+    """The bound of the error by the counts and an estimate."""
+    return lambda counts: prior.updated(counts).error_quantile()
+
+
+def plain_bound(counts: Counts) -> float:
+    """The bound of the error by the counts alone; infinite where nothing was counted."""
+    total = float(counts.sum())
+    if total == 0.0:
+        return math.inf
+    return error_quantile((counts + 0.5) / (total + 0.5 * counts.size), total, DEFAULT_LEVEL)

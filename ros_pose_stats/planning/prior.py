@@ -1,0 +1,46 @@
+"""The estimate that drops are combined with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimators.expected import expected_error
+from ..estimators.registry import estimator
+from ..geometry.poses import RestingPoses
+from ..records import DropScene
+from ..records.scene import LOW_DROP_RADII
+from ..statistics.posterior import PosePrior
+from ..statistics.posterior.fitted import FITTED_METHOD
+
+
+def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """What the base estimate says before the first drop.
+
+    Its expected error was measured at a usual drop height; a lower one that it does not know
+    leaves next to nothing of its worth, so that drops have the say.
+
+    Parameters
+    ----------
+    resting : RestingPoses
+    scene : DropScene
+    """
+    base = estimator(FITTED_METHOD)
+    estimate = estimated(base.name, resting)
+    known = base.knows_drop_height or not low_drop(resting, scene)
+    expected = expected_error(base.name, resting, estimate, scene.restitution).here
+    return PosePrior(estimate, [pose.group for pose in resting.poses],
+                     expected if known else math.nan, scene.restitution)
+
+
+def estimated(method: str, resting: RestingPoses) -> NDArray[np.float64]:
+    """Probabilities (P,) by an estimator, in the order of `index`."""
+    return estimator(method).function(resting)
+
+
+def low_drop(resting: RestingPoses, scene: DropScene) -> bool:
+    """Whether the part is released so low that its pose at release matters."""
+    return (scene.drop_height is not None
+            and scene.drop_height < LOW_DROP_RADII * resting.body.radius)

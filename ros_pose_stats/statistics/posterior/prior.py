@@ -1,0 +1,170 @@
+"""What an estimate says before any drop: probabilities, and how far to believe them.
+
+The belief has a strength: as many pseudo-drops, divided as the estimate says. Nobody knows it
+for the part at hand. Its logarithm is taken to scatter over parts about what the expected error
+implies, with the tails of Student's t with three degrees of freedom, since a part may be of
+another family than those of the fit. Rare poses are estimated more surely than the others, but
+for a share of parts on which they are not: drops tell which kind a part is of. Poses that
+symmetry makes equal are one unit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import RequestError
+from .posterior import Posterior
+from .prior_fit import PriorFit, prior_fit
+from .sticks import Sticks
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FLOOR: Final = 1e-4
+"""Least probability of a pose: far below the errors of all methods, but above 0, so that drops
+can contradict an estimate that rules a pose out."""
+
+FLOORS_TOGETHER: Final = 0.01
+"""Most probability that the floor may take where there are many poses."""
+
+LEAST_ERROR: Final = 1e-4
+"""No estimate is believed to be nearer than this: beyond 10 million drops."""
+
+LEAST_STRENGTH: Final = 1.0
+"""Pseudo-drops of an estimate that is expected to be worthless."""
+
+TAIL: Final = 3.0
+"""Degrees of freedom of the scatter of the strength."""
+
+GRID: Final = np.linspace(-8.0, 5.0, 14)
+"""Strengths looked at, in spreads from the center of their logarithm."""
+
+LOOSE: Final = 0.1
+"""Share of parts on which rare poses are estimated no more surely than the others."""
+
+
+class PosePrior:
+    """Distribution of the pose probabilities of one part before it is dropped.
+
+    Parameters
+    ----------
+    estimate : (P,) array
+        Estimated probabilities, 0 <= estimate, with a sum of 1.
+    group : (P,) array of int
+        Poses of one number have equal probabilities by symmetry; 0 <= group.
+    expected_error : float
+        Root mean square over the poses, as a fraction; NaN where nothing is known.
+    restitution : float
+        0 <= restitution < 1; chooses the fit.
+    fit : PriorFit, optional
+        Default: the shipped one at that restitution.
+
+    Attributes
+    ----------
+    unit : (P,) array of int
+        The unit that each pose belongs to.
+    size : (G,) array of int
+        Poses of each unit.
+    mean : (G,) array
+        Probabilities of the units, summing to 1.
+    strength : float
+        Pseudo-drops that the estimate is typically worth.
+
+    Raises
+    ------
+    RequestError
+        If these are not probabilities of P poses, P at least 1.
+    """
+
+    def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
+                 restitution: float, fit: PriorFit | None = None) -> None:
+        given = _probabilities(estimate)
+        how = prior_fit(restitution) if fit is None else fit
+        self.unit: Index = np.unique(np.asarray(group), return_inverse=True)[1].reshape(-1)
+        if self.unit.shape != given.shape:
+            raise RequestError(f"a group for each of {given.size} poses",
+                               f"{self.unit.size}", "give poses of their own group each")
+        self.size: Index = np.bincount(self.unit)
+        together = np.bincount(self.unit, given).astype(np.float64)
+        self.mean: Array = _thinned(together, self.size, how.faint)
+        log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
+        self.strength = self._implied(expected_error) * math.exp(how.center)
+        firm = 1.0 + how.sure * self.size / self.mean
+        self._strength = np.exp(log_strength)[:, None] * np.vstack((firm, np.ones_like(firm)))[
+            :, None]
+        scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
+        log_weight = np.log((1.0 - LOOSE, LOOSE))[:, None] + scatter
+        self._log_weight = log_weight - np.log(np.exp(log_weight).sum())
+
+    def _implied(self, expected_error: float) -> float:
+        """Pseudo-drops that leave as large an error as is expected."""
+        spread = np.mean((self.mean * (1.0 - self.mean) / (self.size * self.size))[self.unit])
+        if math.isnan(expected_error):
+            return LEAST_STRENGTH
+        return max(float(spread) / max(expected_error, LEAST_ERROR) ** 2 - 1.0, LEAST_STRENGTH)
+
+    def log_evidence(self, counts: ArrayLike) -> float:
+        """Logarithm of the probability of such counts (P,), up to what the prior leaves alone."""
+        return self._updated(self._pooled(counts))[2]
+
+    def updated(self, counts: ArrayLike) -> Posterior:
+        """What is known after drops.
+
+        Parameters
+        ----------
+        counts : (P,) array of int
+            Settled drops in each pose; all 0 for what is known before the first.
+
+        Raises
+        ------
+        RequestError
+            If there are not P counts from 0 up.
+        """
+        pooled = self._pooled(counts)
+        sticks, weight, _ = self._updated(pooled)
+        mean, variance = (each.reshape(-1, pooled.size)[:, np.argsort(self._order(pooled))]
+                          for each in sticks.moments())
+        return Posterior.mixed(weight.reshape(-1), mean, variance, self.unit, self.size)
+
+    def _updated(self, pooled: Array) -> tuple[Sticks, Array, float]:
+        """Breaks after the drops at each strength, the strengths' weights, log evidence."""
+        order = self._order(pooled)
+        before = Sticks.around(self.mean[order], self._strength[..., order])
+        log_weight = self._log_weight + before.log_evidence(pooled[order])
+        top = log_weight.max()
+        weight = np.exp(log_weight - top)
+        return (before.updated(pooled[order]), weight / weight.sum(),
+                float(top + math.log(weight.sum())))
+
+    def _order(self, pooled: Array) -> Index:
+        """Rare units first; where estimates are equal, those seen less."""
+        return np.asarray(np.lexsort((pooled, self.mean)))
+
+    def _pooled(self, counts: ArrayLike) -> Array:
+        counted = np.asarray(counts, dtype=np.float64)
+        if counted.shape != self.unit.shape or not (counted >= 0.0).all():
+            raise RequestError(f"{self.unit.size} counts from 0 up", f"{counted}",
+                               "count the settled drops of each pose")
+        return np.bincount(self.unit, counted).astype(np.float64)
+
+
+def _thinned(together: Array, size: Index, faint: float) -> Array:
+    """Probabilities (G,) of the units with what a method overrates in rare poses taken off."""
+    each = together / size
+    kept = each * each / np.maximum(each + faint, FLOOR)
+    least = min(FLOOR, FLOORS_TOGETHER / size.sum())
+    raised = np.maximum(kept / max(float((kept * size).sum()), FLOOR), least) * size
+    return np.asarray(raised / raised.sum())
+
+
+def _probabilities(estimate: ArrayLike) -> Array:
+    given = np.asarray(estimate, dtype=np.float64)
+    if given.ndim != 1 or given.size == 0 or not (given >= 0.0).all() or not (
+            abs(given.sum() - 1.0) < 1e-6):
+        raise RequestError("probabilities of one pose at least, with a sum of 1",
+                           f"{given}", "give an estimate of all poses")
+    return given

@@ -1,0 +1,95 @@
+"""The benchmark of hybrid and auto and the fit behind them, tiny: what is reported and how."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks import fit_posterior
+from benchmarks.auto import cases, choosing, measure
+from benchmarks.auto.sharpening import coverage, needed, sharpening
+from benchmarks.posterior_samples import samples
+from benchmarks.report import rendered
+from benchmarks.results import Results
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.statistics.posterior import PriorFit
+from ros_pose_stats.statistics.posterior import fitted as shipped
+
+
+@pytest.fixture(scope="module")
+def few():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cases, "SEQUENCE", 300)
+        patch.setattr(cases, "REFERENCE", 600)
+        return cases.dropped(2, lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return samples(shipped.FITTED_METHOD, 60)
+
+
+class TestTheRun:
+    def test_sections(self, few, monkeypatch):
+        monkeypatch.setattr(choosing, "TARGETS", (0.3, 0.06))
+        found = [sharpening(few), needed(few), coverage(few), choosing.choosing(few)]
+        for section in found:
+            assert len({tuple(row.cells) for row in section.rows}) == 1
+            for row in section.rows:
+                assert row.targets
+                assert all(isinstance(cell, str) or math.isfinite(cell)
+                           for cell in row.cells.values())
+        assert [row.name for row in found[-1].rows] == ["auto, 30 points", "auto, 6 points",
+                                                     "auto, all"]
+        page = rendered([Results({}, tuple(found))])
+        assert all(f"## {section.title}" in page for section in found)
+
+    def test_cases_are_kept_in_a_file(self, few, tmp_path):
+        file = tmp_path / "cases.npz"
+        cases.store(few, file)
+        again = measure.cases_of(1, file, print)
+        assert [one.restitution for one in again] == list(cases.RESTITUTIONS)
+        for one, other in zip(again, few, strict=False):
+            assert one.counts(300).tolist() == other.counts(300).tolist()
+            assert one.reference.tolist() == other.reference.tolist()
+
+    def test_the_noise_of_the_reference_is_taken_off(self, few):
+        """The error of as many other drops of the same part is their own noise alone."""
+        case, random = few[0], np.random.default_rng(1)
+        p, n = case.reference / 600, 600
+        squares = [case._replace(reference=random.multinomial(n, p)).square_error(p)
+                   for _ in range(400)]
+        noise = float(np.mean(p * (1.0 - p) / n))
+        assert np.mean(squares) == pytest.approx(0.0, abs=4.0 * noise / math.sqrt(400))
+
+
+class TestFit:
+    def test_the_shipped_numbers_are_about_the_likeliest(self, parts):
+        """On a few of the bodies; any of the four moved by half its size or so is less likely."""
+        for restitution, row in zip(shipped.FITTED_AT, shipped.FITTED, strict=True):
+            some = [one for one in parts if one.restitution == restitution]
+            best = fit_posterior.log_likelihood(some, PriorFit(*row))
+            for which, factors in enumerate(((), (0.2, 4.0), (0.1, 8.0), (0.1, 8.0))):
+                steps = factors or (row[0] - 0.7, row[0] + 0.7)
+                for step in steps:
+                    moved = list(row)
+                    moved[which] = step * row[which] if factors else step
+                    assert fit_posterior.log_likelihood(some, PriorFit(*moved)) < best
+
+    def test_the_bound_is_kept_on_nine_parts_of_ten(self, parts):
+        for at, restitution in enumerate(shipped.FITTED_AT):
+            some = [one for one in parts if one.restitution == restitution]
+            found = fit_posterior.bound_factor(some)
+            assert found == pytest.approx(shipped.BOUND_FACTORS[shipped.FITTED_METHOD][at],
+                                          rel=0.3)
+
+    def test_every_method_has_a_bound(self):
+        assert shipped.BOUND_FACTORS.keys() == ESTIMATORS.keys()
+
+    def test_the_source_holds_what_was_fitted(self):
+        fits = {rho: PriorFit(*row) for rho, row in
+                zip(shipped.FITTED_AT, shipped.FITTED, strict=True)}
+        text = fit_posterior.source(shipped.FITTED_METHOD, fits, shipped.BOUND_FACTORS)
+        assert text == fit_posterior.MODULE.read_text(encoding="utf-8")

@@ -1,0 +1,216 @@
+"""Estimate and counts together: laws that hold for all of them, and their calibration."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import beta, dirichlet
+
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.statistics.posterior import PosePrior, PriorFit, error_quantile
+from ros_pose_stats.statistics.posterior.fitted import FITTED, FITTED_AT
+from ros_pose_stats.statistics.posterior.prior import FLOOR
+from ros_pose_stats.statistics.posterior.prior_fit import prior_fit
+from ros_pose_stats.statistics.posterior.shortest import shortest_interval
+from ros_pose_stats.statistics.posterior.sticks import Sticks
+
+PLAIN = PriorFit(0.0, 0.5, 0.0, 0.0)
+"""A Dirichlet distribution around the estimate, but for the scatter of its strength."""
+
+
+@st.composite
+def cases(draw, most=7):
+    """Estimate, groups that share it evenly, and counts."""
+    poses = draw(st.integers(1, most))
+    group = np.array(draw(st.lists(st.integers(0, 3), min_size=poses, max_size=poses)))
+    weight = np.array(draw(st.lists(st.sampled_from((0.0, 1e-4, 0.01, 1.0, 3.0)), min_size=4,
+                                    max_size=4)))[group] + 1e-9
+    counts = np.array(draw(st.lists(st.integers(0, 300), min_size=poses, max_size=poses)))
+    return weight / weight.sum(), group, counts, draw(st.sampled_from((0.0, 0.01, 0.05, math.nan)))
+
+
+def drawn(prior, random, counts=None, size=4000):
+    """Probabilities (size, G) of the units out of a prior, or a posterior."""
+    pooled = np.zeros(prior.size.size) if counts is None else prior._pooled(counts)
+    sticks, weight, _ = prior._updated(pooled)
+    taken, left = (each.reshape(weight.size, -1) for each in sticks)
+    which = random.choice(weight.size, size, p=weight.reshape(-1))
+    shares = random.beta(taken[which], left[which])
+    rest = np.cumprod(np.column_stack((np.ones(size), 1.0 - shares)), axis=1)
+    ordered = np.column_stack((shares, np.ones(size))) * rest
+    return ordered[:, np.argsort(prior._order(pooled))]
+
+
+class TestLaws:
+    @given(cases())
+    def test_a_distribution_shared_evenly_within_groups(self, case):
+        estimate, group, counts, error = case
+        found = PosePrior(estimate, group, error, 0.5).updated(counts)
+        low, high = found.interval()
+        assert found.probability.sum() == pytest.approx(1.0, abs=1e-12)
+        assert found.probability.min() > 0.0
+        assert (low >= 0.0).all() and (low <= high).all() and (high <= 1.0 + 1e-12).all()
+        for one in np.unique(group):
+            for values in (found.probability, found.standard_error, low, high):
+                assert np.ptp(values[group == one]) <= 1e-12
+        rms = math.sqrt(np.mean(found.standard_error ** 2))
+        assert found.expected_error == pytest.approx(rms, abs=1e-9)
+
+    @given(cases(), st.randoms(use_true_random=False))
+    def test_the_order_of_the_poses_is_no_matter(self, case, random):
+        estimate, group, counts, error = case
+        order = list(range(len(group)))
+        random.shuffle(order)
+        one = PosePrior(estimate, group, error, 0.3).updated(counts)
+        other = PosePrior(estimate[order], group[order], error, 0.3).updated(counts[order])
+        np.testing.assert_allclose(other.probability, one.probability[order], rtol=1e-9)
+        np.testing.assert_allclose(other.standard_error, one.standard_error[order], rtol=1e-6,
+                                   atol=1e-12)
+        assert other.error_quantile() == pytest.approx(one.error_quantile(), rel=1e-6, abs=1e-12)
+
+    @given(cases())
+    def test_wider_intervals_hold_more(self, case):
+        estimate, group, counts, error = case
+        found = PosePrior(estimate, group, error, 0.5).updated(counts)
+        widths = [np.subtract(*found.interval(level)[::-1]) for level in (0.5, 0.8, 0.9, 0.99)]
+        assert all((b >= a - 1e-9).all() for a, b in pairwise(widths))
+        bounds = [found.error_quantile(level) for level in (0.5, 0.9, 0.99)]
+        assert bounds == sorted(bounds)
+
+    def test_before_the_first_drop_it_is_the_estimate(self):
+        estimate = np.array((0.6, 0.3, 0.08, 0.02))
+        found = PosePrior(estimate, range(4), 0.03, 0.5, PLAIN).updated(np.zeros(4))
+        np.testing.assert_allclose(found.probability, estimate, atol=1e-9)
+
+    @pytest.mark.parametrize("restitution", FITTED_AT)
+    def test_the_fit_takes_off_what_is_overrated_in_rare_poses(self, restitution):
+        estimate = np.array((0.6, 0.39, 0.01))
+        found = PosePrior(estimate, range(3), 0.03, restitution).updated(np.zeros(3))
+        assert found.probability[2] < estimate[2]
+        np.testing.assert_allclose(found.probability, estimate, atol=0.03)
+
+    @pytest.mark.parametrize("fit", [None, PLAIN])
+    def test_with_ever_more_drops_it_is_the_counts(self, fit):
+        estimate, true = np.array((0.6, 0.3, 0.1, 0.0)), np.array((0.1, 0.4, 0.2, 0.3))
+        prior = PosePrior(estimate, range(4), 0.02, 0.5, fit)
+        away = [np.abs(prior.updated(true * n).probability - true).max()
+                for n in (0, 10 ** 2, 10 ** 3, 10 ** 4, 10 ** 6)]
+        assert away == sorted(away, reverse=True)
+        assert away[-1] < 1e-4
+        assert prior.updated(true * 10 ** 6).expected_error == pytest.approx(
+            math.sqrt(np.mean(true * (1.0 - true)) / 10 ** 6), rel=1e-3)
+
+    def test_a_pose_that_is_ruled_out_wrongly(self):
+        prior = PosePrior((0.5, 0.5, 0.0), range(3), 0.02, 0.5)
+        assert prior.mean[2] == pytest.approx(FLOOR, rel=1e-3)
+        after = [prior.updated(np.array((45, 45, 10)) * n).probability[2] for n in (1, 10, 100)]
+        assert after[0] > 0.02
+        assert after[1] == pytest.approx(0.1, abs=0.02)
+        assert after[2] == pytest.approx(0.1, abs=0.002)
+
+    def test_conflict_weakens_the_estimate(self):
+        """Equal counts move the estimate further the less likely they are under it."""
+        prior = PosePrior((0.5, 0.3, 0.2), range(3), 0.01, 0.5, PLAIN)
+        true = np.array((0.25, 0.3, 0.45))
+        moved = 1.0 - abs(prior.updated(1000 * true).probability - true).max() / 0.25
+        typical = 1000.0 / (1000.0 + prior.strength)
+        assert moved > typical + 0.1
+
+    def test_symmetry_leaves_nothing_to_learn(self):
+        prior = PosePrior(np.full(6, 1 / 6), np.zeros(6, int), 0.0, 0.5)
+        found = prior.updated([9, 0, 0, 0, 0, 0])
+        np.testing.assert_allclose(found.probability, 1 / 6)
+        np.testing.assert_allclose(found.interval(), 1 / 6)
+        assert found.expected_error < 1e-9
+
+    def test_one_pose_is_certain(self):
+        found = PosePrior([1.0], [0], math.nan, 0.5).updated([3])
+        np.testing.assert_allclose((found.probability[0], *np.ravel(found.interval())), 1.0)
+        assert found.error_quantile() < 1e-9
+
+    @pytest.mark.parametrize(("estimate", "group", "counts"), [
+        ([0.5, 0.4], [0, 1], [0, 0]), ([1.5, -0.5], [0, 1], [0, 0]), ([], [], []),
+        ([0.5, math.nan], [0, 1], [0, 0]), ([0.5, 0.5], [0], [0, 0]),
+        ([0.5, 0.5], [0, 1], [0, -1]), ([0.5, 0.5], [0, 1], [0, 0, 0]),
+    ])
+    def test_refusals(self, estimate, group, counts):
+        with pytest.raises(RequestError, match=r"expected .*, got .*; "):
+            PosePrior(estimate, group, 0.03, 0.5).updated(counts)
+
+
+class TestSticks:
+    def test_equal_strengths_are_a_dirichlet_distribution(self):
+        mean = np.array((0.05, 0.15, 0.3, 0.5))
+        found = Sticks.around(mean, np.full(4, 20.0)).updated(np.array((1.0, 0.0, 7.0, 2.0)))
+        same = dirichlet(20.0 * mean + (1.0, 0.0, 7.0, 2.0))
+        np.testing.assert_allclose(found.moments()[0], same.mean(), rtol=1e-12)
+        np.testing.assert_allclose(found.moments()[1], same.var(), rtol=1e-9)
+
+    def test_the_evidence_of_all_outcomes_is_one(self):
+        prior = PosePrior((0.7, 0.2, 0.1), range(3), 0.05, 0.5)
+        total = sum(math.exp(prior.log_evidence(np.bincount(drops, minlength=3)))
+                    for drops in product(range(3), repeat=4))
+        assert total == pytest.approx(1.0, abs=1e-9)
+
+
+class TestShortest:
+    @given(st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99)))
+    def test_as_dense_at_both_ends(self, a, b, level):
+        (low,), (high,) = shortest_interval(np.array([a]), np.array([b]), level)
+        own = beta(a, b)
+        assert own.cdf(high) - own.cdf(low) == pytest.approx(level, abs=1e-6)
+        width = high - low
+        for below in np.linspace(0.0, 1.0 - level, 20):
+            assert own.ppf(min(below + level, 1.0)) - own.ppf(below) >= width * (1.0 - 1e-3)
+
+    def test_a_density_that_falls_begins_at_nothing(self):
+        low, high = shortest_interval(np.array((0.5, 1.0, 9.0)), np.array((9.0, 9.0, 0.5)), 0.9)
+        assert low[:2].tolist() == [0.0, 0.0] and high[2] == 1.0
+        np.testing.assert_allclose(beta.cdf(high[:2], (0.5, 1.0), 9.0), 0.9)
+
+
+class TestCalibration:
+    """Truths drawn from the prior, counts drawn from the truths: nine of ten must hold."""
+
+    PARTS = 500
+
+    @pytest.mark.parametrize("drops", [0, 20, 500])
+    def test_intervals_and_bound_hold_as_often_as_they_say(self, drops):
+        random = np.random.default_rng(drops)
+        prior = PosePrior((0.45, 0.3, 0.2, 0.047, 0.003), range(5), 0.03, 0.5)
+        inside, kept = [], []
+        for true in drawn(prior, random, size=self.PARTS):
+            found = prior.updated(random.multinomial(drops, true))
+            low, high = found.interval()
+            inside.append((low <= true) & (true <= high))
+            error = math.sqrt(np.mean((found.probability - true) ** 2))
+            kept.append(error <= found.error_quantile())
+        # Four standard errors of a share among so many parts, and two points for Beta and gamma.
+        allowed = 4.0 * math.sqrt(0.09 / self.PARTS) + 0.02
+        assert np.mean(inside, axis=0) == pytest.approx(0.9, abs=allowed)
+        assert np.mean(kept) == pytest.approx(0.9, abs=allowed)
+
+    @pytest.mark.parametrize("counts", [(0, 0, 0, 0, 0), (9, 6, 4, 1, 0), (450, 300, 200, 40, 10)])
+    def test_the_bound_is_a_quantile_of_the_posterior(self, counts):
+        prior = PosePrior((0.45, 0.3, 0.2, 0.047, 0.003), range(5), 0.03, 0.5)
+        found = prior.updated(counts)
+        true = drawn(prior, np.random.default_rng(1), counts, 20_000)
+        errors = np.sqrt(np.mean((true - found.probability) ** 2, axis=1))
+        assert np.sqrt(np.mean(errors ** 2)) == pytest.approx(found.expected_error, rel=0.03)
+        assert np.quantile(errors, 0.9) == pytest.approx(found.error_quantile(), rel=0.06)
+
+    def test_of_plain_counts(self):
+        random, p = np.random.default_rng(2), np.array((0.5, 0.3, 0.15, 0.05))
+        errors = np.sqrt(np.mean((random.multinomial(400, p, 20_000) / 400 - p) ** 2, axis=1))
+        assert np.quantile(errors, 0.9) == pytest.approx(error_quantile(p, 400, 0.9), rel=0.03)
+
+
+def test_between_and_beyond_the_fitted_restitutions():
+    assert prior_fit(0.2) == FITTED[0]
+    assert prior_fit(0.0) == FITTED[0]
+    assert prior_fit(0.35) == pytest.approx(np.mean(FITTED[:2], axis=0))
