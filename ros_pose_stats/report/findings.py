@@ -10,7 +10,9 @@ from ..estimators import estimate_all
 from ..geometry.pose_sphere import PoseSphere, pose_sphere
 from ..geometry.poses import resting_poses
 from ..geometry.splitting_graph import SplittingNode, splitting_graph
-from ..records import Part, PoseStatistics
+from ..planning.hybrid import hybrid_statistics
+from ..planning.prior import pose_prior
+from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..simulation import simulate
 from .feeding import Feeding, feeding, refuse_unknown
@@ -30,6 +32,8 @@ class Findings:
     part : Part
     simulated : PoseStatistics
         Counted from drops.
+    hybrid : PoseStatistics
+        The same drops and an estimate, combined.
     estimates : tuple of PoseStatistics
         By every estimator, in the registry's order.
     graph : SplittingNode
@@ -41,6 +45,7 @@ class Findings:
 
     part: Part
     simulated: PoseStatistics
+    hybrid: PoseStatistics
     estimates: tuple[PoseStatistics, ...]
     graph: SplittingNode
     sphere: PoseSphere
@@ -99,5 +104,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     asked = feeding(simulated, wanted, rate) if len(wanted) else None
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance)
-    return Findings(part, simulated, tuple(estimates), splitting_graph(resting),
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    combined = hybrid_statistics(simulated, pose_prior(resting, scene))
+    return Findings(part, simulated, combined, tuple(estimates), splitting_graph(resting),
                     pose_sphere(resting), asked)

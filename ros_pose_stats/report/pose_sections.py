@@ -92,7 +92,7 @@ def viewer_section(findings: Findings, shown: Sequence[StablePose]) -> str:
 
 def methods_section(findings: Findings, shown: Sequence[StablePose]) -> str:
     """Every method's probability of every pose, with intervals."""
-    every = [findings.simulated, *findings.estimates]
+    every = [findings.simulated, findings.hybrid, *findings.estimates]
     by_index = [{pose.index: pose for pose in found.poses} for found in every]
     blocks = []
     for pose in shown:
@@ -100,13 +100,14 @@ def methods_section(findings: Findings, shown: Sequence[StablePose]) -> str:
                 for found, known in zip(every, by_index, strict=True)]
         blocks.append(element("div", element("h3", f"Pose {pose.index}") + "".join(rows)))
     drops = findings.simulated.drops
-    key = ('<div class="bar"><i style="width:100%"></i></div>simulation, ' f"{drops} drops",
+    key = ('<div class="bar"><i style="width:100%"></i></div>' f"simulation, {drops} drops; hybrid",
            '<div class="bar"><i class="quick" style="width:100%"></i></div>quick estimates',
            '<div class="bar"><b style="left:15%;width:70%"></b></div>90 % interval')
     about = paragraph(
-        "Bars go from 0 to 100 %. The interval of the simulation is that of its counts. That of "
+        "Bars go from 0 to 100 %. The interval of the simulation is that of its counts. Hybrid "
+        "takes an estimate as if it were drops already made. The interval of "
         f"an estimate is {QUANTILE:g} times the error to be expected of the method on a part like "
-        "this one, the same for all poses; both are against the model, not a real plate.", "soft")
+        "this one, the same for all poses. All are against the model, not a real plate.", "soft")
     return section("Probabilities by method", about,
                    element("div", "".join(element("span", one) for one in key), "key"),
                    element("div", "".join(blocks), "methods"))

@@ -13,7 +13,8 @@ from tests.report.parts import block
 def test_every_method_is_asked_about_the_same_poses():
     found = block()
     assert [one.method for one in found.estimates] == list(ESTIMATORS)
-    assert found.simulated.drops == 300
+    assert found.simulated.drops == found.hybrid.drops == 300
+    assert found.hybrid.expected_error <= found.simulated.expected_error
     assert found.graph.poses == tuple(range(6))
     assert len(found.sphere.downs) == 6
     assert found.wanted is None

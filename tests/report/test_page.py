@@ -73,7 +73,7 @@ def test_every_pose_has_a_picture_and_its_numbers(read):
 
 def test_every_method_tells_every_pose(page):
     findings = block()
-    for found in (findings.simulated, *findings.estimates):
+    for found in (findings.simulated, findings.hybrid, *findings.estimates):
         for pose in found.poses:
             assert (f'title="{found.method}, pose {pose.index}: '
                     f'{100 * pose.probability:.1f} %, 90 % interval') in page
