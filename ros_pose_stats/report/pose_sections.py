@@ -99,8 +99,8 @@ def methods_section(findings: Findings, shown: Sequence[StablePose]) -> str:
         rows = [_method_row(found, known[pose.index])
                 for found, known in zip(every, by_index, strict=True)]
         blocks.append(element("div", element("h3", f"Pose {pose.index}") + "".join(rows)))
-    drops = findings.simulated.drops
-    key = ('<div class="bar"><i style="width:100%"></i></div>' f"simulation, {drops} drops; hybrid",
+    counted = f"simulation, {findings.simulated.drops} drops; hybrid"
+    key = (f'<div class="bar"><i style="width:100%"></i></div>{counted}',
            '<div class="bar"><i class="quick" style="width:100%"></i></div>quick estimates',
            '<div class="bar"><b style="left:15%;width:70%"></b></div>90 % interval')
     about = paragraph(

@@ -10,8 +10,9 @@ from ..plots.splitting_tree import MOST, drawn_tree
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
 
-FITTING = 9
-"""Ends of a splitting graph that can be read at a phone's width; more are pushed sideways."""
+FITTING, BESIDE = 6, 9
+"""Ends of a splitting graph that can be read at a phone's width (more are pushed sideways), and
+that leave room for another figure beside it."""
 
 CAPTIONS: tuple[tuple[Function, str], ...] = (
     ("R", "R(u): how high the centre of mass is with the direction u pointing down. A part rolls "
@@ -45,7 +46,7 @@ def graph_section(findings: Findings) -> str:
     sets = ("Poses that can still be reached, just below the splits that matter most. Each disc "
             "is half of all directions of the part that may point down; see the next section.")
     return section("How the poses part", paragraph(about), element(
-        "div", figure(image, caption) + figure(reached, sets), "" if ends > FITTING else "pair"))
+        "div", figure(image, caption) + figure(reached, sets), "" if ends > BESIDE else "pair"))
 
 
 def sphere_section(findings: Findings) -> str:
