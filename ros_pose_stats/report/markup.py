@@ -79,7 +79,9 @@ def between(low: float, high: float) -> str:
 
 def millimetres(metres: float) -> str:
     """A length; words where it has no bound."""
-    return f"{1e3 * metres:.4g} mm" if math.isfinite(metres) else "no other pose"
+    if not math.isfinite(metres):
+        return "no other pose"
+    return f"{1e3 * metres:.4g} mm" if metres < 10.0 else f"{1e3 * metres:.0f} mm"
 
 
 def degrees(radians: float) -> str:
