@@ -18,12 +18,13 @@ setup(
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
     packages=find_packages(exclude=["tests", "tests.*", "benchmarks", "benchmarks.*"]),
-    package_data={f"{PACKAGE}.benchmark": ["data/*.npz"]},
+    package_data={f"{PACKAGE}.benchmark": ["data/*.npz"], f"{PACKAGE}.report": ["assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/launch", ["launch/pose_stats.launch.py"]),
-        (f"share/{PACKAGE}/config", ["config/pose_stats.yaml"]),
+        (f"share/{PACKAGE}/config", ["config/pose_stats.yaml", "config/pose_stats.rviz",
+                                     "config/pose_stats.foxglove.json"]),
     ],
     install_requires=[
         "setuptools",
@@ -35,6 +36,7 @@ setup(
         "networkx",
         "manifold3d>=3.0",
         "matplotlib>=3.7",
+        "pillow",
         "mcap>=1.2",
         "mcap-ros2-support>=0.5.3",
         "PyYAML",

@@ -184,8 +184,13 @@ def main() -> None:
     bag = max(bags.glob("pose_stats_*"))
     print("\n== the bag, read back ==", flush=True)
     subprocess.run([*COMMAND, "bag", str(bag)], cwd=ROOT, check=True)
+    print("\n== the report on the clamp ==", flush=True)
+    page = DEMO / "clamp.html"
+    subprocess.run([*COMMAND, "report", str(PART), "--unit", "mm", "--drops", "5000", "--wanted",
+                    "0", "--rate", "60", "-o", str(page)], cwd=ROOT, check=True)
     print(f"\npicture of the poses  {picture(result.statistics).relative_to(ROOT)}")
     print(f"bag                   {bag.relative_to(ROOT)}")
+    print(f"report                {page.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,18 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from .commands import bag, benchmark, dataset, estimate, node, publish, shapes, simulate
+from .commands import (
+    animate,
+    bag,
+    benchmark,
+    dataset,
+    estimate,
+    node,
+    publish,
+    report,
+    shapes,
+    simulate,
+)
 from .errors import PoseStatsError
 from .version import VERSION
 
@@ -38,7 +49,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=VERSION)
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
                                   parser_class=Parser)
-    for module in (estimate, simulate, shapes, dataset, benchmark, bag, node, publish):
+    for module in (estimate, simulate, report, animate, shapes, dataset, benchmark, bag, node,
+                   publish):
         module.register(commands)
     return top
 

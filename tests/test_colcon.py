@@ -43,7 +43,11 @@ def test_both_packages_are_installed_and_run(workspace):
     assert (install / "ros_pose_stats_msgs/share/ros_pose_stats_msgs/msg/PartMesh.msg").is_file()
     assert (install / "ros_pose_stats/share/ros_pose_stats/package.xml").is_file()
     assert (install / "ros_pose_stats/share/ros_pose_stats/launch/pose_stats.launch.py").is_file()
-    assert (install / "ros_pose_stats/share/ros_pose_stats/config/pose_stats.yaml").is_file()
+    for name in ("yaml", "rviz", "foxglove.json"):
+        file = f"ros_pose_stats/share/ros_pose_stats/config/pose_stats.{name}"
+        assert (install / file).is_file()
+    assets = list((install / "ros_pose_stats").rglob("report/assets/*"))
+    assert {file.name for file in assets} == {"page.css", "viewer.js"}
     index = "share/ament_index/resource_index"
     assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()
     assert (install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs").is_file()

@@ -17,7 +17,7 @@ PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
 FLOORS = (
     {"errors", "tolerances", "version"},
-    {"records"},
+    {"records", "whole_files"},
     {"kernels", "statistics"},
     {"geometry"},
     {"estimators", "simulation"},
@@ -44,7 +44,7 @@ ROOMS_OF = {
     "mcap_ros2": {"recording"},
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
-    "mpl_toolkits": {"plots"},
+    "PIL": {"plots"},
     "rclpy": {"ros"},
     "dask": {"benchmark"},
     "distributed": {"benchmark"},

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..plots.files import save_figure
+from ..whole_files import write_json, write_whole
 from .chart import PLANS, QUICK, ChartResults, chart
 from .dataset import Dataset, shipped_dataset, shipped_datasets
 from .figures import draw_chart, draw_estimators, draw_noise
@@ -14,7 +15,6 @@ from .page import accuracy_page
 from .prisms import PrismResults, prisms
 from .prisms.figure import draw_prisms
 from .table import TableResults, table
-from .whole_files import write_json, write_whole
 
 QUICK_DROPS = 200
 

@@ -74,7 +74,7 @@ def run_figures(options: argparse.Namespace) -> int:
     """All tables and figures of the documents."""
     with announce_slow_start(), end_on_interrupt():
         from ..benchmark.documents import measure_documents, write_documents
-        from ..benchmark.whole_files import refuse_unwritable
+        from ..whole_files import refuse_unwritable
 
         folder = Path(options.output)
         refuse_unwritable(folder)
@@ -88,7 +88,7 @@ def run_stability(options: argparse.Namespace) -> int:
     """Every method along every walk."""
     with announce_slow_start(), end_on_interrupt():
         from ..benchmark.stability import as_dict, stability, stability_text, write_stability
-        from ..benchmark.whole_files import refuse_unwritable
+        from ..whole_files import refuse_unwritable
 
         folder = Path(options.output) if options.output is not None else None
         if folder is not None:
@@ -117,7 +117,7 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
 
 def _stem(output: str) -> Path:
     """Path of the figures without their endings; refused if nothing can be written there."""
-    from ..benchmark.whole_files import refuse_unwritable
+    from ..whole_files import refuse_unwritable
 
     path = Path(output)
     stem = path.with_suffix("") if path.suffix in FILE_ENDINGS else path

@@ -16,6 +16,10 @@ ENOUGH = 3000
 """Points to choose from: a picture shows no difference, and a node has other things to do."""
 
 
+HULL = 4000
+"""Triangles of a hull that stands in for a mesh in a picture: more cannot be told apart."""
+
+
 def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     """Triangles of the convex hull, or of the hull of its farthest corners.
 
@@ -68,3 +72,22 @@ def _spread_out(points: NDArray[np.float64], count: int) -> NDArray[np.int64]:
         nearest = np.minimum(nearest, (away * away).sum(axis=1))
         chosen[k] = int(nearest.argmax())
     return chosen
+
+
+def visible_triangles(part: Part, most: int) -> NDArray[np.float64]:
+    """Triangles to draw a part by: its surface, or a coarse convex hull of a larger mesh.
+
+    Parameters
+    ----------
+    part : Part
+    most : int
+        Triangles, at least 4.
+
+    Returns
+    -------
+    (t, 3, 3) array
+        Corners in the part frame, metres, counter-clockwise seen from outside; t <= most.
+    """
+    if len(part.surface_triangles) <= most:
+        return np.asarray(part.surface_vertices[part.surface_triangles])
+    return decimated_hull(part, min(most, HULL))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,6 +13,9 @@ from .poses import RestingPoses
 
 Array = NDArray[np.float64]
 Function = Literal["r", "R"]
+
+SAME_LEVEL = 1e-6
+"""Splits closer than this, as a fraction of their level, are one split into several."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,33 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
             parts, tuple(float(a) for a in areas[j]), shares)
     (root,) = built.values()
     return root
+
+
+def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
+    """Splits on the way to a pose: the level (metres), and the poses that are left below it.
+
+    From the top down; empty where the pose is none of the graph's.
+    """
+    found: list[tuple[float, tuple[int, ...]]] = []
+    node = root
+    while node.level is not None and pose in node.poses:
+        level = node.level
+        node = next(part for part in node.parts if pose in part.poses)
+        if found and found[-1][0] - level < SAME_LEVEL * level:
+            found[-1] = found[-1][0], node.poses
+        else:
+            found.append((level, node.poses))
+    return found
+
+
+def poses_within(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
+                 every: Sequence[int]) -> tuple[int, ...]:
+    """Poses that can still be reached with an energy over weight (metres)."""
+    reached = tuple(every)
+    for level, poses in levels:
+        if energy < level:
+            reached = poses
+    return reached
 
 
 def _foot(resting: RestingPoses, side: int) -> Array:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from ..geometry.decimation import decimated_hull
+from ..geometry.decimation import visible_triangles
 from ..geometry.orientation import rotation_matrices
 from ..records import Part, PoseStatistics, StablePose
+from .cost import INK, REFERENCE
+from .rendering import View, rendered, view_axes
 
 Array = NDArray[np.float64]
 
@@ -21,13 +22,17 @@ COLUMNS = 4
 MOST = 8
 """Poses drawn, the most probable ones."""
 
-FINEST = 4000
+FINEST = 20_000
 """Triangles; a larger mesh is drawn as its decimated hull."""
 
-LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
-BLUE = np.array([0.50, 0.70, 0.95])
-VIEW = (22.0, -62.0)
-"""Elevation and azimuth, degrees."""
+PIXELS = 400
+"""Across a picture."""
+
+HEAD = 0.62
+"""Inches of text to a picture."""
+
+WIDTH, PLATE = 3.0, 1.05
+"""Of a picture, and half the plate's side; in radii."""
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
@@ -42,21 +47,82 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     Returns
     -------
     Figure
+        All poses at one scale, most probable first, at most eight.
     """
     shown = found.poses[:MOST]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
-    triangles = _triangles(part)
-    figure = Figure(figsize=(max(3.0 * columns, 5.0), 2.9 * rows + 0.6))
+    pictures = pose_pictures(part, shown, found.radius)
+    shape = pictures[0].shape[0] / pictures[0].shape[1]
+    width, high = 2.9, 2.9 * shape + HEAD
+    figure = Figure(figsize=(max(width * columns, 5.0), high * rows + 0.4))
     FigureCanvasAgg(figure)
-    for place, pose in enumerate(shown):
-        axes = figure.add_subplot(rows, columns, place + 1, projection="3d")
-        _draw(axes, triangles, pose, found.radius)
-        axes.set_title(_title(pose), fontsize=10, y=0.92)
-    figure.suptitle(_heading(found, len(shown)), fontsize=12)
-    figure.subplots_adjust(left=0.0, right=1.0, bottom=0.01, wspace=0.0, hspace=0.08,
-                           top=1.0 - 0.55 / figure.get_figheight())
+    across, up = figure.get_size_inches()
+    spare = 0.5 * (across - width * columns)
+    for place, (pose, picture) in enumerate(zip(shown, pictures, strict=True)):
+        row, column = divmod(place, columns)
+        left, bottom = spare + width * column, up - 0.4 - high * (row + 1) + 0.3
+        axes = figure.add_axes((left / across, bottom / up, width / across,
+                                (high - HEAD) / up))
+        axes.imshow(picture, interpolation="antialiased")
+        axes.set_axis_off()
+        axes.set_title(pose_title(pose), fontsize=10.5, color=INK, pad=3.0)
+        axes.annotate(f"centre of mass {1e3 * pose.height:.3g} mm up", (0.5, 0.0),
+                      xycoords="axes fraction", ha="center", va="top", fontsize=9, color=REFERENCE)
+    figure.suptitle(_heading(found, len(shown)), fontsize=12, color=INK, y=1.0 - 0.1 / up)
     return figure
+
+
+def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
+                  pixels: int = PIXELS) -> list[NDArray[np.uint8]]:
+    """Pictures of a part in some of its poses, on the plate and at one scale.
+
+    Parameters
+    ----------
+    part : Part
+    poses : sequence of StablePose
+        Of that part.
+    radius : float
+        Of the part, metres.
+    pixels : int
+        Width.
+
+    Returns
+    -------
+    list of (height, width, 3) array of uint8
+        As high as the highest of the poses needs.
+    """
+    triangles = visible_triangles(part, FINEST) - part.center_of_mass
+    laid = [placed(triangles, pose) for pose in poses]
+    view = resting_view(laid, radius, pixels)
+    return [rendered(one, view) for one in laid]
+
+
+def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
+    """View of a plate that is high enough for all of what lies on it in turn."""
+    sample = View(np.zeros(3), WIDTH * radius, (2, 2), plate=PLATE * radius)
+    lean, about = np.radians((sample.elevation, sample.azimuth))
+    _, up, _ = view_axes(sample)
+    front = PLATE * radius * (abs(np.sin(about)) + abs(np.cos(about))) * np.sin(lean)
+    above, below = max([front, *(float((one @ up).max()) for one in laid)]), front
+    margin = 0.05 * radius
+    high = 2 * round(0.5 * pixels * (above + below + 2.0 * margin) / sample.width)
+    middle = np.array([0.0, 0.0, 0.5 * (above - below) / np.cos(lean)])
+    return sample._replace(center=middle, pixels=(pixels, high))
+
+
+def placed(triangles: Array, pose: StablePose) -> Array:
+    """Triangles (t, 3, 3) about the centre of mass as they lie in a pose, plate frame."""
+    rotation = rotation_matrices(pose.orientation[None, :])[0]
+    return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
+
+
+def pose_title(pose: StablePose) -> str:
+    """Number and probability, with its standard error where one is known."""
+    text = f"pose {pose.index}: {100.0 * pose.probability:.1f} %"
+    if math.isfinite(pose.standard_error):
+        text += f" ± {100.0 * pose.standard_error:.1f}"
+    return text
 
 
 def _heading(found: PoseStatistics, shown: int) -> str:
@@ -64,51 +130,3 @@ def _heading(found: PoseStatistics, shown: int) -> str:
     rest = len(found.poses) - shown
     more = f"; {rest} less probable poses not shown" if rest else ""
     return f"{found.part_id}: resting probabilities, {how}{more}"
-
-
-def _title(pose: StablePose) -> str:
-    text = f"pose {pose.index}: {100.0 * pose.probability:.1f} %"
-    if math.isfinite(pose.standard_error):
-        text += f" ± {100.0 * pose.standard_error:.1f}"
-    return text + f"\ncentre of mass {1e3 * pose.height:.3g} mm up"
-
-
-def _towards_viewer() -> Array:
-    up, round_about = np.radians(VIEW)
-    return np.array([np.cos(up) * np.cos(round_about), np.cos(up) * np.sin(round_about),
-                     np.sin(up)])
-
-
-def _triangles(part: Part) -> Array:
-    """Corners (t, 3, 3) in the part frame, about the centre of mass, metres."""
-    if len(part.surface_triangles) <= FINEST:
-        corners = part.surface_vertices[part.surface_triangles]
-    else:
-        corners = decimated_hull(part, FINEST)
-    return np.asarray(corners - part.center_of_mass)
-
-
-def _draw(axes: Axes3D, triangles: Array, pose: StablePose, radius: float) -> None:
-    rotation = rotation_matrices(pose.orientation[None, :])[0]
-    placed = triangles @ rotation.T + np.array([0.0, 0.0, pose.height])
-    normals = np.cross(placed[:, 1] - placed[:, 0], placed[:, 2] - placed[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    seen = normals @ _towards_viewer() > 1e-9 * lengths  # what faces away only gets in the way
-    placed, normals = placed[seen], normals[seen] / lengths[seen, None]
-    shade = 0.42 + 0.58 * (0.5 + 0.5 * normals @ LIGHT) ** 1.5
-    colors = shade[:, None] * BLUE
-    size = 1.15 * radius
-    plate = size * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=float)
-    axes.add_collection3d(Poly3DCollection([plate], facecolors=[(0.93, 0.93, 0.91)],
-                                           edgecolors=[(0.75, 0.75, 0.72)], linewidths=0.6,
-                                           zorder=0))
-    axes.add_collection3d(Poly3DCollection(placed, facecolors=colors, edgecolors=colors,
-                                           linewidths=0.2, zorder=1))
-    axes.set_xlim(-size, size)
-    axes.set_ylim(-size, size)
-    axes.set_zlim(-0.15 * size, 1.85 * size)
-    axes.set_box_aspect((1, 1, 1), zoom=1.35)
-    axes.set_proj_type("ortho")
-    axes.computed_zorder = False
-    axes.view_init(*VIEW)
-    axes.set_axis_off()

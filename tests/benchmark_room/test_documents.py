@@ -6,7 +6,8 @@ import re
 
 import pytest
 
-from ros_pose_stats.benchmark import documents, whole_files
+from ros_pose_stats import whole_files
+from ros_pose_stats.benchmark import documents
 from ros_pose_stats.benchmark.chart import Plan, chart
 from ros_pose_stats.benchmark.chart.methods import Effort
 from ros_pose_stats.benchmark.documents import (
@@ -20,8 +21,8 @@ from ros_pose_stats.benchmark.markdown import markdown_table, plus_minus, points
 from ros_pose_stats.benchmark.plain import plain
 from ros_pose_stats.benchmark.prisms import prisms, run
 from ros_pose_stats.benchmark.table import table
-from ros_pose_stats.benchmark.whole_files import refuse_unwritable, write_whole
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.whole_files import refuse_unwritable, write_whole
 from tests.benchmark_room.tables import first_bodies, shipped, some
 from tests.running import strict_json
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...plots.files import save_figure
-from ..whole_files import write_json, write_whole
+from ...whole_files import write_json, write_whole
 from .figure import draw_reliability, draw_walk
 from .run import Curve, StabilityResults, WalkResults
 from .text import stability_page

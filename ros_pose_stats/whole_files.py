@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from ..errors import RequestError
+from .errors import RequestError
 
 PREFIX = ".unfinished-"
 
@@ -40,6 +40,11 @@ def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
         for file, target in zip(files, targets, strict=True):
             file.replace(target)
     return targets
+
+
+def write_file(file: Path, data: bytes) -> None:
+    """Write one file, whole or not at all; its folder is created."""
+    write_whole(file.parent, lambda aside: (aside / file.name).write_bytes(data))
 
 
 def write_json(file: Path, values: Any) -> None:

@@ -1,0 +1,91 @@
+"""`animate PART`: one drop in motion."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .interrupts import end_on_interrupt
+from .output_file import output_file
+from .part_options import add_part_options, add_scene_options, part_of
+from .slow_start import announce_slow_start
+
+if TYPE_CHECKING:
+    from ..geometry.splitting_graph import SplittingNode
+    from ..records import Part, Trajectory
+    from ..simulation.frames import DropFrames
+
+ENDINGS = (".gif", ".mp4", ".mcap")
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "animate", help="show one drop of a part in motion",
+        description="Show one drop of a part: falling, bouncing, settling, with its energy and "
+        "the poses still within reach. The horizontal motion is left out, as in the model.")
+    add_part_options(command)
+    command.add_argument("--drop", type=int, default=0, metavar="K",
+                         help="number of the drop in the simulation with the same seed "
+                         "(default: %(default)s)")
+    command.add_argument("-o", "--output", required=True, metavar="FILE",
+                         help="FILE.gif, FILE.mp4 (needs ffmpeg) or FILE.mcap (for Foxglove)")
+    command.add_argument("--seed", type=int, default=1, metavar="S",
+                         help="of the simulation (default: %(default)s)")
+    add_scene_options(command)
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Record the drop, draw it and say how it ended."""
+    file = output_file(options.output, ENDINGS)
+    with announce_slow_start(), end_on_interrupt():
+        from ..geometry.poses import resting_poses
+        from ..geometry.splitting_graph import splitting_graph
+        from ..simulation.frames import drop_frames, watchable_drop
+
+        if file.suffix.lower() == ".mp4":
+            from ..plots.movies import ffmpeg
+
+            ffmpeg()
+        part = part_of(options)
+        found = watchable_drop(part, options.drop, options.restitution, options.seed,
+                               options.drop_height, options.cluster_tolerance)
+        resting = resting_poses(part, options.cluster_tolerance)
+        frames = drop_frames(part, found, resting)
+        _write(file, part, found, frames, splitting_graph(resting))
+    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB; drop {options.drop}, seed "
+          f"{options.seed}, restitution {found.restitution:g}: {found.impacts} impacts, at rest "
+          f"in pose {found.pose}")
+    return 0
+
+
+def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
+           root: SplittingNode) -> None:
+    from ..whole_files import write_whole
+
+    def write(folder: Path) -> None:
+        if file.suffix.lower() == ".mcap":
+            _film(folder / file.name, part, found, frames, root)
+            return
+        from ..plots.animation import animation_frames
+        from ..plots.movies import write_gif, write_mp4
+        from ..simulation.frames import RATE
+
+        pictures = animation_frames(part, found, frames, root)
+        (write_mp4 if file.suffix.lower() == ".mp4" else write_gif)(
+            folder / file.name, pictures, RATE)
+
+    write_whole(file.parent, write)
+
+
+def _film(file: Path, part: Part, found: Trajectory, frames: DropFrames,
+          root: SplittingNode) -> None:
+    from ..geometry.splitting_graph import levels_above, poses_within
+    from ..recording.drop_film import write_film
+
+    weight = found.energies[0] / found.heights[0]
+    levels = levels_above(root, found.pose)
+    write_film(file, part, frames, lambda energy: " ".join(
+        map(str, poses_within(levels, energy / weight, root.poses))))

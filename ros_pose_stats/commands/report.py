@@ -1,0 +1,89 @@
+"""`report PART`: everything about a part's poses on one page."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
+from .part_options import add_part_options, add_scene_options, part_of
+from .slow_start import announce_slow_start
+
+if TYPE_CHECKING:
+    from ..records import PoseStatistics
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "report", help="write a page about a part's poses, to look at and to send",
+        description="Write one HTML page about a part: its stable poses on the plate in pictures "
+        "and to be turned, their probabilities by every method, and what they mean for a feeder. "
+        "The page needs no network.")
+    add_part_options(command)
+    command.add_argument("-o", "--output", required=True, metavar="FILE",
+                         help="the page, FILE.html")
+    command.add_argument("--png", metavar="FILE", help="also the key figure as a picture")
+    command.add_argument("--wanted", type=int, nargs="+", default=[], metavar="INDEX",
+                         help="poses that the feeder accepts")
+    command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
+                         help="parts dropped a minute, those sent back included; with --wanted")
+    command.add_argument("--drops", type=int, metavar="N",
+                         help="of the simulation (default: 5000, fewer where they take more than "
+                         "0.8 s)")
+    command.add_argument("--seed", type=int, default=1, metavar="S",
+                         help="of the simulation (default: %(default)s)")
+    add_scene_options(command)
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Investigate, write and say what was written."""
+    from .output_file import output_file
+
+    page = output_file(options.output, (".html", ".htm"))
+    figure = None if options.png is None else output_file(options.png, (".png",))
+    with announce_slow_start(), end_on_interrupt():
+        from ..report import investigate, report_page
+        from ..whole_files import write_file
+
+        part = part_of(options)
+    with stop_on_interrupt() as interrupted:
+        findings = investigate(
+            part, drops=options.drops, seed=options.seed, restitution=options.restitution,
+            drop_height=options.drop_height, cluster_tolerance=options.cluster_tolerance,
+            wanted=options.wanted, rate=options.rate, should_stop=interrupted)
+    found = findings.simulated
+    with end_on_interrupt():
+        write_file(page, report_page(findings, again(options, found)).encode())
+        if figure is not None:
+            from ..plots.files import figure_png_bytes
+            from ..plots.poses import poses_figure
+
+            write_file(figure, figure_png_bytes(poses_figure(part, found)))
+    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {len(found.poses)} poses, "
+          f"{found.drops} drops")
+    if figure is not None:
+        print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")
+    return INTERRUPTED if interrupted() else 0
+
+
+def again(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
+    """Commands that give the same page, and the same counts as a table."""
+    named = [Path(options.part).name]
+    if options.unit is not None:
+        named += ["--unit", options.unit]
+    if options.com is not None:
+        named += ["--com", *(repr(x) for x in options.com)]
+    named += ["--cluster-tolerance", repr(options.cluster_tolerance),
+              "--restitution", repr(options.restitution)]
+    if options.drop_height is not None:
+        named += ["--drop-height", repr(options.drop_height)]
+    drops = ["--drops", str(found.drops), "--seed", str(found.seed)]
+    asked = ["--wanted", *map(str, options.wanted)] if options.wanted else []
+    asked += ["--rate", repr(options.rate)] if options.rate is not None else []
+    page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
+    return tuple(shlex.join(["ros_pose_stats", *words])
+                 for words in (page, ["simulate", *named, *drops]))

@@ -1,0 +1,140 @@
+"""The sphere of poses as two flat maps: r(u), R(u) and the basin of every direction (Fig. 1C).
+
+A direction u is the point of the part that is down. Each hemisphere is drawn in Lambert's
+azimuthal equal-area projection as it is seen from outside, so that areas on the page compare
+like solid angles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .equilibria import Equilibria
+from .poses import RestingPoses
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FINEST, COARSEST = 200, 60
+"""Pixels across a hemisphere."""
+
+MOST_PRODUCTS = 2e8
+"""Directions times faces; parts of many faces get a coarser map."""
+
+AT_ONCE = 4_000_000
+"""Numbers held in memory while directions meet faces."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSphere:
+    """Maps of the two hemispheres, those around -z and +z of the part.
+
+    Attributes
+    ----------
+    directions : (2, n, n, 3) array
+        Unit vectors in the part frame; NaN outside of the discs. Rows go up the page.
+    r, R : (2, n, n) array
+        Metres; NaN outside of the discs.
+    pose : (2, n, n) array of int
+        `index` of the pose whose basin the direction lies in; -1 outside of the discs.
+    downs : (P, 3) array
+        Minima: `down` of the poses, by their index.
+    peaks : (U, 3) array
+        Maxima of r and R.
+    """
+
+    directions: Array
+    r: Array
+    R: Array
+    pose: Index
+    downs: Array
+    peaks: Array
+
+
+def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
+    """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
+
+    Parameters
+    ----------
+    resting : RestingPoses
+    pixels : int, optional
+        Across a hemisphere, at least 2; default: as many as are quick, at most 200.
+
+    Returns
+    -------
+    PoseSphere
+        The basin of a direction is that of the face which the direction meets: where a
+        part that topples from face to face without swing ends.
+    """
+    body, found = resting.body, resting.equilibria
+    directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))
+    inside = np.isfinite(directions[..., 0])
+    asked = directions[inside]
+    r, height, face = (np.empty(len(asked)), np.empty(len(asked)),
+                       np.empty(len(asked), dtype=np.int64))
+    step = max(1, AT_ONCE // max(body.faces, len(body.points)))
+    for begin in range(0, len(asked), step):
+        some = slice(begin, begin + step)
+        steepness = asked[some] @ (body.arrays.normal / body.arrays.distance[:, None]).T
+        face[some] = steepness.argmax(axis=1)
+        r[some] = 1.0 / steepness.max(axis=1)
+        height[some] = body.R(asked[some])
+    maps = np.full((2, *inside.shape), np.nan)
+    maps[0][inside], maps[1][inside] = body.radius * r, body.radius * height
+    pose = np.full(inside.shape, -1, dtype=np.int64)
+    pose[inside] = _pose_of_face(resting)[face]
+    peaks = body.points[found.unstable]
+    return PoseSphere(directions, maps[0], maps[1], pose,
+                      np.array([one.down for one in resting.poses]),
+                      peaks / np.linalg.norm(peaks, axis=1)[:, None])
+
+
+def on_map(directions: Array) -> tuple[Index, Array]:
+    """Where directions lie on the maps.
+
+    Parameters
+    ----------
+    directions : (k, 3) array
+        Unit vectors in the part frame.
+
+    Returns
+    -------
+    hemisphere : (k,) array of int
+        0 around -z, 1 around +z.
+    place : (k, 2) array
+        Across and up, within the disc of radius 1.
+    """
+    x, y, z = np.asarray(directions, dtype=np.float64).reshape(-1, 3).T
+    upper = (z > 0.0).astype(np.int64)
+    # Lambert: the distance from the middle is sqrt(2) sin(half the polar angle).
+    scale = 1.0 / np.sqrt(1.0 + np.abs(z))
+    across = np.where(upper == 1, x, -x)  # from below, +x is to the left
+    return upper, np.stack([across, y], axis=1) * scale[:, None]
+
+
+def _fine_enough(faces: int) -> int:
+    directions = MOST_PRODUCTS / faces
+    return int(min(max(math.sqrt(directions / (0.5 * math.pi)), COARSEST), FINEST))
+
+
+def _directions(pixels: int) -> Array:
+    middle = (2.0 * np.arange(pixels) + 1.0) / pixels - 1.0
+    across, up = np.meshgrid(middle, middle)
+    square = across ** 2 + up ** 2
+    with np.errstate(invalid="ignore"):
+        scale = np.where(square <= 1.0, np.sqrt(2.0 - square), np.nan)
+    z = 1.0 - square
+    upper = np.stack([across * scale, up * scale, z + 0.0 * scale], axis=-1)
+    return np.stack([upper * (-1.0, 1.0, -1.0), upper])
+
+
+def _pose_of_face(resting: RestingPoses) -> Index:
+    """Pose (F,) that each face descends to."""
+    found: Equilibria = resting.equilibria
+    pose_of_stable = np.empty(len(found.order), dtype=np.int64)
+    pose_of_stable[found.order] = resting.clusters.pose
+    return np.asarray(pose_of_stable[found.arrays.basin])

@@ -1,0 +1,133 @@
+"""The splitting graph: which poses part from which, at which height (Fig. 3C)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from ..geometry.splitting_graph import SplittingNode
+from ..records import StablePose
+from .cost import INK, REFERENCE
+from .splitting_tree import Branch, drawn_tree, lowest_pose, place
+
+NAMES = 4
+"""Poses of a component that are listed."""
+
+UNDER = 0.45
+"""A line nearer than this to the middle of its box begins below it, in places of ends."""
+
+ROOM, TALL = 0.62, 0.93
+"""Inches for what stands below the lowest pose; height of the axes, as a fraction."""
+
+LINE = "#0072B2"
+
+
+def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
+    """Draw the splitting graph of a part (Fig. 3C).
+
+    Parameters
+    ----------
+    root : SplittingNode
+    poses : sequence of StablePose
+        All of the part, at the same cluster tolerance; their heights are taken.
+
+    Returns
+    -------
+    Figure
+        Boxes are components of the reachable set, at the height where they fall apart;
+        circles are poses. On the lines stand the transition probabilities (Eq. 8); a line is
+        the thicker the more probable its component. Levels too close to be read are set apart.
+    """
+    heights = {pose.index: pose.height for pose in poses}
+    top = drawn_tree(root)
+    ends = [branch for branch in top.walk() if not branch.parts]
+    levels = place(top, ends, heights)
+    wide, high = max(5.2, 0.58 * len(ends) + 1.0), 2.6 + 0.34 * len(levels)
+    figure = Figure(figsize=(wide, high))
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.78 / wide, 0.05, 1.0 - 0.83 / wide, TALL))
+    for branch in top.walk():
+        _draw_lines(axes, branch)
+    for branch in top.walk():
+        _draw_node(axes, branch, heights)
+    _finish(axes, levels, len(ends), min(branch.y for branch in ends), ROOM / (TALL * high))
+    return figure
+
+
+def _draw_lines(axes: Axes, branch: Branch) -> None:
+    """A bar at the level, and a line down to each part with its transition probability."""
+    if not branch.parts:
+        return
+    axes.plot([branch.parts[0].x, branch.parts[-1].x], [branch.y, branch.y], color=LINE,
+              linewidth=1.0, zorder=1)
+    for part in branch.parts:
+        axes.plot([part.x, part.x], [branch.y, part.y], color=LINE, zorder=1,
+                  linewidth=_thickness(part), solid_capstyle="butt")
+        before = branch.node.probability
+        share = part.node.probability / before if before > 0.0 else 0.0
+        outside = -1.0 if part is branch.parts[0] else 1.0
+        aside, below = 2.5 + 0.5 * _thickness(part), 3.0
+        if abs(part.x - branch.x) < UNDER:  # clear of the box
+            aside, below = 9.5, 9.5
+        axes.annotate(_share(share), (part.x, branch.y), xytext=(outside * aside, -below),
+                      textcoords="offset points", ha="right" if outside < 0.0 else "left",
+                      va="top", fontsize=8.5, color=INK, zorder=4)
+
+
+def _thickness(branch: Branch) -> float:
+    return 0.8 + 5.0 * branch.node.probability
+
+
+def _share(share: float) -> str:
+    """A probability with two digits behind the point; never a 0 or 1 that is not meant."""
+    if 0.0 < share < 0.005:
+        return "<.01"
+    return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
+
+
+def _plain(value: float, digits: int) -> str:
+    """A length with so many digits, never with an exponent where it is large."""
+    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
+
+
+def _told_apart(values: Sequence[float]) -> list[str]:
+    """Lengths with as many digits as it takes to tell them apart, at least four."""
+    digits = next((some for some in range(4, 9) if len({_plain(value, some) for value in values})
+                   == len(values)), 9)
+    return [_plain(value, digits) for value in values]
+
+
+def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
+    names = branch.node.poses
+    text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
+    if branch.parts:
+        axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=8.5,
+                      color=INK, zorder=3, bbox={"facecolor": "#eef3f8", "edgecolor": LINE,
+                                                 "boxstyle": "square,pad=0.28"})
+        return
+    axes.annotate(text, (branch.x, branch.y), ha="center", va="center", fontsize=9, color=INK,
+                  zorder=3, bbox={"facecolor": "white", "edgecolor": LINE, "linewidth": 1.3,
+                                  "boxstyle": "circle,pad=0.25" if len(names) == 1 else
+                                  "round,pad=0.25"})
+    low = 1e3 * heights[lowest_pose(branch, heights)]
+    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{_plain(low, 3)} mm",
+                  (branch.x, branch.y), xytext=(0.0, -12.0), textcoords="offset points",
+                  ha="center", va="top", fontsize=7.2, color=REFERENCE, linespacing=1.15)
+
+
+def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest: float,
+            room: float) -> None:
+    """Ticks at the levels of the splits, in millimetres; room is a share of the height."""
+    axes.set_xlim(-0.8, ends - 0.3)
+    top = max([shown for _, shown in levels], default=lowest) + 0.1
+    axes.set_ylim(lowest - room / (1.0 - room) * (top - lowest), top)
+    axes.set_xticks([])
+    axes.set_yticks([shown for _, shown in levels],
+                    _told_apart([1e3 * level for level, _ in levels]), fontsize=8.5)
+    axes.set_ylabel("energy / weight where it splits, mm", fontsize=9.5)
+    axes.spines[["top", "right", "bottom"]].set_visible(False)
+    axes.grid(axis="y", color="#e8e8e8", linewidth=0.6, zorder=0)
+    axes.set_axisbelow(True)

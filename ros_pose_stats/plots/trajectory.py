@@ -1,0 +1,117 @@
+"""One drop over time: energy on the levels of the splitting graph, height, and events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+from numpy.typing import NDArray
+
+from ..geometry.splitting_graph import SplittingNode, levels_above
+from ..records import Trajectory
+from .cost import INK, REFERENCE
+from .spacing import apart
+
+Array = NDArray[np.float64]
+
+ENERGY, HEIGHT = "#0072B2", "#D55E00"
+EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))
+NAMES = 4
+SETTLED = 2e-3
+"""Energy above that at rest, in weights times radius, from which on nothing is to be seen."""
+
+
+def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
+    """Draw a drop: energy over weight, height of the centre of mass, and what happened when.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        As from `record_drop`.
+    root : SplittingNode
+        Splitting graph of the part; dashed lines are the levels at which the set that holds
+        the final pose splits off.
+
+    Returns
+    -------
+    Figure
+        Millimetres over seconds, from release to where nothing moves that can be seen.
+    """
+    end = settling_time(trajectory)
+    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1.2))
+    draw_energy(energy, trajectory, root, end)
+    energy.plot(trajectory.times, 1e3 * trajectory.heights, color=HEIGHT, linewidth=1.2,
+                linestyle=(0, (4, 1.2)), label="height of the centre of mass", zorder=2)
+    energy.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper right")
+    _draw_events(events, trajectory)
+    events.set_xlabel("time since release, s", fontsize=10)
+    where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
+    figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
+                    color=INK)
+    return figure
+
+
+def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: float) -> None:
+    """Draw the energy over weight of a drop, and the levels on its way, until a time."""
+    energy = 1e3 * energy_heights(trajectory)
+    axes.plot(trajectory.times, energy, color=ENERGY, linewidth=1.8, label="energy / weight",
+              zorder=3)
+    levels = levels_above(root, trajectory.pose)
+    bottom = min(float(energy[-1]), 1e3 * float(trajectory.heights.min()))
+    axes.set(yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * float(energy[0])))
+    axes.set_ylabel("mm above the plate", fontsize=10)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(which="major", color="#e5e5e5", linewidth=0.6)
+    axes.set_axisbelow(True)
+    low, high = np.log(axes.get_ylim())
+    true = np.array([(np.log(1e3 * level) - low) / (high - low) for level, _ in levels])
+    shown = apart(true, 0.052, 0.0, 1.0) if len(levels) else true
+    for place, (level, poses) in enumerate(levels):
+        axes.axhline(1e3 * level, color=REFERENCE, linewidth=0.8, linestyle="--", zorder=1)
+        axes.annotate(f"below: {component_name(poses)}", (1.0, true[place]),
+                      xycoords="axes fraction", xytext=(1.03, shown[place]),
+                      textcoords="axes fraction", fontsize=8.5, color=INK, va="center",
+                      arrowprops={"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
+                                  "relpos": (0.0, 0.5), "shrinkA": 0.0, "shrinkB": 0.0})
+
+
+def energy_heights(trajectory: Trajectory) -> Array:
+    """Mechanical energy over weight (n,), metres; the part is released at rest."""
+    return np.asarray(trajectory.energies * (trajectory.heights[0] / trajectory.energies[0]))
+
+
+def settling_time(trajectory: Trajectory) -> float:
+    """Seconds after which the energy is as good as that at rest."""
+    energy = energy_heights(trajectory)
+    late = energy > energy[-1] + SETTLED * trajectory.radius
+    place = int(np.flatnonzero(late)[-1]) + 1 if late.any() else 0
+    return float(trajectory.times[min(place, len(late) - 1)])
+
+
+def component_name(poses: Sequence[int]) -> str:
+    """The poses of a component in few words."""
+    if len(poses) == 1:
+        return f"pose {poses[0]} only"
+    return "poses " + " ".join(map(str, poses)) if len(poses) <= NAMES else f"{len(poses)} poses"
+
+
+def _draw_events(axes: Axes, trajectory: Trajectory) -> None:
+    for row, (kind, marker, color) in enumerate(EVENTS):
+        times = [event.time for event in trajectory.events if event.kind == kind]
+        axes.plot(times, np.full(len(times), -row), linestyle="none", marker=marker, color=color,
+                  markersize=7.0 if marker == "|" else 4.0, clip_on=True)
+    axes.set_yticks([-row for row in range(len(EVENTS))], [kind for kind, _, _ in EVENTS],
+                    fontsize=9)
+    axes.set_ylim(-len(EVENTS) + 0.4, 0.6)
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)

@@ -1,0 +1,55 @@
+"""The part as numbers for the page's own 3-D view."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.decimation import visible_triangles
+from ..records import Part, StablePose
+
+Array = NDArray[np.float64]
+
+FINEST = 20_000
+"""Triangles; a larger mesh is shown as its convex hull, made coarser."""
+
+STEPS = 32_767
+"""Of a coordinate, to each side of the centre of mass: 0.03 thousandths of the radius."""
+
+
+def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
+    """Mesh and poses as JSON, lengths in radii.
+
+    Parameters
+    ----------
+    part : Part
+    poses : sequence of StablePose
+        Of that part, in the order of the buttons.
+    radius : float
+        Metres.
+
+    Returns
+    -------
+    str
+        `vertices`: base64 of little-endian int16, three a vertex, about the centre of mass,
+        32767 being one radius; `triangles`: base64 of little-endian uint16 or uint32
+        (`wide`); `poses`: label, quaternion x y z w and height.
+    """
+    corners = (visible_triangles(part, FINEST) - part.center_of_mass).reshape(-1, 3)
+    # Voids reach no farther than the hull, so that nothing is cut off.
+    steps = np.clip(np.rint(STEPS * corners / radius), -STEPS, STEPS).astype("<i2")
+    vertices, triangles = np.unique(steps, axis=0, return_inverse=True)
+    wide = len(vertices) > 65_535
+    numbers = triangles.reshape(-1).astype("<u4" if wide else "<u2")
+    return json.dumps({
+        "vertices": base64.b64encode(np.ascontiguousarray(vertices).tobytes()).decode(),
+        "triangles": base64.b64encode(numbers.tobytes()).decode(),
+        "wide": wide,
+        "poses": [{"index": pose.index, "label": f"{pose.index}",
+                   "turn": [round(float(x), 9) for x in pose.orientation],
+                   "height": round(pose.height / radius, 9)} for pose in poses],
+    }, separators=(",", ":"))

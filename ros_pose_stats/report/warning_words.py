@@ -1,0 +1,53 @@
+"""What each warning means for the reader of a page, in plain words."""
+
+from __future__ import annotations
+
+WORDS = {
+    "UNIT_SUSPECT": ("Is the unit right?",
+                     "Lengths, heights and times are wrong if it is not; probabilities are not "
+                     "touched. Most CAD systems export millimetres."),
+    "OPEN_MESH": ("The mesh has holes",
+                  "The poses are right, but the centre of mass may be off: give it, or close "
+                  "the mesh."),
+    "BODIES_OVERLAP": ("Bodies reach into each other",
+                       "Material counts twice, which moves the centre of mass. Unite the bodies."),
+    "INERTIA_SUSPECT": ("The given inertia is too large for this part",
+                        "Check its unit: kg m² is meant."),
+    "CLUSTERED": ("Some poses stand for many facets",
+                  "A curve in the mesh is made of flat facets. They are taken as one pose."),
+    "MARGINAL_POSE": ("A pose hardly holds",
+                      "Do not plan a feeder on it: the slightest tilt ends it."),
+    "SHALLOW_POSE": ("A vibrating feeder empties some poses",
+                     "What is given for them holds on a plate at rest only."),
+    "NEAR_TIE": ("Two ways between poses are almost equally high",
+                 "The answer is still good, but parts may differ from piece to piece."),
+    "COARSE_CURVE": ("A curve is too coarse for the simulation",
+                     "The estimates are not touched by this: compare them."),
+    "METHODS_DISAGREE": ("The quick estimates disagree",
+                         "Trust the simulation more than any of them."),
+    "LOW_DROP": ("The part is released low",
+                 "The pose at release will come up more often than the estimates say; the "
+                 "simulation knows the height."),
+    "RELEASED_TOUCHING": ("The drop height is less than the part needs",
+                          "Orientations that do not fit were released touching the plate."),
+    "HEIGHT_SUSPECT": ("Is the drop height right?", "It is in metres."),
+    "TARGET_MISSED": ("The simulation ended above the wanted error", "Allow more drops."),
+    "UNSETTLED": ("Some drops did not come to rest",
+                  "They are left out of the probabilities."),
+    "TIME_LIMIT": ("The simulation ran out of time", "What was done counts."),
+    "NOT_RECORDED": ("The answer was not recorded", "Look after the disk of the log."),
+}
+"""By code: a heading, and what it means or what to do."""
+
+
+def in_words(warning: str) -> tuple[str, str, str]:
+    """Heading, what was found, and what it means.
+
+    Parameters
+    ----------
+    warning : str
+        `CODE: sentence`.
+    """
+    code, _, sentence = warning.partition(": ")
+    heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
+    return heading, sentence[:1].upper() + sentence[1:], meaning

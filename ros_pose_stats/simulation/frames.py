@@ -1,0 +1,170 @@
+"""A recorded drop at even steps of time, from shortly before it lands until it lies still.
+
+A part that bounces on a rigid plate comes to rest through ever smaller bounces, and on a fine
+curve through thousands of them. Once its energy is that at rest, but for what nobody sees, the
+rest is left out and the part laid down in its pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RequestError
+from ..geometry.orientation import rotation_matrices
+from ..geometry.poses import RestingPoses
+from ..records import Part, Trajectory
+from .record_drop import record_drop
+
+Array = NDArray[np.float64]
+
+RATE = 15
+"""Frames a second."""
+
+SHOWN = 6.5
+"""Seconds that the motion takes on the screen, at most."""
+
+PAUSE = 1.2
+"""Seconds that the part is shown at rest."""
+
+FALL = 3.0
+"""Radii above the first touch from which on the fall is shown."""
+
+UNSEEN = 5e-3
+"""Energy above that at rest, in weights times radius, that nobody sees."""
+
+
+@dataclass(frozen=True, eq=False)
+class DropFrames:
+    """Frames of a drop.
+
+    Attributes
+    ----------
+    times : (n,) array
+        Seconds since release; the frames at rest share the last one.
+    heights : (n,) array
+        Of the centre of mass, metres.
+    orientations : (n, 4) array
+        Quaternions x y z w of the part frame in the plate frame.
+    energies : (n,) array
+        Joules, never rising; the last is that at rest.
+    rest : int
+        First frame at rest; n where the part did not settle.
+    slower : float
+        Times that the motion is slowed.
+    begin, end : float
+        Seconds since release at the first frame, and at the last in motion.
+    """
+
+    times: Array
+    heights: Array
+    orientations: Array
+    energies: Array
+    rest: int
+    slower: float
+    begin: float
+    end: float
+
+
+def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
+                   drop_height: float | None, cluster_tolerance: float) -> Trajectory:
+    """Record a drop to rest, or until its pose is certain where that takes too long.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range, or the drop does not settle.
+    """
+    for to_rest in (True, False):
+        found = record_drop(part, drop, restitution, seed, drop_height, to_rest=to_rest,
+                            cluster_tolerance=cluster_tolerance)
+        if found.pose >= 0:
+            return found
+    raise RequestError("a drop that comes to rest", f"drop {drop}, which does not settle",
+                       "take another one, or a smaller restitution")
+
+
+def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> DropFrames:
+    """Cut a drop into frames of equal time, at most some seven seconds of them.
+
+    Parameters
+    ----------
+    part : Part
+    trajectory : Trajectory
+        That comes to rest in a pose.
+    resting : RestingPoses
+        Of the part, at the trajectory's cluster tolerance.
+
+    Returns
+    -------
+    DropFrames
+        The last frames lie in the pose of the trajectory, on the stable face nearest to
+        where the motion is cut off.
+    """
+    weight = trajectory.energies[0] / trajectory.heights[0]
+    begin = _begin(trajectory)
+    above = trajectory.energies > trajectory.energies[-1] + UNSEEN * weight * trajectory.radius
+    last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
+    orientation, height = _at_rest(trajectory, resting, last)
+    end = float(trajectory.times[last])
+    slower = _slower((end - begin) / SHOWN)
+    motion = np.arange(begin, end, 1.0 / (slower * RATE))
+    moving = len(motion)
+    times: Array = np.append(motion, np.full(round(PAUSE * RATE), end))
+    heights, orientations, energies = _between(trajectory, times)
+    heights[moving:], orientations[moving:] = height, orientation
+    energies[moving:] = weight * height
+    return DropFrames(times, heights, orientations, energies, moving, slower, begin, end)
+
+
+def _begin(trajectory: Trajectory) -> float:
+    """When the part is some radii above where it first touches."""
+    landing = next((event for event in trajectory.events if event.kind == "arrival"),
+                   trajectory.events[-1])
+    high = trajectory.heights > landing.height + FALL * trajectory.radius
+    before = high & (trajectory.times < landing.time)
+    return float(trajectory.times[np.flatnonzero(before)[-1]]) if before.any() else 0.0
+
+
+def _slower(share: float) -> float:
+    """How many times slower than true it must be shown; a round number."""
+    steps = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
+    return max((one for one in steps if one <= 1.0 / max(share, 1e-6)), default=steps[0])
+
+
+def _between(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
+    """Height, orientation and energy at some times; the energy as after an event."""
+    place = np.clip(np.searchsorted(trajectory.times, times, side="right") - 1, 0,
+                    len(trajectory.times) - 1)
+    after = np.minimum(place + 1, len(trajectory.times) - 1)
+    span = trajectory.times[after] - trajectory.times[place]
+    share = np.where(span > 0.0, (times - trajectory.times[place]) / np.where(span > 0, span, 1.0),
+                     0.0)
+    heights = (1.0 - share) * trajectory.heights[place] + share * trajectory.heights[after]
+    one, two = trajectory.orientations[place], trajectory.orientations[after]
+    sign = np.where((one * two).sum(axis=1) < 0.0, -1.0, 1.0)  # both stand for the same turn
+    turned = (1.0 - share)[:, None] * one + (share * sign)[:, None] * two
+    return (heights, turned / np.linalg.norm(turned, axis=1)[:, None],
+            np.minimum.accumulate(trajectory.energies)[place])
+
+
+def _at_rest(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple[Array, float]:
+    """Orientation and height on the face of the pose that is nearest to a late sample."""
+    found = resting.equilibria
+    members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
+    downs = found.downs[members]
+    nearest = int(np.argmax(downs @ -trajectory.up[last]))
+    turn = rotation_matrices(trajectory.orientations[last:last + 1])[0]
+    # The smallest turn that brings the face's normal straight down.
+    low = turn @ downs[nearest]
+    tilt = np.append(np.cross(low, (0.0, 0.0, -1.0)), 1.0 - low[2])
+    orientation = _product(tilt / np.linalg.norm(tilt), trajectory.orientations[last])
+    return orientation, float(found.heights[members[nearest]]) * trajectory.radius
+
+
+def _product(one: Array, two: Array) -> Array:
+    """Quaternion x y z w of the second turn followed by the first."""
+    vector = one[3] * two[:3] + two[3] * one[:3] + np.cross(one[:3], two[:3])
+    return np.append(vector, one[3] * two[3] - one[:3] @ two[:3])

@@ -1,0 +1,140 @@
+"""A page in headless Chromium, driven over two pipes by its DevTools protocol."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import time
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+           "--disable-background-networking", "--disable-component-update", "--disable-sync",
+           "--disable-dev-shm-usage", "--hide-scrollbars", "--remote-debugging-pipe")
+PATIENCE = 120.0
+
+
+def browser_file():
+    """Path of a Chromium, or None."""
+    return next((found for name in NAMES if (found := shutil.which(name))), None)
+
+
+class Browser:
+    """One tab. What the page asks of the network and says to the console is kept.
+
+    Attributes
+    ----------
+    requests : list of str
+        Addresses, without those that are data in the page itself.
+    complaints : list of str
+        Errors of scripts, and warnings and errors on the console.
+    """
+
+    def __init__(self, profile):
+        to_child, ours_out = os.pipe()
+        ours_in, from_child = os.pipe()
+        self._out, self._in = ours_out, ours_in
+
+        def place():  # Chromium reads from 3 and writes to 4
+            first, second = os.dup(to_child), os.dup(from_child)
+            os.dup2(first, 3)
+            os.dup2(second, 4)
+
+        self._process = subprocess.Popen(
+            [browser_file(), *OPTIONS, f"--user-data-dir={profile}", "about:blank"],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            preexec_fn=place, close_fds=False)
+        os.close(to_child)
+        os.close(from_child)
+        self._rest, self._number, self._session = b"", 0, None
+        self.requests, self.complaints, self._loaded = [], [], False
+        targets = self.ask("Target.getTargets")["targetInfos"]
+        page = next(one["targetId"] for one in targets if one["type"] == "page")
+        self._session = self.ask("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self.ask(f"{domain}.enable")
+
+    def close(self):
+        """End the browser."""
+        self._process.kill()
+        self._process.wait()
+        os.close(self._out)
+        os.close(self._in)
+
+    def ask(self, method, **parameters):
+        """Call a method of the protocol and wait for its answer."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._out, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self._next()
+            if answer.get("id") == self._number:
+                assert "error" not in answer, f"{method}: {answer['error']}"
+                return answer["result"]
+
+    def open(self, address, width=1280, height=900, phone=False):
+        """Load a page and wait until it is there and drawn."""
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                 deviceScaleFactor=2 if phone else 1, mobile=phone)
+        self._loaded = False
+        self.ask("Page.navigate", url=address)
+        while not self._loaded:
+            self._next()
+        self.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+
+    def evaluate(self, expression):
+        """Value of an expression in the page; promises are waited for."""
+        found = self.ask("Runtime.evaluate", expression=expression, awaitPromise=True,
+                         returnByValue=True)
+        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        return found["result"].get("value")
+
+    def drag(self, begin, end, steps=4):
+        """Press the mouse, move it and let go."""
+        def mouse(kind, x, y):
+            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1,
+                     clickCount=1)
+
+        mouse("mousePressed", *begin)
+        for k in range(1, steps + 1):
+            mouse("mouseMoved", *(a + (b - a) * k / steps
+                                  for a, b in zip(begin, end, strict=True)))
+        mouse("mouseReleased", *end)
+        self.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+
+    def screenshot(self, file, whole=True):
+        """Write what the page looks like, as PNG."""
+        found = self.ask("Page.captureScreenshot", captureBeyondViewport=whole)
+        file.write_bytes(base64.b64decode(found["data"]))
+
+    def _next(self):
+        """Next message; events are noted on the way."""
+        until = time.monotonic() + PATIENCE
+        while b"\0" not in self._rest:
+            ready, _, _ = select.select([self._in], [], [], until - time.monotonic())
+            assert ready, "the browser does not answer"
+            data = os.read(self._in, 1 << 20)
+            assert data, "the browser has ended"
+            self._rest += data
+        one, _, self._rest = self._rest.partition(b"\0")
+        message = json.loads(one)
+        self._note(message.get("method"), message.get("params", {}))
+        return message
+
+    def _note(self, event, given):
+        if event == "Page.loadEventFired":
+            self._loaded = True
+        elif event == "Network.requestWillBeSent":
+            if not given["request"]["url"].startswith("data:"):
+                self.requests.append(given["request"]["url"])
+        elif event == "Runtime.exceptionThrown":
+            self.complaints.append(given["exceptionDetails"]["text"])
+        elif event == "Runtime.consoleAPICalled" and given["type"] in ("error", "warning"):
+            self.complaints.append(str(given["args"]))
+        elif event == "Log.entryAdded" and given["entry"]["level"] in ("error", "warning"):
+            self.complaints.append(given["entry"]["text"])

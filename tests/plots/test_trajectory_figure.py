@@ -1,0 +1,53 @@
+"""A drop over time as a figure."""
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import part_from_mesh, record_drop, resting_poses, splitting_graph
+from ros_pose_stats.geometry.shapes.closed_forms import box
+from ros_pose_stats.geometry.splitting_graph import levels_above, poses_within
+from ros_pose_stats.plots.trajectory import energy_heights, settling_time, trajectory_figure
+from tests.plots.texts import clipped, overlapping
+
+
+@pytest.fixture(scope="module")
+def dropped():
+    part = part_from_mesh(*box(0.04, 0.03, 0.02), part_id="block")
+    return (record_drop(part, 3, seed=7, to_rest=True),
+            splitting_graph(resting_poses(part)))
+
+
+def test_energy_over_weight_begins_at_the_drop_height_and_ends_at_the_pose(dropped):
+    drop, _ = dropped
+    energy = energy_heights(drop)
+    assert energy[0] == drop.heights[0]
+    assert energy[-1] == pytest.approx(drop.heights[-1], rel=1e-6)
+    assert (energy >= drop.heights - 1e-12).all()
+
+
+def test_levels_on_the_way_lead_to_the_pose(dropped):
+    drop, root = dropped
+    levels = levels_above(root, drop.pose)
+    heights = [level for level, _ in levels]
+    assert heights == sorted(heights, reverse=True)
+    assert levels[-1][1] == (drop.pose,)
+    assert poses_within(levels, heights[0] * 1.01, root.poses) == root.poses
+    assert poses_within(levels, heights[-1] * 0.99, root.poses) == (drop.pose,)
+    assert levels_above(root, -1) == []
+
+
+def test_what_is_drawn_is_what_was_recorded(dropped):
+    drop, root = dropped
+    figure = trajectory_figure(drop, root)
+    energy, events = figure.axes
+    lines = {line.get_label(): line for line in energy.get_lines()}
+    assert lines["energy / weight"].get_ydata() == pytest.approx(1e3 * energy_heights(drop))
+    assert lines["height of the centre of mass"].get_ydata() == pytest.approx(1e3 * drop.heights)
+    impacts = events.get_lines()[0].get_xdata()
+    assert len(impacts) == drop.impacts
+    assert energy.get_xlim()[1] == settling_time(drop) <= drop.times[-1]
+    assert f"pose {drop.pose}" in figure.get_suptitle()
+    figure.canvas.draw()
+    assert clipped(figure) == []
+    assert overlapping(figure) == []
+    assert np.diff(energy_heights(drop)).max() <= 1e-9 * drop.heights[0]

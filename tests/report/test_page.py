@@ -1,0 +1,139 @@
+"""What stands on the page."""
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats.report import report_page
+from ros_pose_stats.report.viewer import STEPS, viewer_data
+from ros_pose_stats.report.warning_words import WORDS, in_words
+from tests.report.parts import block, demo
+
+ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
+VOID = {"meta", "link", "img", "br"}
+
+
+class Reader(HTMLParser):
+    """Texts, addresses, pictures and whether tags are closed in their order."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.texts, self.addresses, self.pictures, self._open = [], [], [], []
+        self.feed(page)
+        assert self._open == []
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.addresses += [given[name] for name in ("src", "href") if name in given]
+        if tag == "img":
+            self.pictures.append(given["alt"])
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        if self._open and self._open[-1] not in ("script", "style"):
+            self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def page():
+    return report_page(block((0, 1), 60.0), ("ros_pose_stats report block.stl --drops 300",))
+
+
+@pytest.fixture(scope="module")
+def read(page):
+    return Reader(page)
+
+
+def test_nothing_is_asked_of_a_network(page, read):
+    assert all(address.startswith("data:") for address in read.addresses)
+    assert not re.search(r"https?://(?!www\.w3\.org)", re.sub(r"base64,[^\"]*", "", page))
+    assert "default-src 'none'" in page
+    assert len(page) < 3e6
+
+
+def test_every_pose_has_a_picture_and_its_numbers(read):
+    found = block().simulated
+    words = " ".join(read.texts)
+    for pose in found.poses:
+        assert any(alt.startswith(f"The part in pose {pose.index},") for alt in read.pictures)
+        for number in (f"{100 * pose.probability:.1f} %", f"{1e3 * pose.height:.4g} mm",
+                       f"{1e3 * pose.barrier:.4g} mm", f"{np.degrees(pose.margin):.3g}°"):
+            assert number in words, (pose.index, number)
+
+
+def test_every_method_tells_every_pose(page):
+    findings = block()
+    for found in (findings.simulated, findings.hybrid, *findings.estimates):
+        for pose in found.poses:
+            assert (f'title="{found.method}, pose {pose.index}: '
+                    f'{100 * pose.probability:.1f} %, 90 % interval') in page
+
+
+def test_the_feeder_is_told_rates_passes_and_that_each_drop_is_fresh(read):
+    wanted = block((0, 1), 60.0).wanted
+    words = " ".join(read.texts)
+    assert f"{wanted.accepted[0]:.3g} accepted parts a minute" in words
+    assert f"{wanted.passes[0]:.3g} passes per accepted part" in words
+    assert "taken as dropped afresh" in words
+    assert "ros_pose_stats report block.stl --drops 300" in words
+
+
+def test_methods_settings_and_figures_are_there(read):
+    words = " ".join(read.texts)
+    for told in ("300 drops", "restitution", "seed", "cluster tolerance", "How to reproduce it",
+                 block().part.digest):
+        assert told in words
+    assert sum("Contours of" in alt for alt in read.pictures) == 2
+    assert any("Splitting graph" in alt for alt in read.pictures)
+    assert any("can be reached" in alt for alt in read.pictures)
+
+
+def test_warnings_come_in_plain_words():
+    findings = demo("gear")
+    words = " ".join(Reader(report_page(findings)).texts)
+    assert findings.warnings
+    for warning in findings.warnings:
+        heading, sentence, meaning = in_words(warning)
+        assert heading in words
+        assert sentence in words
+        assert meaning in words
+
+
+def test_every_warning_has_its_words():
+    text = (ROOT / "docs/warnings.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `([A-Z_]+)` \|", text, re.MULTILINE)) == set(WORDS)
+
+
+def test_names_of_parts_cannot_write_html():
+    from dataclasses import replace
+
+    findings = block()
+    page = report_page(replace(findings, part=replace(findings.part, part_id="<b>&'")))
+    assert "<b>&" not in page
+    assert "&lt;b&gt;&amp;" in page
+    Reader(page)
+
+
+def test_the_mesh_of_the_view_is_that_of_the_part():
+    findings = demo("clamp")
+    part, found = findings.part, findings.simulated
+    data = json.loads(viewer_data(part, found.poses, found.radius))
+    steps = np.frombuffer(base64.b64decode(data["vertices"]), "<i2").reshape(-1, 3)
+    numbers = np.frombuffer(base64.b64decode(data["triangles"]), "<u2")
+    shown = part.center_of_mass + found.radius * steps[numbers].astype(float) / STEPS
+    true = part.surface_vertices[part.surface_triangles].reshape(-1, 3)
+    assert np.abs(shown - true).max() < found.radius / STEPS
+    assert [pose["index"] for pose in data["poses"]] == [pose.index for pose in found.poses]
+    for told, pose in zip(data["poses"], found.poses, strict=True):
+        assert told["turn"] == pytest.approx(pose.orientation.tolist(), abs=1e-8)
+        assert told["height"] * found.radius == pytest.approx(pose.height)
