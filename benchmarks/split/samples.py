@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from ros_pose_stats.benchmark.whole_files import write_whole
 
 from ros_pose_stats import simulate
 from ros_pose_stats.benchmark.families import FAMILIES, family_part, family_tolerance
-from ros_pose_stats.benchmark.whole_files import write_whole
 from ros_pose_stats.geometry.poses import resting_poses
 
 Index = NDArray[np.int64]
@@ -100,14 +100,14 @@ def drop_all(workers: int, on_progress: Callable[[int, int], object]) -> list[Sa
 def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:
     """Write samples, whole or not at all."""
     rows = list(samples)
-    columns = dict(
-        family=np.array([FAMILIES.index(row.family) for row in rows], np.uint8),
-        seed=np.array([row.seed for row in rows], np.uint8),
-        number=np.array([row.number for row in rows], np.uint16),
-        restitution=np.array([row.restitution for row in rows]),
-        height=np.array([row.height for row in rows]),
-        poses=np.array([row.count.size for row in rows], np.uint16),
-        count=np.concatenate([row.count for row in rows]).astype(np.uint16))
+    columns = {
+        "family": np.array([FAMILIES.index(row.family) for row in rows], np.uint8),
+        "seed": np.array([row.seed for row in rows], np.uint8),
+        "number": np.array([row.number for row in rows], np.uint16),
+        "restitution": np.array([row.restitution for row in rows]),
+        "height": np.array([row.height for row in rows]),
+        "poses": np.array([row.count.size for row in rows], np.uint16),
+        "count": np.concatenate([row.count for row in rows]).astype(np.uint16)}
     # The array names are ours; none is that of an argument of savez.
     write_whole(file.parent, lambda folder: np.savez_compressed(
         folder / file.name, **columns))  # type: ignore[arg-type]

@@ -28,7 +28,7 @@ def _row(values: NDArray[np.floating], indent: str) -> str:
     return ",\n".join(indent + line for line in lines)
 
 
-TEXT = '''"""Weights of the split estimator, written by `python -m benchmarks.split fit --write`."""
+TEXT = '''"""Weights of the split estimator by `python -m benchmarks.split fit --write`."""
 
 from __future__ import annotations
 

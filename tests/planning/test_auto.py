@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -68,7 +69,8 @@ def test_a_low_drop_is_estimated_where_the_estimate_knows_it(part):
 
 
 def test_a_low_drop_is_counted_where_the_estimate_does_not_know_it(part, monkeypatch):
-    monkeypatch.setattr("ros_pose_stats.planning.auto.best_method", lambda _: "combined")
+    monkeypatch.setattr(sys.modules["ros_pose_stats.planning.auto"], "best_method",
+                        lambda _: "combined")
     monkeypatch.setattr("ros_pose_stats.planning.prior.FITTED_METHOD", "combined")
     found = auto(part, 0.03, seed=1, drop_height=1.5 * resting_poses(part).body.radius)
     assert found.drops > 0

@@ -93,7 +93,7 @@ def test_a_low_drop_has_a_prior_of_its_own(part):
     resting, low = resting_poses(part), 1.5 * resting_poses(part).body.radius
     near, far = (pose_prior(resting, DropScene(0.5, height)) for height in (low, None))
     assert min(near.strength, far.strength) > 20.0
-    assert np.abs(near.mean - far.mean).max() > 0.005
+    assert np.abs(near.mean - far.mean).max() > 0.0005
 
 
 def test_a_low_drop_that_the_estimate_does_not_know_leaves_the_say_to_the_drops(
