@@ -105,8 +105,8 @@ def _best(cases: Sequence[Case], priors: Sequence[PosePrior], some: Sequence[Cas
 def _estimates(cases: Sequence[Case], target: float) -> list[Policy]:
     """The most accurate estimator: all take the same time but for some per cent."""
     def share(name: str) -> float:
-        return _kept(cases, [ESTIMATORS[name].function(resting_poses(one.part(), TOLERANCE), one.scene())
-                             for one in cases], target)
+        return _kept(cases, [ESTIMATORS[name].function(
+            resting_poses(one.part(), TOLERANCE), one.scene()) for one in cases], target)
 
     best = max(ESTIMATORS, key=share)
     return [Policy(best, share(best), lambda part, rho: estimate(

@@ -1,4 +1,4 @@
-"""How well the split estimator does on bodies, and on whole families, that it was not fitted to."""
+"""How the split estimator does on bodies, and on whole families, that it was not fitted to."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .fit import Weights, fitted, predicted
 from .samples import FIT_SEED, JUDGE_SEED, LOW, USUAL, Sample
 from .table import Array, Table, make_table
 
-BENDS, RIDGE, ITERATIONS = 40, 2e-6, 900
+BENDS, RIDGE, ITERATIONS = 40, 2e-6, 700
 """Of the fit."""
 
 HELD_OUT = ("prisms", "plates", "ellipsoids", "machined")

@@ -58,7 +58,7 @@ to their solid angles, it takes them in proportion to weights:
 
     log w(C, E) = log area {{r < E}} + a x + sum_k b_k tanh(c_k x + d_k)
 
-with x the 18 inputs below. A component weighs w where it splits off, and where two components
+with x the 17 inputs below. A component weighs w where it splits off, and where two components
 join, their weights add and go on growing as the formula does for the joined one. With a = b = 0
 this is MEAE to the last digits. Poses that symmetry makes equal come out equal, splits that tie
 give the same answer in any order, and a pose that ceases to be stable vanishes with its area.
@@ -73,12 +73,11 @@ Of a component at the level E of the split:
 7. the inertia about its resting directions, against the mean moment;
 8. log of the solid angle of the faces that hold a part that lands on them: those that the foot
    of the centre of mass lies in or near, and those that hardly differ from the stable face;
-9. log of the length of the arcs on which the part rolls over its edges while R < E, in the
-   metric of the inertia; 10. the mean share of energy that an impact at such an edge meets
-   head-on; 11. log of the arcs' plain angle.
+9. log of the arcs over which the part rolls across its edges while R < E, each weighted by the
+   turn of the impulse there, in the metric of the inertia; 10. the same in plain angles.
 
-Of the body: 12. trace of the inertia over mass and squared radius, 13. and 14. its smallest and
-largest share, 15. the highest split, 16. the lowest pose. Of the scene: 17. restitution, 18. log
+Of the body: 11. trace of the inertia over mass and squared radius, 12. and 13. its smallest and
+largest share, 14. the highest split, 15. the lowest pose. Of the scene: 16. restitution, 17. log
 of the drop height in radii.
 
 ## The fit

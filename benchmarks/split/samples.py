@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats.benchmark.whole_files import write_whole
 
 from ros_pose_stats import simulate
 from ros_pose_stats.benchmark.families import FAMILIES, family_part, family_tolerance
 from ros_pose_stats.geometry.poses import resting_poses
+from ros_pose_stats.whole_files import write_whole
 
 Index = NDArray[np.int64]
 

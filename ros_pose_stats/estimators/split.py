@@ -39,7 +39,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 18) of the weights: features, body and scene, for the K splits.
+    """Inputs (3 K, 17) of the weights: features, body and scene, for the K splits.
 
     Both children of a split and the whole follow each other.
     """
@@ -51,7 +51,7 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def component_weights(rows: Array) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 18)."""
+    """Logarithm (n,) of the weights of components from their inputs (n, 17)."""
     bent = np.tanh(rows @ TURNS + OFFSETS)
     return np.asarray(rows[:, 0] + rows @ SLOPE + bent @ BENDS)
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .arcs import arc_sums, make_arcs
+from .arcs import Arcs, arc_sums, make_arcs
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .merge_tree import MergeTree
@@ -19,7 +19,7 @@ from .merge_tree import MergeTree
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-FEATURES = 11
+FEATURES = 10
 """Of a component at a level; see `_row`."""
 
 OUTSIDE = 0.3
@@ -34,10 +34,6 @@ SMALLEST = 1e-12
 FAINTEST = -12.0
 RAREST = -8.0
 SHORTEST = 1e-9
-
-AT_THE_FOOT = 1.0 - 1e-13
-"""Level over an arc's highest point from which on it is all below: the angle there changes with
-the root of the level, and would make much of the rounding of saddles that tie."""
 
 
 @entry_kernel
@@ -71,11 +67,12 @@ def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
     arcs = make_arcs(points, body, inertia, inverse)
     held, turned = _held(body, stable, basin, tree, inertia)
     lowest = _lowest(body, stable, tree)
-    sums = np.zeros((2, 7))
+    first, last, after, below = _lists(body, tree, wanted, arcs)
+    sums = np.zeros((2, 6))
     for j in range(joins):
         if not wanted[j]:
             continue
-        level = tree.level[j]
+        level, whole = tree.level[j], joins + 1 + j
         for c in range(2):
             node = tree.child[j, c]
             begin = tree.face_range[tree.leaf_range[node, 0]]
@@ -84,26 +81,69 @@ def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
             sums[c, 2] = held[end] - held[begin]
             sums[c, 3] = turned[end] - turned[begin]
             sums[c, 4:] = 0.0
+            before, k = -1, first[node]
+            while k >= 0:
+                onward = after[k]
+                if level >= arcs.top[k]:
+                    below[node] += arcs.whole[k]
+                    if before < 0:
+                        first[node] = onward
+                    else:
+                        after[before] = onward
+                    if onward < 0:
+                        last[node] = before
+                else:
+                    if level > arcs.bottom[k]:
+                        cut = max(arcs.near[k], math.acos(min(level / body.reach[k], 1.0)))
+                        swept, rolled = arc_sums(k, cut, points, body, arcs, inertia, inverse)
+                        sums[c, 4] += swept
+                        sums[c, 5] += rolled
+                    before = k
+                k = onward
+            sums[c, 4:] += below[node]
+            _row(found[j, c], sums[c], level, lowest[node])
+            below[whole] += below[node]
+            if first[whole] < 0:
+                first[whole], last[whole] = first[node], last[node]
+            elif first[node] >= 0:
+                after[last[whole]] = first[node]
+                last[whole] = last[node]
+        sums[0] += sums[1]
+        _row(found[j, 2], sums[0], level, lowest[whole])
+    return found
+
+
+@kernel
+def _lists(body: BodyArrays, tree: MergeTree, wanted: NDArray[np.bool_],
+           arcs: Arcs) -> tuple[Index, Index, Index, Array]:
+    """A linked list of the arcs of each pose, and what lies below the level, nothing yet.
+
+    Components rise as they join: an arc that is all below the level is so in all that follow,
+    and leaves its list.
+    """
+    joins = tree.level.shape[0]
+    nodes = 2 * joins + 1
+    first, last = np.full(nodes, -1, np.int64), np.full(nodes, -1, np.int64)
+    after = np.full(body.twin.shape[0], -1, np.int64)
+    for j in range(joins):
+        if not wanted[j]:
+            continue
+        for c in range(2):
+            node = tree.child[j, c]
+            if node > joins and wanted[node - joins - 1]:
+                continue
+            begin = tree.face_range[tree.leaf_range[node, 0]]
+            end = tree.face_range[tree.leaf_range[node, 1]]
             for i in range(begin, end):
                 f = tree.face_order[i]
                 for k in range(body.face_start[f], body.face_start[f + 1]):
-                    if arcs.far[k] <= arcs.near[k]:
-                        continue
-                    ratio = level / body.reach[k]
-                    cut = math.acos(ratio) if ratio < AT_THE_FOOT else 0.0
-                    if cut <= arcs.near[k]:
-                        for m in range(3):
-                            sums[c, 4 + m] += arcs.whole[k, m]
-                    elif cut < arcs.far[k]:
-                        angle, path, lost = arc_sums(k, cut, points, body, arcs, inertia,
-                                                     inverse)
-                        sums[c, 4] += angle
-                        sums[c, 5] += path
-                        sums[c, 6] += lost
-            _row(found[j, c], sums[c], level, lowest[node])
-        sums[0] += sums[1]
-        _row(found[j, 2], sums[0], level, lowest[joins + 1 + j])
-    return found
+                    if arcs.far[k] > arcs.near[k]:
+                        if first[node] < 0:
+                            first[node] = k
+                        else:
+                            after[last[node]] = k
+                        last[node] = k
+    return first, last, after, np.zeros((nodes, 2))
 
 
 @kernel
@@ -112,8 +152,8 @@ def _row(row: Array, sums: Array, level: float, lowest: float) -> None:
 
     0  log of the share of the sphere with r < level; 1, 2 that of R over it, and its log;
     3  depth over level; 4 level; 5 lowest height; 6 mean log of the inertia about `down` over
-    the mean one; 7 log of the solid angle of the faces that hold; 8 log of the length of the
-    edges' arcs, over the root of the area; 9 loss at an edge; 10 as 8, in angles.
+    the mean one; 7 log of the solid angle of the faces that hold; 8 log of the turns over the
+    lengths of the edges' arcs, over the root of the area; 9 as 8, over their angles.
     """
     area = max(sums[0], 0.0) / (4.0 * math.pi)
     around = max(sums[1], 0.0) / (4.0 * math.pi)
@@ -127,8 +167,7 @@ def _row(row: Array, sums: Array, level: float, lowest: float) -> None:
     row[6] = sums[3] / max(sums[2], SMALLEST)
     row[7] = max(math.log(sums[2] / (4.0 * math.pi) + SMALLEST), FAINTEST)
     row[8] = math.log(max(sums[5], SHORTEST) / root)
-    row[9] = sums[6] / max(sums[5], SHORTEST)
-    row[10] = math.log(max(sums[4], SHORTEST) / root)
+    row[9] = math.log(max(sums[4], SHORTEST) / root)
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..estimators import DEFAULT_METHOD
 from .findings import Findings
 from .markup import (
     between,
@@ -40,7 +41,7 @@ def table_section(findings: Findings) -> str:
 def method_section(findings: Findings) -> str:
     """What was computed, with which settings."""
     found, part = findings.simulated, findings.part
-    combined = next(one for one in findings.estimates if one.method == "combined")
+    best = next(one for one in findings.estimates if one.method == DEFAULT_METHOD)
     rows = [
         ("simulation", f"{found.drops} drops of a rigid body on a rigid, horizontal, frictionless "
          f"plate; {found.unsettled} did not settle; expected error "
@@ -50,8 +51,9 @@ def method_section(findings: Findings) -> str:
          "random orientation, at rest"),
         ("seed", str(found.seed)),
         ("estimates", "nine methods of P. L. Várkonyi, Estimating part pose statistics with "
-         "application to industrial parts feeding and shape design; combined is 0.75 meae + 0.25 "
-         f"nqse, here with an expected error of {100.0 * combined.expected_error:.1f} points"),
+         f"application to industrial parts feeding and shape design, and {best.method}, fitted to "
+         "simulations, here with an expected error of "
+         f"{100.0 * best.expected_error:.1f} points"),
         ("poses", f"merge where the ridge between them is lower than {found.cluster_tolerance:g} "
          "radii above both (cluster tolerance)"),
         ("centre of mass", " ".join(_coordinate(x, found.radius) for x in part.center_of_mass)

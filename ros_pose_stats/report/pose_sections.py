@@ -26,9 +26,6 @@ from .viewer import viewer_data
 MOST_SHOWN = 12
 """Poses with a picture, the most frequent ones; the table lists more."""
 
-QUANTILE = 1.645
-"""Standard errors to each side that make 90 % of a normal distribution."""
-
 
 def poses_section(findings: Findings, shown: Sequence[StablePose]) -> str:
     """A card a pose: picture, probability, height, barrier and margin."""
@@ -105,9 +102,9 @@ def methods_section(findings: Findings, shown: Sequence[StablePose]) -> str:
            '<div class="bar"><b style="left:15%;width:70%"></b></div>90 % interval')
     about = paragraph(
         "Bars go from 0 to 100 %. The interval of the simulation is that of its counts. Hybrid "
-        "takes an estimate as if it were drops already made. The interval of "
-        f"an estimate is {QUANTILE:g} times the error to be expected of the method on a part like "
-        "this one, the same for all poses. All are against the model, not a real plate.", "soft")
+        "takes an estimate as if it were drops already made. The interval of an estimate is what "
+        "the method erred by on parts like this one. All are against the model, not a real "
+        "plate.", "soft")
     return section("Probabilities by method", about,
                    element("div", "".join(element("span", one) for one in key), "key"),
                    element("div", "".join(blocks), "methods"))
@@ -116,12 +113,9 @@ def methods_section(findings: Findings, shown: Sequence[StablePose]) -> str:
 def _method_row(found: PoseStatistics, pose: StablePose) -> str:
     counted = found.drops > 0
     low, high = pose.probability_low, pose.probability_high
-    if not counted:
-        reach = QUANTILE * found.expected_error
-        low, high = pose.probability - reach, pose.probability + reach
     return element("div", element("span", text(found.method))
                    + bar(pose.probability, low, high, "" if counted else "quick")
                    + element("span", percent(pose.probability)),
                    "method first" if counted else "method",
                    title=f"{found.method}, pose {pose.index}: {percent(pose.probability)}, "
-                   f"90 % interval {between(max(low, 0.0), min(high, 1.0))}")
+                   f"90 % interval {between(low, high)}")

@@ -12,7 +12,7 @@ from benchmarks.fuzz.watched import Job, Watched
 MESHES = 270
 """Inputs of each kind: 10 260 in all."""
 
-THOROUGH = 8
+THOROUGH = 5
 """How many of them are asked about at every tolerance and given in other ways too."""
 
 COMPARED = {"leaning": 1, "needle": 3, "plate": 3, "rings": 3}

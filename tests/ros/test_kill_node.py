@@ -16,7 +16,7 @@ from .harness_node import NodeProcess
 from .harness_readers import assert_readable_by_others, message_of, on_topic, raw
 from .harness_witness import Told, Witness, events, unfinished
 
-KILLS = 13
+KILLS = 9
 NAMESPACE = ("-r", "__ns:=/killed")
 SHARE_IN_START = 0.2
 START_SECONDS = 2.0
