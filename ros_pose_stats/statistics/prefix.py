@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,6 +17,10 @@ from .stopping import FIRST_CHECKPOINT, next_checkpoint, target_reached
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+JUDGED_SECONDS = 1.0
+"""Between judgements that are only shown: they take tens of ms where poses are many."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,7 @@ class Prefix:
         self._sums = BlockSums(poses) if blocks else None
         self._judge = judge
         self._judged = -1, math.nan
+        self._judged_at = -math.inf
         self._first = FIRST_CHECKPOINT if judge is None else judge.first
         self._next = next_checkpoint(0, drops, self._first)
 
@@ -114,8 +120,16 @@ class Prefix:
         if self._judge is not None:
             if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
                 self._judged = self.drops, self._judge.error(self.counts)
+                self._judged_at = time.monotonic()
             return self._judged[1]
         return expected_error(self.standard_errors())
+
+    def recent_error(self) -> float:
+        """The same, to be shown: while drops go on, a judge's of at most a second ago or so."""
+        late = time.monotonic() - self._judged_at >= JUDGED_SECONDS
+        if self._judge is None or self.finished or late:
+            return self.expected_error()
+        return self._judged[1]
 
     def interval(self) -> tuple[Array, Array]:
         """Bounds (K,) of the 90 % Jeffreys intervals."""

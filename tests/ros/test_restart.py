@@ -122,7 +122,7 @@ def test_other_parameters(again):
         before = shown(client)
     with again(restitution=0.3) as (_, client):
         now = shown(client)
-        assert (now["part"].method, now["part"].restitution) == ("combined", 0.3)
+        assert (now["part"].method, now["part"].restitution) == ("split", 0.3)
         assert now["part"].revision > before["part"].revision
         assert whole(now["wishes"]) == whole(before["wishes"])
     with again(plate_frame="feeder", plate="steel", cluster_tolerance=0.0) as (_, client):
