@@ -19,10 +19,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-JUDGED_SECONDS = 1.0
-"""Between judgements that are only shown: they take tens of ms where poses are many."""
-
-
 @dataclass(frozen=True)
 class Judge:
     """Who knows more about the error of counts than the counts themselves.
@@ -35,11 +31,15 @@ class Judge:
         What that error is, for a sentence.
     first : int
         Drops before the first look.
+    pause : float
+        Seconds between judgements that are only shown: they take tens of milliseconds where
+        poses are many.
     """
 
     error: Callable[[Index], float]
     means: str = "expected error"
     first: int = FIRST_CHECKPOINT
+    pause: float = 0.0
 
 
 class Prefix:
@@ -125,9 +125,9 @@ class Prefix:
         return expected_error(self.standard_errors())
 
     def recent_error(self) -> float:
-        """The same, to be shown: while drops go on, a judge's of at most a second ago or so."""
-        late = time.monotonic() - self._judged_at >= JUDGED_SECONDS
-        if self._judge is None or self.finished or late:
+        """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
+        if self._judge is None or self.finished or (
+                time.monotonic() - self._judged_at >= self._judge.pause):
             return self.expected_error()
         return self._judged[1]
 

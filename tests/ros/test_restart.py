@@ -113,6 +113,20 @@ def get_unknown(client, job_id):
     return client.refused("get_drop_simulation", job_id=job_id)
 
 
+def test_a_refined_estimate_comes_back_and_still_answers(again):
+    asked = {"part_id": "part", "target_error": 0.01}
+    with again() as (_, client):
+        client.good("estimate", part=flat(WEDGE, "part"))
+        client.good("estimate", **asked)
+        until(lambda: shown(client)["part"].method == "hybrid" and shown(client)["part"].final)
+        before = shown(client)
+    with again() as (_, client):
+        now = assert_restored(client, before)
+        found = client.good("estimate", **asked).statistics
+        assert whole(found) == whole(now["part"])
+        assert client.call("list_drop_simulations").state == []
+
+
 def test_other_parameters(again):
     with again() as (_, client):
         client.good("estimate", part=flat(WEDGE, "part"))

@@ -17,7 +17,7 @@ from ...simulation import simulate
 from ...simulation.drops import DropChunk
 from ...statistics.posterior import PosePrior
 from ...statistics.prefix import Judge
-from .job import Job, JobRequest
+from .job import COMBINED_SECONDS, Job, JobRequest
 from .listener import JobListener
 
 
@@ -111,4 +111,5 @@ def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:
     """Who decides whether drops and estimate are sure enough; nobody without a target."""
     if prior is None or not target_error:
         return None
-    return Judge(prior_bound(prior), BOUND, first_look(prior, target_error, helped=True))
+    return Judge(prior_bound(prior), BOUND, first_look(prior, target_error, helped=True),
+                 COMBINED_SECONDS)
