@@ -39,13 +39,15 @@ class Refinement:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        request = JobRequest(known.part.part_id, known.content, settings.scene(known.wishes),
-                             drops, 0, settings.target_error, settings.max_job_seconds, True,
-                             settings.default_method == AUTO)
+        scene, hybrid = settings.scene(known.wishes), settings.default_method == AUTO
+        target = settings.target_error
+        request = JobRequest(known.part.part_id, known.content, scene, drops, 0,
+                             self._aim(known, target, scene) if hybrid else target,
+                             settings.max_job_seconds, True, hybrid)
         self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed",
                                      but=request)
         wanted = settings.refine_drops or settings.target_error
-        if wanted and not _fine_enough(known, request):
+        if wanted and not _fine_enough(known, request, target):
             self._jobs.submit(request, known.ready(), settings)
 
     def answer(self, known: KnownPart, target_error: float,
@@ -86,11 +88,19 @@ class Refinement:
         settings = self._settings()
         return min(settings.drops, settings.max_drops)
 
+    def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
+        """The bound at which drops may end; with a higher one they might not be latched.
+
+        A larger expected error than the estimate's own never takes its place.
+        """
+        return min(target_error, self._results.estimate(known, AUTO, scene).expected_error)
+
     def _start(self, known: KnownPart, target_error: float, scene: DropScene) -> str:
         """Begin to drop; what there is to say about it."""
         settings = self._settings()
         request = JobRequest(known.part.part_id, known.content, scene, self._most_drops(), 0,
-                             target_error, settings.max_job_seconds, hybrid=True)
+                             self._aim(known, target_error, scene), settings.max_job_seconds,
+                             hybrid=True)
         try:
             job = self._jobs.submit(request, known.ready(), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
@@ -104,15 +114,15 @@ def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
     return with_warning(found, f"TARGET_MISSED: {choice}"), choice
 
 
-def _fine_enough(known: KnownPart, request: JobRequest) -> bool:
+def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
     """Whether what is latched is as good as a refinement would make it."""
     latched: Any = known.latched
     if latched is None or known.scene != request.scene:
         return False
     if request.hybrid:
-        sure = request.target_error > 0.0 and (
-            error_bound(known.part, latched, request.scene) <= request.target_error)
+        sure = target_error > 0.0 and (
+            error_bound(known.part, latched, request.scene) <= target_error)
         return bool(sure or latched.drops >= request.drops)
     return bool(latched.drops) and bool(
         latched.drops >= request.drops
-        or 0.0 < latched.expected_error <= request.target_error)
+        or 0.0 < latched.expected_error <= target_error)

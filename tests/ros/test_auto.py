@@ -85,7 +85,11 @@ class TestAnEstimate:
         between = 0.5 * (best.expected_error + estimate_bound(best))
         part_id = known_part(client)
         answer = client.good("estimate", part_id=part_id, target_error=between)
-        assert job_named(answer.message) in jobs_of(client, part_id)
+        ended = finished(client, job_named(answer.message)).statistics
+        assert bound_of(ended) <= between
+        shown = latched(client, part_id)  # for it is better than the estimate in any case
+        assert (shown.method, shown.job_id) == ("hybrid", ended.job_id)
+        assert shown.expected_error < best.expected_error
 
     def test_by_name_is_never_refined(self, client):
         part_id = known_part(client)
