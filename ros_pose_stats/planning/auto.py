@@ -28,12 +28,10 @@ from .hybrid import METHOD as HYBRID
 from .hybrid import combined_progress, hybrid_statistics
 from .prior import knows, pose_prior
 from .time_limit import TimeLimit
+from .words import enough, not_enough, untargeted
 
 MOST_DROPS = 10_000_000
 """Drops that a target may cost where the caller sets no bound."""
-
-LEAST_POINTS = 0.01
-"""What is told of an error that symmetry makes vanish."""
 
 BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
 
@@ -90,11 +88,9 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     bound = estimate_bound(best) if knows(best.method, resting_poses(part, cluster_tolerance),
                                           scene) else math.inf
     if target_error == 0.0:
-        found, choice = best, (f"{best.method} is expected to be the most accurate estimate of "
-                               f"this part, and no target error was asked for.")
+        found, choice = best, untargeted(best.method)
     elif bound <= target_error:
-        found, choice = best, (f"{best.method} alone is within {_points(bound)} with 90 % "
-                               f"confidence, and {_points(target_error)} were asked for.")
+        found, choice = best, enough(f"{best.method} alone", bound, target_error)
     else:
         found = _dropped(part, scene, asked, on_progress, in_time)
         choice = _why_drops(found, best.method, bound, target_error)
@@ -129,12 +125,7 @@ def _dropped(part: Part, scene: DropScene, asked: _Asked,
 def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:
     if math.isinf(bound):
         return f"Estimates do not know so low a drop; so {found.drops} drops were counted."
-    alone = (f"{method} alone is within {_points(bound)} with 90 % confidence, not within "
-             f"{_points(target_error)}")
+    alone = not_enough(f"{method} alone", bound, target_error)
     if found.method == HYBRID:
         return f"{alone}; so {found.drops} drops were added."
     return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."
-
-
-def _points(error: float) -> str:
-    return f"{max(100.0 * error, LEAST_POINTS):.2g} points"

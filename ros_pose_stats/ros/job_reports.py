@@ -136,6 +136,8 @@ class JobReports:
         current = self._part_of(job)
         if current is not None and message.drops > message.unsettled:
             self._results.offer(current, message, job.request.scene)
+            if job.request.hybrid:
+                self._results.keep(current, message, job.request.scene)
 
     def _remember(self, job: Job, answer: bytes) -> None:
         """Keep the answers of the newest jobs, as far as there is room."""

@@ -33,6 +33,7 @@ from .part_lines import count_problem, counts_of_bytes, named, part_line
 from .part_messages import request_of_mesh_bytes, request_of_part_bytes
 from .part_requests import PartRequest, plain
 from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder, said
+from .refinement import Refinement
 from .requests import Requests
 from .restore import LastRun, last_run
 from .results import Results
@@ -71,6 +72,7 @@ class PoseStatsNode(Node):
                          self.reports, say.error)
         self.requests = Requests(self._settings, self.results, self.intake, self.jobs,
                                  self._refuse)
+        self.refinement = Refinement(self._settings, self.results, self.jobs)
         self.drawing = Drawing(self, self.results)
         self._coming_back: list[Future[KnownPart]] = []
         self._restore(settings)
@@ -90,7 +92,8 @@ class PoseStatsNode(Node):
         self.create_subscription(PoseCounts, "~/pose_counts", self._count, DEPTH, raw=True,
                                  callback_group=MutuallyExclusiveCallbackGroup())
         self.services_of_node = Services(self, self._settings, self.results, self.requests,
-                                         self.jobs, self.reports, self._note_forgotten)
+                                         self.refinement, self.jobs, self.reports,
+                                         self._note_forgotten)
         self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports)
         health = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         diagnostics = Diagnostics(
@@ -147,7 +150,7 @@ class PoseStatsNode(Node):
             self.get_logger().warning(f"{source}: {what} refused: {reason}")
 
     def _on_part(self, known: KnownPart) -> None:
-        self.requests.refine(known)
+        self.refinement.refine(known)
 
     def _on_new_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once."""

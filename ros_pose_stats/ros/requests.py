@@ -167,29 +167,10 @@ class Requests:
             if coming.done():
                 raise
 
-    def refine(self, known: KnownPart) -> None:
-        """Refine a part's latched result in the background, if that is wanted and not done."""
-        settings = self._settings()
-        drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        request = JobRequest(known.part.part_id, known.content, settings.scene(known.wishes),
-                             drops, 0, settings.target_error, settings.max_job_seconds, True)
-        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed",
-                                     but=request)
-        wanted = settings.refine_drops or settings.target_error
-        if wanted and not _fine_enough(known.latched, drops, settings.target_error):
-            self._jobs.submit(request, known.ready(), settings)
-
 
 def _source(part_id: str) -> str:
     """Where a refused mesh came from, as a terminal can show it."""
     return f"request for {shown(part_id)}"
-
-
-def _fine_enough(latched: Any, drops: int, target_error: float) -> bool:
-    """Whether what is latched is as good as a refinement would make it."""
-    if latched is None or not latched.drops:
-        return False
-    return bool(latched.drops >= drops or 0.0 < latched.expected_error <= target_error)
 
 
 def check_target(value: float) -> None:

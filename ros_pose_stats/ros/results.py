@@ -15,17 +15,17 @@ from std_msgs.msg import Header
 from .. import records
 from ..errors import PoseStatsError
 from ..estimators import estimate
-from ..estimators.registry import estimator
 from ..records import DropScene
 from ..records.part import digest_name
 from ..simulation.drops import release_height
 from ..version import VERSION
 from .catalogue import Catalogue, KnownPart
-from .latching import LatchedPublishers, replaces
+from .latching import LatchedPublishers, known_error, replaces
 from .memory import Memory
+from .methods import estimator_name
 from .part_builder import PartBuilder
 from .part_log import PartLog
-from .part_requests import LONGEST_NAME, PartRequest, check_request
+from .part_requests import PartRequest, check_request
 from .recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .settings import Settings
 from .statistics_messages import Answer, copied, statistics_message, with_warning
@@ -220,7 +220,7 @@ class Results:
             If the method is unknown, or the part has no equilibrium.
         """
         settings = self._settings()
-        name = estimator(method[:LONGEST_NAME] or settings.default_method).name
+        name = estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
         found = self._memory.get(key)
         if found is None:
@@ -230,6 +230,19 @@ class Results:
             found = self.message(known, statistics, settings)
             self._memory.put(key, found)
         return found
+
+    def keep(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
+        """Remember drops that refined an estimate, for whoever asks again, in any scene."""
+        key = self._key("refined", known, scene)
+        before = self._memory.get(key)
+        if before is None or replaces(message, before):
+            self._memory.put(key, message)
+
+    def dropped(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
+        """The best end result of drops that is remembered for a scene."""
+        found = [self._memory.get(self._key(name, known, scene)) for name in ("refined", "best")]
+        ended = [one for one in found if one is not None and one.drops and one.final]
+        return min(ended, key=known_error, default=None)
 
     def message(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
                 job_id: str = "", final: bool = True,

@@ -10,11 +10,16 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..errors import PoseStatsError
+from ..records import DropScene
+from .catalogue import KnownPart
 from .job_reports import JobReports
 from .jobs import Jobs, State
+from .methods import AUTO
 from .part_requests import shown
+from .refinement import Refinement
 from .requests import Requests, check_target, outcome
 from .results import Results
 from .service_quality import SERVICE_QUALITY
@@ -55,6 +60,7 @@ class Services:
         Gives the present `Settings`.
     results : Results
     requests : Requests
+    refinement : Refinement
     jobs : Jobs
     reports : JobReports
     on_forgotten : callable
@@ -62,11 +68,12 @@ class Services:
     """
 
     def __init__(self, node: Node, settings: Callable[[], Settings], results: Results,
-                 requests: Requests, jobs: Jobs, reports: JobReports,
+                 requests: Requests, refinement: Refinement, jobs: Jobs, reports: JobReports,
                  on_forgotten: Callable[[str, str], object]) -> None:
         self._settings = settings
         self._results = results
         self._requests = requests
+        self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
         self._on_forgotten = on_forgotten
@@ -92,14 +99,22 @@ class Services:
         sought = self._requests.part(request.part_id, request.part)
         known = outcome(sought.coming)
         scene = self._settings().scene((request.restitution, request.drop_height), sought.wishes)
+        if (request.method or self._settings().default_method) == AUTO:
+            found, response.message = self._refinement.answer(known, request.target_error, scene)
+        else:
+            found = self._named(known, request, scene)
+        response.statistics = self._results.answer(found)
+
+    def _named(self, known: KnownPart, request: Any, scene: DropScene) -> PoseStatistics:
+        """An answer by the one estimator that was asked for, whatever its error."""
         found = self._results.estimate(known, request.method, scene)
         if request.target_error and not found.expected_error <= request.target_error:
             error = ("not known" if math.isnan(found.expected_error)
                      else f"{found.expected_error:.2g}")
             found = with_warning(found, f"TARGET_MISSED: the expected error of {found.method} is "
-                                 f"{error}, the target {request.target_error:g}; start a drop "
-                                 f"simulation.")
-        response.statistics = self._results.answer(found)
+                                 f"{error}, the target {request.target_error:g}; ask for the "
+                                 f"method auto, or start a drop simulation.")
+        return found
 
     @refusing
     def start(self, request: Any, response: Any) -> None:

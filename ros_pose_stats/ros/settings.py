@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import RequestError
-from ..estimators.registry import DEFAULT_METHOD, ESTIMATORS
 from ..geometry.mesh_files import metres_per_unit
 from ..records import DropScene
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from .mesh_topics import mesh_topics
+from .methods import AUTO, METHODS
 
 MOST = 2**62
 
@@ -52,15 +52,17 @@ TABLE = (
             1e-9, 1e6),
     Setting("plate_frame", "plate", "Frame of the plate in results and markers."),
     Setting("plate", "", "Name of the plate, for the record."),
-    Setting("default_method", DEFAULT_METHOD, "Estimator of the analytic answers."),
+    Setting("default_method", AUTO, "Estimator of the analytic answers; auto: the most accurate "
+            "one at the restitution, and refinements combine drops with it."),
     Setting("restitution", DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.",
             0.0, BELOW_ONE),
     Setting("drop_height", -1.0, "Height of the centre of mass above the plate at release, in "
             "metres; negative: 20 part radii.", -1e6, 1e6),
     Setting("refine_drops", 0, "Background drops after each new mesh; 0: none.", 0, 10**9),
     Setting("drops", 10_000, "Drops of a simulation that does not say how many.", 1, 10**9),
-    Setting("target_error", 0.0, "Expected error, as a fraction, to which each new mesh is "
-            "refined in the background; 0: none.", 0.0, BELOW_ONE),
+    Setting("target_error", 0.0, "Error, as a fraction, to which each new mesh is refined in "
+            "the background: with auto one kept with 90 % confidence, else the expected one; "
+            "0: none.", 0.0, BELOW_ONE),
     Setting("workers", 0, "Threads that simulate; 0: all cores but keep_cores, at least one.",
             0, 1024),
     Setting("keep_cores", 1, "Cores that workers = 0 leaves to others.", 0, 1024),
@@ -158,9 +160,9 @@ def settings_of(values: dict[str, Any]) -> Settings:
     for setting in TABLE:
         _check_bounds(setting, values[setting.name])
     method = values["default_method"]
-    if method not in ESTIMATORS:
-        raise RequestError(f"default_method to be one of {', '.join(ESTIMATORS)}", f"'{method}'",
-                           f"{DEFAULT_METHOD} is the default")
+    if method not in METHODS:
+        raise RequestError(f"default_method to be one of {', '.join(METHODS)}", f"'{method}'",
+                           f"{AUTO} is the default")
     metres_per_unit(values["mesh_unit"])
     mesh_topics(values["mesh_topics"])
     settings = Settings(**{**values, "mesh_topics": tuple(values["mesh_topics"])})

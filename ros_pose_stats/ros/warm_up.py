@@ -8,7 +8,7 @@ from collections.abc import Callable
 from ..estimators import estimate
 from ..geometry.parts import part_from_mesh
 from ..geometry.shapes.closed_forms import cylinder
-from ..simulation import simulate
+from ..planning import hybrid
 
 LONG = 5.0
 
@@ -26,7 +26,7 @@ def warm_up(say: Callable[[str], object]) -> None:
         "a minute or more")
     part = part_from_mesh(*cylinder(32, 0.01, 0.03))
     estimate(part)
-    simulate(part, 16, seed=1, workers=1)
+    hybrid(part, 16, seed=1, workers=1)
     took = time.monotonic() - begin
     if took > LONG:
         say(f"kernels compiled in {took:.0f} s")

@@ -118,7 +118,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         if on_progress is not None and kept:
             on_progress(DropProgress(
                 prefix.drops, request.drops, prefix.drops - prefix.settled,
-                prefix.expected_error(), request.target_error,
+                prefix.recent_error(), request.target_error,
                 time.perf_counter() - begin, so_far))
     return so_far()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -30,11 +31,15 @@ class Judge:
         What that error is, for a sentence.
     first : int
         Drops before the first look.
+    pause : float
+        Seconds between judgements that are only shown: they take tens of milliseconds where
+        poses are many.
     """
 
     error: Callable[[Index], float]
     means: str = "expected error"
     first: int = FIRST_CHECKPOINT
+    pause: float = 0.0
 
 
 class Prefix:
@@ -65,6 +70,7 @@ class Prefix:
         self._sums = BlockSums(poses) if blocks else None
         self._judge = judge
         self._judged = -1, math.nan
+        self._judged_at = -math.inf
         self._first = FIRST_CHECKPOINT if judge is None else judge.first
         self._next = next_checkpoint(0, drops, self._first)
 
@@ -114,8 +120,16 @@ class Prefix:
         if self._judge is not None:
             if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
                 self._judged = self.drops, self._judge.error(self.counts)
+                self._judged_at = time.monotonic()
             return self._judged[1]
         return expected_error(self.standard_errors())
+
+    def recent_error(self) -> float:
+        """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
+        if self._judge is None or self.finished or (
+                time.monotonic() - self._judged_at >= self._judge.pause):
+            return self.expected_error()
+        return self._judged[1]
 
     def interval(self) -> tuple[Array, Array]:
         """Bounds (K,) of the 90 % Jeffreys intervals."""

@@ -96,7 +96,8 @@ class FakeSimulation:
             self._leave.release()
 
     def __call__(self, part, drops, restitution, seed, drop_height, target_error, workers, *,
-                 on_progress, on_drops, should_stop, cluster_tolerance, background):
+                 on_progress, on_drops, should_stop, cluster_tolerance, background,
+                 judge):
         self.runs.append(seed)
         done = 0
         while done < drops and not should_stop():

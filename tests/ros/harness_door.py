@@ -15,6 +15,7 @@ from ros_pose_stats.ros.job_reports import JobReports
 from ros_pose_stats.ros.jobs import Jobs
 from ros_pose_stats.ros.part_lines import count_problem, counts_of_bytes, named
 from ros_pose_stats.ros.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from ros_pose_stats.ros.refinement import Refinement
 from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.results import Results
 from ros_pose_stats.ros.services import Services
@@ -73,7 +74,8 @@ class Door:
                                  lambda source, reason: self.refusals.append((source, reason)))
         node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=self.failures.append),
                                create_service=lambda *_, **__: None)
-        self._services = Services(node, lambda: here, self.results, self.requests, self.jobs,
+        self._services = Services(node, lambda: here, self.results, self.requests,
+                                  Refinement(lambda: here, self.results, self.jobs), self.jobs,
                                   reports, lambda part_id, digest: None)
         self.intake.start()
         self.jobs.start()

@@ -99,6 +99,13 @@ class TestReplaces:
         assert not replaces(result(0.1, method="combined"), old)
         assert not replaces(result(0.1, method="csae"), result(0.01, 100, method="simulation"))
 
+    def test_drops_with_an_estimate_count_like_drops(self):
+        estimated, together = result(0.02, method="split"), result(0.01, 100, method="hybrid")
+        assert replaces(together, estimated) and not replaces(estimated, together)
+        assert not replaces(result(0.03, 100, method="hybrid"), estimated)
+        assert not replaces(result(0.02, 200, method="simulation"), together)
+        assert replaces(result(0.005, 900, method="simulation"), together)
+
     def test_another_digest_is_another_part(self):
         assert replaces(result(0.5, part_digest="other"), result(0.01))
 

@@ -69,7 +69,7 @@ def test_bag_line_of_the_readme_shows_the_published_part(running, home):
         time.sleep(1.0)
         done = run(home, sys.executable, "-m", *shlex.split(line))
     assert done.returncode == 0, done.stderr
-    assert "clamp" in done.stdout and "combined" in done.stdout
+    assert "clamp" in done.stdout and "split" in done.stdout
 
 
 @pytest.mark.parametrize("code", python_blocks())

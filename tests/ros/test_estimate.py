@@ -17,7 +17,7 @@ from .harness_parts import WEDGE, flat, library_part, mesh, nested, new_id, prob
 SPHERE_POINTS = 5100
 
 
-def expected_of(part_id, method="combined", **scene):
+def expected_of(part_id, method="split", **scene):
     return estimate(library_part(WEDGE, part_id), method, **scene)
 
 
@@ -133,8 +133,10 @@ class TestValues:
 
     def test_an_unknown_method(self, cell):
         message = cell.refused("estimate", part_id=known_part(cell), method="guess")
-        assert "'guess'" in message and "combined" in message
+        assert "'guess'" in message and "combined" in message and "auto" in message
 
-    def test_simulation_is_no_estimator(self, cell):
-        assert "simulation" in cell.refused("estimate", part_id=known_part(cell),
-                                            method="simulation")
+    @pytest.mark.parametrize("method", ["simulation", "hybrid"])
+    def test_what_needs_drops_is_no_estimator(self, cell, method):
+        message = cell.refused("estimate", part_id=known_part(cell), method=method)
+        assert f"got '{method}'" in message
+        assert "auto with a target_error" in message and "start a drop simulation" in message

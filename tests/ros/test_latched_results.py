@@ -22,7 +22,7 @@ class TestLateJoiners:
         with cell.late_joiner() as joiner:
             for part_id in parts:
                 message = joiner.wait(part_id)
-                assert message.method == "combined"
+                assert message.method == "split"
                 assert whole(message) == whole(latched(cell, part_id))
                 assert len(joiner.of(part_id)) == 1
 
@@ -79,7 +79,7 @@ class TestWorseNeverReplacesBetter:
     def test_a_handful_of_drops_does_not_replace_an_estimate(self, cell):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 3, seed=1))
-        assert latched(cell, part_id).method == "combined"
+        assert latched(cell, part_id).method == "split"
 
     def test_a_cancelled_simulation_counts_with_what_it_has(self, cell):
         part_id = known_part(cell)
@@ -151,7 +151,7 @@ class TestNewMesh:
         cell.good("estimate", part=flat((1.5 * vertices, triangles), part_id))
         shown = latched(cell, part_id)
         assert shown.part_digest != before.part_digest
-        assert (shown.method, shown.drops) == ("combined", 0)
+        assert (shown.method, shown.drops) == ("split", 0)
         assert shown.revision > before.revision
 
     def test_the_old_one_again_has_its_best_result_again(self, cell):
@@ -174,7 +174,7 @@ class TestNewMesh:
         answer = cancelled(cell, job_id).statistics
         shown = latched(cell, part_id)
         assert answer.drops > 0 and answer.part_digest != shown.part_digest
-        assert shown.method == "combined"
+        assert shown.method == "split"
 
     def test_the_same_name_and_mesh_is_the_same_part(self, cell):
         part_id = new_id()

@@ -56,7 +56,8 @@ class TestRefusals:
         ("drop_height", 0.0, "0.0"), ("drop_height", math.nan, "nan"),
         ("cluster_tolerance", 1.0, "below 1"), ("target_error", -1.0, "-1"),
         ("mesh_unit", 0.0, "0"), ("mesh_unit", -1.0, "-1"),
-        ("default_method", "guess", "combined"), ("default_method", 5, "string"),
+        ("default_method", "guess", "auto"), ("default_method", 5, "string"),
+        ("default_method", "hybrid", "auto"),
         ("refine_drops", -1, "-1"), ("drops", 0, "0"), ("drops", 1.5, "integer"),
         ("workers", -2, "-2"), ("max_queued_jobs", -1, "-1"), ("max_drops", 0, "0"),
         ("max_job_seconds", 0.0, "0"), ("max_parts", 0, "0"), ("max_mesh_bytes", 0, "0"),
@@ -109,7 +110,7 @@ class TestChanges:
             assert joiner.wait(part_id).drops == 5000
             client.set(restitution=0.25)
             found = joiner.wait(part_id, lambda message: message.restitution == 0.25)
-            assert (found.method, found.drops) == ("combined", 0)
+            assert (found.method, found.drops) == ("split", 0)
             client.set(restitution=0.5)
             found = joiner.wait(part_id, lambda message: message.revision > found.revision)
             assert (found.restitution, found.drops) == (0.5, 5000)  # known from before

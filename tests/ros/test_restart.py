@@ -113,6 +113,20 @@ def get_unknown(client, job_id):
     return client.refused("get_drop_simulation", job_id=job_id)
 
 
+def test_a_refined_estimate_comes_back_and_still_answers(again):
+    asked = {"part_id": "part", "target_error": 0.01}
+    with again() as (_, client):
+        client.good("estimate", part=flat(WEDGE, "part"))
+        client.good("estimate", **asked)
+        until(lambda: shown(client)["part"].method == "hybrid" and shown(client)["part"].final)
+        before = shown(client)
+    with again() as (_, client):
+        now = assert_restored(client, before)
+        found = client.good("estimate", **asked).statistics
+        assert whole(found) == whole(now["part"])
+        assert not client.call("list_drop_simulations").job_id
+
+
 def test_other_parameters(again):
     with again() as (_, client):
         client.good("estimate", part=flat(WEDGE, "part"))
@@ -122,7 +136,7 @@ def test_other_parameters(again):
         before = shown(client)
     with again(restitution=0.3) as (_, client):
         now = shown(client)
-        assert (now["part"].method, now["part"].restitution) == ("combined", 0.3)
+        assert (now["part"].method, now["part"].restitution) == ("split", 0.3)
         assert now["part"].revision > before["part"].revision
         assert whole(now["wishes"]) == whole(before["wishes"])
     with again(plate_frame="feeder", plate="steel", cluster_tolerance=0.0) as (_, client):

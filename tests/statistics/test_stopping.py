@@ -74,3 +74,21 @@ def test_a_judge_stops_in_place_of_the_counts():
     assert prefix.add(np.zeros(40, np.int64)) == 15
     assert prefix.finished and prefix.expected_error() == 0.01
     assert told == [10, 15]
+
+
+def test_what_is_only_shown_is_not_judged_at_every_drop():
+    asked = []
+
+    def error(counts):
+        asked.append(int(counts.sum()))
+        return 0.5
+
+    prefix = Prefix(2, 1000, 0.02, False, Judge(error, first=500, pause=3600.0))
+    shown = []
+    for _ in range(100):
+        prefix.add(np.zeros(1, dtype=int))
+        shown.append(prefix.recent_error())
+    assert set(shown) == {0.5}
+    assert asked == [1]
+    prefix.add(np.zeros(900, dtype=int))
+    assert prefix.finished and prefix.recent_error() == 0.5 and asked[-1] == 1000

@@ -13,6 +13,9 @@ from typing import Any
 from ...records import DropProgress, DropScene, Part, PoseStatistics
 
 SNAPSHOT_SECONDS = 0.2
+COMBINED_SECONDS = 1.0
+"""Between snapshots of drops combined with an estimate, which hold other threads up."""
+
 SNAPSHOT_SHARE = 0.05
 """Snapshots of a part with thousands of poses take at most this share of the time."""
 
@@ -51,6 +54,9 @@ class JobRequest:
     max_seconds : float
     refinement : bool
         Started by the node itself; gives way to clients.
+    hybrid : bool
+        Its statistics are those of the drops and an estimate together, and the target error is
+        one that is kept with 90 % confidence.
     """
 
     part_id: str
@@ -61,6 +67,7 @@ class JobRequest:
     target_error: float
     max_seconds: float
     refinement: bool = False
+    hybrid: bool = False
 
 
 @dataclass(eq=False)
@@ -140,7 +147,8 @@ class Job:
             return
         self.snapshot = progress.statistics()
         took = time.monotonic() - now
-        self._next_snapshot = now + max(SNAPSHOT_SECONDS, took / SNAPSHOT_SHARE)
+        pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
+        self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
 
     def release(self) -> None:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""

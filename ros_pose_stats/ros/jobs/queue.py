@@ -163,8 +163,8 @@ class Jobs:
         for job in self._known.values():
             if job.state.ended or job.cancel_reason:
                 continue
-            if job.request.refinement and not request.refinement:
-                continue  # a client's job does not give way
+            if job.request.refinement and not (request.refinement or request.hybrid):
+                continue  # a simulation that a client asked for does not give way
             if replace(job.request, refinement=request.refinement) == request:
                 return job
         return None

@@ -7,10 +7,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 
+from ...geometry.poses import resting_poses
+from ...planning import hybrid_statistics, pose_prior
+from ...planning.auto import BOUND
+from ...planning.confidence import first_look, prior_bound
+from ...planning.hybrid import combined_progress
 from ...records import DropProgress, Part, PoseStatistics
 from ...simulation import simulate
 from ...simulation.drops import DropChunk
-from .job import Job, JobRequest
+from ...statistics.posterior import PosePrior
+from ...statistics.prefix import Judge
+from .job import COMBINED_SECONDS, Job, JobRequest
 from .listener import JobListener
 
 
@@ -68,12 +75,18 @@ def run_drops(job: Job, part: Part, listener: JobListener,
     def on_drops(chunk: DropChunk) -> None:
         listener.dropped(job, chunk)
 
+    prior = _prior(part, request)
     found = simulate(
         part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
-        request.target_error, job.settings.threads(), on_progress=on_progress,
+        request.target_error, job.settings.threads(),
+        on_progress=on_progress if prior is None else combined_progress(prior, on_progress),
         on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
-        background=True, cluster_tolerance=request.scene.cluster_tolerance)
-    if _complete(found, request):
+        background=True, cluster_tolerance=request.scene.cluster_tolerance,
+        judge=_judge(prior, request.target_error))
+    complete = _complete(found, request)  # which goes by the error that the target is for
+    if prior is not None:
+        found = hybrid_statistics(found, prior)
+    if complete:
         return found, Ending.COMPLETE
     if ending is Ending.OUT_OF_TIME:
         late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
@@ -85,3 +98,18 @@ def run_drops(job: Job, part: Part, listener: JobListener,
 def _complete(found: PoseStatistics, request: JobRequest) -> bool:
     return found.drops == request.drops or (
         request.target_error > 0.0 and found.expected_error <= request.target_error)
+
+
+def _prior(part: Part, request: JobRequest) -> PosePrior | None:
+    """The estimate that the drops are combined with, if that is wanted."""
+    if not request.hybrid:
+        return None
+    return pose_prior(resting_poses(part, request.scene.cluster_tolerance), request.scene)
+
+
+def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:
+    """Who decides whether drops and estimate are sure enough; nobody without a target."""
+    if prior is None or not target_error:
+        return None
+    return Judge(prior_bound(prior), BOUND, first_look(prior, target_error, helped=True),
+                 COMBINED_SECONDS)
