@@ -96,10 +96,9 @@ def test_every_command_and_option_is_in_the_readme():
 
 def test_command_lists_the_registered_methods():
     from ros_pose_stats.commands.estimate import DEFAULT_METHOD, METHODS
-    from ros_pose_stats.estimators import DEFAULT_METHOD as REGISTERED_DEFAULT
 
     assert list(METHODS) == list(ESTIMATORS)
-    assert DEFAULT_METHOD == REGISTERED_DEFAULT
+    assert DEFAULT_METHOD == "auto"
 
 
 def test_every_warning_code_is_explained_and_every_explained_one_exists():

@@ -16,8 +16,8 @@ BENDS, RIDGE, ITERATIONS = 40, 2e-6, 700
 """Of the fit."""
 
 HELD_OUT = ("prisms", "plates", "ellipsoids", "machined")
-FOLDS = 4
-FOLD_ITERATIONS = 150
+FOLDS = 2
+FOLD_ITERATIONS = 120
 USUAL_HEIGHT = 20.0
 
 
