@@ -30,6 +30,9 @@ AT_THE_TOP = 1.0 - 1e-13
 """Level over an arc's highest point from which on it is all below: the angle there changes with
 the root of the level, and would make much of the rounding of saddles that tie."""
 
+SHORTEST = 1e-24
+"""Square of the sine of an arc below which it is none: rounding would give its direction."""
+
 
 class Arcs(NamedTuple):
     """The half arc of every polygon side, on the side of its face."""
@@ -80,6 +83,9 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
         for i in range(3):
             arcs.along[k, i] = body.normal[f, i] - away * arcs.foot[k, i]
             size += arcs.along[k, i] ** 2
+        if size < SHORTEST:
+            arcs.far[k] = arcs.near[k]
+            continue
         for i in range(3):
             arcs.along[k, i] /= math.sqrt(size)
         swept, rolled = arc_sums(k, arcs.near[k], points, body, arcs, inertia, inverse)

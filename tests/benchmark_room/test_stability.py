@@ -146,13 +146,14 @@ class TestLimits:
     def test_an_unbroken_cube(self):
         found = measured(WALKS["broken_symmetry"], 600, 22)
         for one in found.curves:
-            assert one.values[0] == pytest.approx(1.0 / 6.0, abs=1e-9)
+            assert one.values[0] == pytest.approx(1.0 / 6.0, abs=1e-7)
         # 600 drops: 0.015 standard error
         assert found.simulated.values[0] == pytest.approx(1.0 / 6.0, abs=0.06)
 
-    def test_the_scene_changes_the_simulation_alone(self):
+    def test_the_scene_changes_the_simulation_and_what_knows_it(self):
         found = measured(WALKS["restitution"], 1500, 18)
-        assert all(np.ptp(one.values) == 0.0 for one in found.curves)
+        for one in found.curves:
+            assert (np.ptp(one.values) == 0.0) == (one.name != "split")
         assert found.simulated.low[0] > found.simulated.high[-1] or \
             found.simulated.low[-1] > found.simulated.high[0]
 

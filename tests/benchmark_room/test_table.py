@@ -62,7 +62,8 @@ def both(request):
 
 
 class TestAnotherImplementation:
-    @pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != OWN_READING])
+    @pytest.mark.parametrize("name", [
+        name for name in ESTIMATORS if name not in (OWN_READING, "split")])
     def test_errors(self, both, name):
         """Its 100 drops scatter as ours do when the first 100 alone are taken."""
         ours, known = both
@@ -110,7 +111,7 @@ class TestThePaper:
         assert compared().row(name).pooled.error == pytest.approx(paper.ERRORS[name], abs=0.01)
 
     def test_the_order_of_the_estimators_without_shift(self):
-        ours = {row.name: row.pooled.error for row in compared().rows}
+        ours = {row.name: row.pooled.error for row in compared().rows if row.name != "split"}
         names = sorted(ours, key=lambda name: -paper.ERRORS[name])
         turned = {frozenset((worse, better)) for k, worse in enumerate(names)
                   for better in names[k + 1:] if ours[worse] <= ours[better]}

@@ -50,7 +50,7 @@ class TestTable:
         (found,) = strict_json(capsys.readouterr().out)
         assert found["spec"]["bodies"] == 24
         assert found["outliers"] == []
-        assert [one["name"] for one in found["estimators"]][-1] == "combined"
+        assert [one["name"] for one in found["estimators"]][-1] == "split"
         assert found["estimators"][0]["by_restitution"].keys() == {"0.3", "0.7"}
         assert found["first_drops"] == 100
 

@@ -52,8 +52,10 @@ def test_auto_says_why(box, capsys):
 
 
 @pytest.mark.parametrize(("options", "said"), [
-    (("--drops", "5"), "--drops"), (("--seed", "5"), "--seed"), (("--workers", "5"), "--workers"),
-    (("--target-error", "0.1"), "--target-error"),
+    (("--method", "split", "--drops", "5"), "--drops"),
+    (("--method", "split", "--seed", "5"), "--seed"),
+    (("--method", "split", "--workers", "5"), "--workers"),
+    (("--method", "split", "--target-error", "0.1"), "--target-error"),
     (("--method", "all", "--drops", "5"), "--drops"),
     (("--method", "auto", "--target-error", "2"), "target error"),
     (("--method", "hybrid", "--drops", "0"), "drops"),

@@ -50,7 +50,8 @@ class TestEveryBody:
         for one, other in zip(exact, rough, strict=True):
             assert len(other.poses) == len(one.poses)
             assert np.sort(values(other.poses, "probability")) == pytest.approx(
-                np.sort(values(one.poses, "probability")), abs=3e-4)
+                np.sort(values(one.poses, "probability")),
+                abs=1e-3 if one.method == "split" else 3e-4)
             for name in ("height", "top", "barrier"):
                 assert np.sort(values(other.poses, name)) == pytest.approx(
                     np.sort(values(one.poses, name)), abs=1e-5 * one.radius)

@@ -21,7 +21,7 @@ def test_one_drawing_a_pose_most_probable_first_each_with_its_number():
     for title, pose in zip(titles, found.poses, strict=True):
         assert title.startswith(f"pose {pose.index}: {100 * pose.probability:.1f} %")
     assert "block" in figure.get_suptitle()
-    assert "combined" in figure.get_suptitle()
+    assert "split" in figure.get_suptitle()
 
 
 def test_the_part_stands_on_the_plate_at_its_height():

@@ -110,7 +110,7 @@ def test_nothing_acknowledged_is_lost(client, tmp_path, seed):
     assert unfinished(found) == set()
     ends = [[kind for kind in kinds if kind >= 3] for kinds in found.values()]
     assert all(len(kinds) == 1 for kinds in ends)
-    assert len(killings.told.answers) > KILLS and len(killings.told.ends) > 10
-    assert killings.cancelled > 10
+    assert len(killings.told.answers) > KILLS and len(killings.told.ends) > 5
+    assert killings.cancelled > 5
     assert any(message_of(topic, data).pose_index for topic, data in recorded
                if topic == on_topic("drop_records"))
