@@ -153,7 +153,7 @@ class TestLimits:
     def test_the_scene_changes_the_simulation_and_what_knows_it(self):
         found = measured(WALKS["restitution"], 1500, 18)
         for one in found.curves:
-            assert (np.ptp(one.values) == 0.0) == (one.name != "split")
+            assert (np.ptp(one.values) == 0.0) == (one.method != "split")
         assert found.simulated.low[0] > found.simulated.high[-1] or \
             found.simulated.low[-1] > found.simulated.high[0]
 
