@@ -20,7 +20,7 @@ KILLS = 9
 NAMESPACE = ("-r", "__ns:=/killed")
 SHARE_IN_START = 0.2
 START_SECONDS = 2.0
-LOAD_SECONDS = 0.8
+LOAD_SECONDS = 1.2
 ON_ITS_WAY = 0.03
 """Seconds that an answer may still take after the node has died."""
 
