@@ -43,6 +43,8 @@ class PoseSphere:
         `index` of the pose whose basin the direction lies in; -1 outside of the discs.
     downs : (P, 3) array
         Minima: `down` of the poses, by their index.
+    heights : (P,) array
+        Their values of R, metres.
     peaks : (U, 3) array
         Maxima of r and R.
     """
@@ -52,6 +54,7 @@ class PoseSphere:
     R: Array
     pose: Index
     downs: Array
+    heights: Array
     peaks: Array
 
 
@@ -90,6 +93,7 @@ def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
     peaks = body.points[found.unstable]
     return PoseSphere(directions, maps[0], maps[1], pose,
                       np.array([one.down for one in resting.poses]),
+                      np.array([one.height for one in resting.poses]),
                       peaks / np.linalg.norm(peaks, axis=1)[:, None])
 
 

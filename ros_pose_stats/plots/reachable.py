@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from ..geometry.pose_sphere import PoseSphere
 from ..geometry.splitting_graph import SplittingNode
@@ -44,7 +45,7 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
     figure, discs = two_discs(len(energies), 0.25, 0.3)
     across = across_disc(sphere.R.shape[1])
     for row, energy in zip(discs, energies, strict=True):
-        parts = components_at(root, energy)
+        parts = components_at(root, energy, sphere.heights)
         component = np.full(len(sphere.downs), -1)
         for number, poses in enumerate(parts):
             component[list(poses)] = number
@@ -69,20 +70,24 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
     return figure
 
 
-def components_at(root: SplittingNode, energy: float) -> list[tuple[int, ...]]:
+def components_at(root: SplittingNode, energy: float,
+                  heights: NDArray[np.float64]) -> list[tuple[int, ...]]:
     """Poses of each connected component of the reachable set.
 
     Parameters
     ----------
     root : SplittingNode
     energy : float
-        Over weight, metres. Components whose poses all lie above it count as well.
+        Over weight, metres.
+    heights : (P,) array
+        Of the poses, metres: what lies above the energy is out of reach.
     """
     found, waiting = [], [root]
     while waiting:
         node = waiting.pop()
         if node.level is None or node.level <= energy:
-            found.append(node.poses)
+            if heights[list(node.poses)].min() <= energy:
+                found.append(node.poses)
         else:
             waiting.extend(reversed(node.parts))
     return found

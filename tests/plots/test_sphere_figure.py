@@ -33,15 +33,17 @@ def test_numbers_units_and_axes_are_there_and_nothing_overlaps(block, function):
 
 
 def test_components_of_a_box_at_an_energy_are_those_of_its_edges(block):
-    _, root, _ = block
+    _, root, sphere = block
     half = np.array([0.02, 0.015, 0.01])
     # R over an edge: two half sides; the lowest way out of the largest faces leads over it.
     edges = sorted(float(np.hypot(*half[list(pair)])) for pair in ((0, 1), (0, 2), (1, 2)))
     assert sorted({node.level for node in root.walk() if node.level}) == pytest.approx(
         edges[:2], rel=1e-9)
-    assert len(components_at(root, 1.01 * edges[1])) == 1
-    assert len(components_at(root, 0.99 * edges[0])) == 6
-    assert len(components_at(root, 0.99 * edges[1])) == 3
+    assert len(components_at(root, 1.01 * edges[1], sphere.heights)) == 1
+    assert len(components_at(root, 0.99 * edges[1], sphere.heights)) == 3
+    # The two smallest faces lie higher than this.
+    assert len(components_at(root, 0.99 * edges[0], sphere.heights)) == 4
+    assert len(components_at(root, 1.01 * half[2], sphere.heights)) == 2
 
 
 def test_reachable_pixels_are_those_below_the_energy(block):
