@@ -2,7 +2,7 @@
 
     .venv/bin/python -m benchmarks.fit_posterior [--method NAME] [--every N] [--write]
 
-Four numbers a restitution, by maximum likelihood: the probability that the counts of the
+Five numbers a restitution, by maximum likelihood: the probability that the counts of the
 reference datasets have where the estimates are all that is known beforehand. And by which factor
 the error of an estimate stays below its expected error on nine parts out of ten, for every method.
 """
@@ -29,7 +29,8 @@ Array = NDArray[np.float64]
 
 MODULE = Path(__file__).resolve().parents[1] / "ros_pose_stats/statistics/posterior/fitted.py"
 
-BEGIN = (0.0, math.log(0.5), math.log(0.01), math.log(0.01))
+BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))
+MOST = (0.0, 0.0, 0.0, math.log(0.9))
 STEP = 0.4
 """Size of the first simplex, in the logarithms that are searched."""
 CLOSE, LIKELY = 0.01, 0.1
@@ -78,7 +79,9 @@ def bound_factors(every: int) -> dict[str, tuple[float, ...]]:
 
 
 def _fit(x: Array) -> PriorFit:
-    return PriorFit(float(x[0]), *(math.exp(min(value, 0.0)) for value in x[1:]))
+    """Numbers of a point of the search; but for the first, logarithms of at most `MOST`."""
+    return PriorFit(float(x[0]), *(math.exp(min(value, most))
+                                   for value, most in zip(x[1:], MOST, strict=True)))
 
 
 def source(method: str, fits: dict[float, PriorFit],
@@ -106,7 +109,7 @@ FITTED_AT: Final = {}
 FITTED: Final = (
 {}
 )
-"""`PriorFit.center`, `spread`, `faint` and `sure` at each."""
+"""`PriorFit.center`, `spread`, `faint`, `sure` and `loose` at each."""
 
 BOUND_FACTORS: Final[dict[str, tuple[float, ...]]] = {{
 {}

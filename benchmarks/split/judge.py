@@ -17,7 +17,6 @@ BENDS, RIDGE, ITERATIONS = 40, 2e-6, 700
 
 HELD_OUT = ("prisms", "plates", "ellipsoids", "machined")
 FOLDS = 2
-FOLD_ITERATIONS = 120
 USUAL_HEIGHT = 20.0
 
 
@@ -75,9 +74,9 @@ def judge(samples: Sequence[Sample], weights: Weights,
 
 
 def _fitted_without(table: Table, out: NDArray[np.bool_]) -> Weights:
-    """A shorter fit to the samples none of whose poses are left out."""
+    """The same fit to the samples none of whose poses are left out."""
     keep = ~out[table.first_pose]
-    return fitted(table.some(keep), BENDS, RIDGE, FOLD_ITERATIONS)
+    return fitted(table.some(keep), BENDS, RIDGE, ITERATIONS)
 
 
 def _scores(table: Table, probability: Array, heights: Sequence[float],

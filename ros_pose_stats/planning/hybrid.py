@@ -48,8 +48,8 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     drop_height : float, optional
         Height of the centre of mass at release, metres. Default: 20 part radii.
     target_error : float
-        Stop once the expected error is down to this fraction; looked at after 10, 15, 22, 33,
-        ... drops. 0 asks for all drops.
+        Stop once the expected error is down to this fraction; looked at after 10 drops, and
+        then where it may be reached. 0 asks for all drops.
     workers : int, optional
         Threads; default: all cores.
     on_progress, should_stop : callable, optional

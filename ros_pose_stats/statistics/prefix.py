@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .blocks import BlockSums
 from .errors import expected_error, standard_errors
 from .intervals import jeffreys_interval
-from .stopping import FIRST_CHECKPOINT, next_checkpoint, target_reached
+from .stopping import FIRST_CHECKPOINT, next_checkpoint, sooner_checkpoint, target_reached
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -30,7 +30,8 @@ class Judge:
     means : str
         What that error is, for a sentence.
     first : int
-        Drops before the first look.
+        Drops before the first look. Later ones come where the target may be reached, at the
+        latest after half as many drops again.
     pause : float
         Seconds between judgements that are only shown: they take tens of milliseconds where
         poses are many.
@@ -98,11 +99,19 @@ class Prefix:
             self._count(outcomes[begin:end])
             begin = end
             if self.drops == self._next:
-                enough = self.target_error > 0.0 and target_reached(self.expected_error(),
-                                                                    self.target_error)
-                self.finished = enough or self.drops >= self.bound
-                self._next = next_checkpoint(self.drops, self.bound, self._first)
+                self._look()
         return begin
+
+    def _look(self) -> None:
+        """Finish where it is enough, else set the next look; a judge's are as few as can be."""
+        sooner = math.inf
+        if self.target_error > 0.0:
+            error = self.expected_error()
+            self.finished = target_reached(error, self.target_error)
+            if self._judge is not None and not self.finished:
+                sooner = sooner_checkpoint(self.drops, error, self.target_error)
+        self.finished = self.finished or self.drops >= self.bound
+        self._next = int(min(next_checkpoint(self.drops, self.bound, self._first), sooner))
 
     def _count(self, outcomes: Index) -> None:
         self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]

@@ -6,11 +6,16 @@ whatever has been computed beyond a prefix by then has no say in whether it was 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Final
 
 FIRST_CHECKPOINT: Final = 100
 """Drops before the first look; fewer say little about their own error."""
+
+LEAST_STEPS: Final = (8, 0.05)
+"""A look costs as much as a dozen drops: the next one is at least so many drops away, and such a
+share of those done."""
 
 
 def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int:
@@ -37,6 +42,31 @@ def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int
     while checkpoint <= done:
         checkpoint = checkpoint * 3 // 2
     return min(checkpoint, drops)
+
+
+def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
+    """The prefix in which the target may be reached, seen from one that has this error.
+
+    The error falls at most as the root of the number of drops.
+
+    Parameters
+    ----------
+    done : int
+        Length of the prefix that was looked at, 1 <= done.
+    error : float
+        There, above the target.
+    target_error : float
+        As a fraction, above 0.
+
+    Returns
+    -------
+    float
+        A whole number above `done`; infinite where the error says nothing.
+    """
+    if not math.isfinite(error):
+        return math.inf
+    drops, share = LEAST_STEPS
+    return max(done + drops, math.ceil(done * max(1.0 + share, (error / target_error) ** 2)))
 
 
 def checkpoints(drops: int) -> Iterator[int]:

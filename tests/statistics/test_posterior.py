@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import beta, dirichlet
+from scipy.stats import beta, betabinom, dirichlet
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit, error_quantile
@@ -19,7 +19,7 @@ from ros_pose_stats.statistics.posterior.prior_fit import prior_fit
 from ros_pose_stats.statistics.posterior.shortest import shortest_interval
 from ros_pose_stats.statistics.posterior.sticks import Sticks
 
-PLAIN = PriorFit(0.0, 0.5, 0.0, 0.0)
+PLAIN = PriorFit(0.0, 0.5, 0.0, 0.0, 0.5)
 """A Dirichlet distribution around the estimate, but for the scatter of its strength."""
 
 
@@ -38,9 +38,11 @@ def drawn(prior, random, counts=None, size=4000):
     """Probabilities (size, G) of the units out of a prior, or a posterior."""
     pooled = np.zeros(prior.size.size) if counts is None else prior._pooled(counts)
     sticks, weight, _ = prior._updated(pooled)
-    taken, left = (each.reshape(weight.size, -1) for each in sticks)
-    which = random.choice(weight.size, size, p=weight.reshape(-1))
-    shares = random.beta(taken[which], left[which])
+    which = random.choice(weight.size, size, p=weight)
+    likely = np.broadcast_to(np.exp(sticks.log_share), sticks.taken.shape)[0]
+    kind = (random.random((size, likely.shape[1])) > likely[which]).astype(int)
+    at = kind, which[:, None], np.arange(likely.shape[1])
+    shares = random.beta(sticks.taken[at], sticks.left[at])
     rest = np.cumprod(np.column_stack((np.ones(size), 1.0 - shares)), axis=1)
     ordered = np.column_stack((shares, np.ones(size))) * rest
     return ordered[:, np.argsort(prior._order(pooled))]
@@ -146,10 +148,22 @@ class TestLaws:
 class TestSticks:
     def test_equal_strengths_are_a_dirichlet_distribution(self):
         mean = np.array((0.05, 0.15, 0.3, 0.5))
-        found = Sticks.around(mean, np.full(4, 20.0)).updated(np.array((1.0, 0.0, 7.0, 2.0)))
+        prior = Sticks.around(mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7)))
+        found, _ = prior.updated(np.array((1.0, 0.0, 7.0, 2.0)))
         same = dirichlet(20.0 * mean + (1.0, 0.0, 7.0, 2.0))
-        np.testing.assert_allclose(found.moments()[0], same.mean(), rtol=1e-12)
-        np.testing.assert_allclose(found.moments()[1], same.var(), rtol=1e-9)
+        np.testing.assert_allclose(found.moments()[0][0], same.mean(), rtol=1e-12)
+        np.testing.assert_allclose(found.moments()[1][0], same.var(), rtol=1e-9)
+
+    def test_counts_tell_break_by_break_how_sure_the_estimate_was(self):
+        """Against Bayes' rule for one break, of which two Beta distributions are possible."""
+        a, b = (0.3, 9.7), (6.0, 194.0)
+        prior = Sticks(np.array((a[0], b[0]))[:, None, None], np.array((a[1], b[1]))[:, None, None],
+                       np.log(np.array((0.25, 0.75)))[:, None, None])
+        after, evidence = prior.updated(np.array((4.0, 6.0)))
+        likely = np.array((0.25, 0.75)) * np.exp([
+            betabinom.logpmf(4, 10, *one) for one in (a, b)]) / math.comb(10, 4)
+        assert math.exp(evidence[0]) == pytest.approx(likely.sum())
+        np.testing.assert_allclose(np.exp(after.log_share[:, 0, 0]), likely / likely.sum())
 
     def test_the_evidence_of_all_outcomes_is_one(self):
         prior = PosePrior((0.7, 0.2, 0.1), range(3), 0.05, 0.5)

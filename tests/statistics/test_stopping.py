@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.statistics import checkpoints, next_checkpoint, target_reached
+from ros_pose_stats.statistics.stopping import sooner_checkpoint
 from ros_pose_stats.statistics.prefix import Judge, Prefix
 
 
@@ -74,6 +75,26 @@ def test_a_judge_stops_in_place_of_the_counts():
     assert prefix.add(np.zeros(40, np.int64)) == 15
     assert prefix.finished and prefix.expected_error() == 0.01
     assert told == [10, 15]
+
+
+@given(st.integers(1, 10_000_000), st.floats(1.0001, 100.0))
+def test_a_look_never_comes_later_than_the_root_law_allows(done, above):
+    found = sooner_checkpoint(done, 0.01 * above, 0.01)
+    assert found == int(found) > done
+    assert found <= max(done + 8, math.ceil(1.05 * done), math.ceil(done * above ** 2 * (1 + 1e-9)))
+    assert sooner_checkpoint(done, math.inf, 0.01) == math.inf
+
+
+def test_a_judge_is_asked_again_where_the_target_may_be_reached():
+    asked = []
+
+    def error(counts):
+        asked.append(int(counts.sum()))
+        return 0.2 / math.sqrt(counts.sum())
+
+    prefix = Prefix(2, 10_000, 0.01, False, Judge(error, first=390))
+    prefix.add(np.zeros(10_000, np.int64))
+    assert asked == [390, 410] and prefix.drops == 410  # 400 is nearer than a look is worth
 
 
 def test_what_is_only_shown_is_not_judged_at_every_drop():

@@ -49,7 +49,8 @@ class Posterior:
         size : (G,) array of int
             Poses of each unit.
         """
-        middle = weight @ mean
+        # The weights' sum is rounded; where all agree, as on a pose that is the only one, it shows.
+        middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
         away = mean - middle
         spread = weight @ (variance + away * away)
         share = 1.0 / size
@@ -78,6 +79,10 @@ class Posterior:
         taken as the Beta distribution of its mean and standard deviation.
         """
         whole = self._size[self._unit]
-        a, b = beta_like(self.probability * whole, np.square(self.standard_error * whole))
-        low, high = shortest_interval(a, b, level)
-        return low / whole, high / whole
+        unsure = self.standard_error > 0.0
+        low, high = self.probability.copy(), self.probability.copy()
+        a, b = beta_like((self.probability * whole)[unsure],
+                         np.square(self.standard_error * whole)[unsure])
+        found = shortest_interval(a, b, level)
+        low[unsure], high[unsure] = (bound / whole[unsure] for bound in found)
+        return low, high

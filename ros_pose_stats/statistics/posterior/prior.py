@@ -4,8 +4,8 @@ The belief has a strength: as many pseudo-drops, divided as the estimate says. N
 for the part at hand. Its logarithm is taken to scatter over parts about what the expected error
 implies, with the tails of Student's t with three degrees of freedom, since a part may be of
 another family than those of the fit. Rare poses are estimated more surely than the others, but
-for a share of parts on which they are not: drops tell which kind a part is of. Poses that
-symmetry makes equal are one unit.
+for a share of them that is not: drops tell which kind a pose is of. Poses that symmetry makes
+equal are one unit.
 """
 
 from __future__ import annotations
@@ -42,9 +42,6 @@ TAIL: Final = 3.0
 
 GRID: Final = np.linspace(-8.0, 5.0, 14)
 """Strengths looked at, in spreads from the center of their logarithm."""
-
-LOOSE: Final = 0.1
-"""Share of parts on which rare poses are estimated no more surely than the others."""
 
 
 class PosePrior:
@@ -96,9 +93,9 @@ class PosePrior:
         firm = 1.0 + how.sure * self.size / self.mean
         self._strength = np.exp(log_strength)[:, None] * np.vstack((firm, np.ones_like(firm)))[
             :, None]
+        self._share = np.array((1.0 - how.loose, how.loose))
         scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
-        log_weight = np.log((1.0 - LOOSE, LOOSE))[:, None] + scatter
-        self._log_weight = log_weight - np.log(np.exp(log_weight).sum())
+        self._log_weight = scatter - math.log(np.exp(scatter).sum())
 
     def _implied(self, expected_error: float) -> float:
         """Pseudo-drops that leave as large an error as is expected."""
@@ -126,19 +123,19 @@ class PosePrior:
         """
         pooled = self._pooled(counts)
         sticks, weight, _ = self._updated(pooled)
-        mean, variance = (each.reshape(-1, pooled.size)[:, np.argsort(self._order(pooled))]
-                          for each in sticks.moments())
-        return Posterior.mixed(weight.reshape(-1), mean, variance, self.unit, self.size)
+        back = np.argsort(self._order(pooled))
+        mean, variance = (each[:, back] for each in sticks.moments())
+        return Posterior.mixed(weight, mean, variance, self.unit, self.size)
 
     def _updated(self, pooled: Array) -> tuple[Sticks, Array, float]:
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""
         order = self._order(pooled)
-        before = Sticks.around(self.mean[order], self._strength[..., order])
-        log_weight = self._log_weight + before.log_evidence(pooled[order])
+        before = Sticks.around(self.mean[order], self._strength[..., order], self._share)
+        after, log_evidence = before.updated(pooled[order])
+        log_weight = self._log_weight + log_evidence
         top = log_weight.max()
         weight = np.exp(log_weight - top)
-        return (before.updated(pooled[order]), weight / weight.sum(),
-                float(top + math.log(weight.sum())))
+        return after, weight / weight.sum(), float(top + math.log(weight.sum()))
 
     def _order(self, pooled: Array) -> Index:
         """Rare units first; where estimates are equal, those seen less."""

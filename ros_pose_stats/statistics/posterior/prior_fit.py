@@ -25,12 +25,16 @@ class PriorFit(NamedTuple):
     sure : float
         Probability below which a pose's estimate is stronger, in pseudo-drops, than the
         others', 0 to 1.
+    loose : float
+        Share of poses that are estimated no more surely than the others though they are rare,
+        above 0 and below 1.
     """
 
     center: float
     spread: float
     faint: float
     sure: float
+    loose: float
 
 
 def prior_fit(restitution: float) -> PriorFit:

@@ -3,7 +3,8 @@
 The distribution of Connor and Mosimann (Journal of the American Statistical Association 64,
 1969): unit j takes the share V_j of what the units before it have left, V_j ~ Beta(a_j, b_j)
 independently. Counts turn it into another one of its kind, so evidence and moments are
-closed forms. With b_j = a_(j+1) + b_(j+1) throughout it is the Dirichlet distribution.
+closed forms; they remain so where each break is one of a few Beta distributions. With one each,
+and b_j = a_(j+1) + b_(j+1) throughout, it is the Dirichlet distribution.
 """
 
 from __future__ import annotations
@@ -18,44 +19,59 @@ Array = NDArray[np.float64]
 
 
 class Sticks(NamedTuple):
-    """Beta parameters (..., G - 1) of the breaks; the last unit takes what is left."""
+    """Breaks of the stick; the last unit takes what is left.
 
-    taken: Array
-    left: Array
+    Each break has K Beta distributions, of which one holds; which one is found out break by
+    break. Strengths (M,) hold for all breaks of a stick.
+    """
+
+    taken: Array  # (K, M, G - 1) first Beta parameters
+    left: Array   # (K, M, G - 1) second ones
+    log_share: Array  # (K, M, G - 1) logarithms of how likely each is, or (K, 1, 1) if all alike
 
     @classmethod
-    def around(cls, mean: Array, strength: Array) -> Sticks:
+    def around(cls, mean: Array, strength: Array, share: Array) -> Sticks:
         """With given means, and as sure of each unit as so many drops would make it.
 
         Parameters
         ----------
         mean : (G,) array
             Above 0, summing to 1.
-        strength : (..., G) array
+        strength : (K, M, G) array
             Pseudo-drops behind each unit, above 0; all alike for a Dirichlet distribution.
+        share : (K,) array
+            How likely each of the K is, summing to 1.
         """
         beyond = np.cumsum(mean[:0:-1])[::-1]
-        return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond)
+        return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
+                   np.log(share)[:, None, None])
 
-    def updated(self, counts: Array) -> Sticks:
-        """After drops: counts (G,) of the units."""
+    def updated(self, counts: Array) -> tuple[Sticks, Array]:
+        """After drops: counts (G,) of the units.
+
+        Returns
+        -------
+        Sticks
+        log_evidence : (M,) array
+            Logarithm of the probability of this very sequence of outcomes.
+        """
         beyond = np.cumsum(counts[:0:-1])[::-1]
-        return Sticks(self.taken + counts[:-1], self.left + beyond)
-
-    def log_evidence(self, counts: Array) -> Array:
-        """Logarithm (...) of the probability of this very sequence of outcomes."""
-        after = self.updated(counts)
-        gained = betaln(after.taken, after.left) - betaln(self.taken, self.left)
-        return np.asarray(gained.sum(axis=-1))
+        taken, left = self.taken + counts[:-1], self.left + beyond
+        likely = self.log_share + betaln(taken, left) - betaln(self.taken, self.left)
+        top = likely.max(axis=0)
+        together = top + np.log(np.exp(likely - top).sum(axis=0))
+        return Sticks(taken, left, likely - together), together.sum(axis=-1)
 
     def moments(self) -> tuple[Array, Array]:
-        """Means and variances (..., G) of the units."""
+        """Means and variances (M, G) of the units."""
+        share = np.exp(self.log_share)
         total = self.taken + self.left
-        first, rest = self.taken / total, self.left / total
+        first, rest = share * self.taken / total, share * self.left / total
         twice = first * (self.taken + 1.0) / (total + 1.0)
         rest_twice = rest * (self.left + 1.0) / (total + 1.0)
-        mean = _broken(first, rest)
-        return mean, np.maximum(_broken(twice, rest_twice) - mean * mean, 0.0)
+        mean = _broken(first.sum(axis=0), rest.sum(axis=0))
+        return mean, np.maximum(_broken(twice.sum(axis=0), rest_twice.sum(axis=0)) - mean * mean,
+                                0.0)
 
 
 def _broken(share: Array, remaining: Array) -> Array:
