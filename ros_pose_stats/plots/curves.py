@@ -13,7 +13,7 @@ Curves = Sequence[tuple[str, ArrayLike]]
 EQUAL = 1e-9
 """Curves closer than this everywhere are one line with both names."""
 
-# For the colour-blind: four of Okabe and Ito's, four of Tol's "muted", none near the dice's
+# For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the dice's
 # vermilion. Neighbours have different dashes too, so that nothing hangs on the colour.
 LINES: tuple[tuple[str, object], ...] = (
     ("#0072B2", "-"),
@@ -24,6 +24,10 @@ LINES: tuple[tuple[str, object], ...] = (
     ("#999933", (0, (6, 1.6))),
     ("#44AA99", (0, (5, 1.4, 1, 1.4))),
     ("#882255", (0, (1.2, 1.0))),
+    ("#661100", "-"),
+    ("#88CCEE", (0, (6, 1.6))),
+    ("#117733", (0, (5, 1.4, 1, 1.4))),
+    ("#DDCC77", (0, (1.2, 1.0))),
 )
 
 

@@ -37,7 +37,7 @@ def prisms_figure(ratios: ArrayLike, panels: Sequence[tuple[str, Curves]],
         Length over width of the curves, rising, 0.3 to 3.
     panels : sequence of (title, curves)
         One panel each, at least one; curves are pairs of a label and probabilities (k,), 0 to
-        1. Equal curves of a panel are drawn as one. Styles repeat after eight lines.
+        1. Equal curves of a panel are drawn as one. Styles repeat after twelve lines.
     simulated : sequence of (label, (m, 4) array)
         Rows of length over width, probability, and the bounds of its interval; drawn in every
         panel as diamonds, the lighter the earlier, at most five. Set apart sideways a little

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import cycle
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,10 @@ Array = NDArray[np.float64]
 
 EDGE = "#222222"
 JUMP = "#D55E00"
+PALE = "#b9bfc4"
 MARGIN = 0.03
+LABEL = 44
+"""Characters of a line beside the axis."""
 FEW_DECADES = 10.5
 """Natural logarithm of a range whose tick labels need no exponents."""
 
@@ -42,7 +46,26 @@ class WalkCurve(NamedTuple):
     jumps: Sequence[tuple[float, float]] = ()
 
 
-def walk_figure(parameter: ArrayLike, panels: Sequence[tuple[str, Sequence[WalkCurve]]],
+class WalkPanel(NamedTuple):
+    """Curves of one panel.
+
+    Attributes
+    ----------
+    title : str
+    curves : sequence of WalkCurve
+        Equal ones are drawn as one.
+    behind : sequence of WalkCurve
+        Drawn pale behind them, under one name.
+    behind_name : str
+    """
+
+    title: str
+    curves: Sequence[WalkCurve]
+    behind: Sequence[WalkCurve] = ()
+    behind_name: str = ""
+
+
+def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
                 simulated: ArrayLike, label: str, quantity: str, *, logarithmic: bool,
                 mark: float | None = None, title: str = "", note: str = "") -> Figure:
     """Draw probabilities over a parameter.
@@ -51,8 +74,8 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[tuple[str, Sequence[WalkC
     ----------
     parameter : (k,) array
         Rising; above 0 where the axis is logarithmic.
-    panels : sequence of (title, curves)
-        One panel each, at least one. Equal curves of a panel are drawn as one.
+    panels : sequence of WalkPanel
+        At least one.
     simulated : (3, k) array
         Probability and the bounds of its interval, drawn in every panel.
     label, quantity : str
@@ -75,7 +98,7 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[tuple[str, Sequence[WalkC
     """
     where = np.asarray(parameter, dtype=np.float64)
     points = np.asarray(simulated, dtype=np.float64)
-    curves = [curve for _, some in panels for curve in some]
+    curves = [curve for panel in panels for curve in (*panel.behind, *panel.curves)]
     if not curves or points.shape != (3, where.size) or any(
             np.shape(curve.values) != where.shape for curve in curves):
         raise RequestError(f"panels of curves of {where.size} values, and (3, {where.size})",
@@ -86,23 +109,31 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[tuple[str, Sequence[WalkC
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     top = max(float(points[2].max()), *(float(np.max(curve.values)) for curve in curves))
     styles = cycle(LINES)
-    for axes, (name, some) in zip(every, panels, strict=True):
-        _prepare(axes, name, label, logarithmic, top)
+    for axes, panel in zip(every, panels, strict=True):
+        _prepare(axes, panel.title, label, logarithmic, top)
         _set_limits(axes, where, logarithmic)
-        for names, curve in merged([(one.label, one.values) for one in some]):
-            colour, dashes = next(styles)
-            axes.plot(where, 100.0 * curve, color=colour, linestyle=dashes, linewidth=1.9,
-                      label=names, zorder=2.0)
-        _draw_jumps(axes, where, some)
+        _draw_curves(axes, where, panel, styles)
+        _draw_jumps(axes, where, panel.curves)
         _draw_points(axes, where, points)
         if mark is not None:
             axes.axvline(mark, color=REFERENCE, linewidth=0.9, linestyle=":")
         axes.legend(frameon=False, fontsize=9, labelcolor=INK, handlelength=3.6,
                     loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
-    every[0].set_ylabel(f"probability of {quantity}, %")
+    every[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
     figure.suptitle(title, fontsize=12, color=INK)
     figure.supxlabel(note, fontsize=9, color=REFERENCE)
     return figure
+
+
+def _draw_curves(axes: Axes, where: Array, panel: WalkPanel,
+                 styles: Iterator[tuple[str, object]]) -> None:
+    for place, one in enumerate(panel.behind):
+        axes.plot(where, 100.0 * np.asarray(one.values), color=PALE, linewidth=1.1, zorder=1.5,
+                  label="_" if place else panel.behind_name)
+    for names, curve in merged([(one.label, one.values) for one in panel.curves]):
+        colour, dashes = next(styles)
+        axes.plot(where, 100.0 * curve, color=colour, linestyle=dashes, label=names, zorder=2.0,
+                  linewidth=2.6 if panel.behind else 1.9)
 
 
 def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) -> None:

@@ -13,9 +13,13 @@ from typing import Final
 FIRST_CHECKPOINT: Final = 100
 """Drops before the first look; fewer say little about their own error."""
 
-LEAST_STEPS: Final = (8, 0.05)
+LEAST_STEPS: Final = (8, 0.1)
 """A look costs as much as a dozen drops: the next one is at least so many drops away, and such a
 share of those done."""
+
+AHEAD: Final = 1.1
+"""Drops over those in which the target is reached by the root law: an error that an estimate has
+its share in falls slower."""
 
 
 def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int:
@@ -47,7 +51,7 @@ def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int
 def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
     """The prefix in which the target may be reached, seen from one that has this error.
 
-    The error falls at most as the root of the number of drops.
+    The error falls at most as the root of the number of drops, so this is a little beyond.
 
     Parameters
     ----------
@@ -66,7 +70,8 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
     if not math.isfinite(error):
         return math.inf
     drops, share = LEAST_STEPS
-    return max(done + drops, math.ceil(done * max(1.0 + share, (error / target_error) ** 2)))
+    wanted = max(1.0 + share, AHEAD * (error / target_error) ** 2)
+    return max(done + drops, math.ceil(done * wanted))
 
 
 def checkpoints(drops: int) -> Iterator[int]:

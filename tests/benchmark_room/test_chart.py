@@ -18,6 +18,7 @@ from ros_pose_stats.benchmark.chart.sizes import ellipsoids, paper_size
 from ros_pose_stats.benchmark.chart.text import duration
 from ros_pose_stats.benchmark.estimates import scene_estimates
 from ros_pose_stats.benchmark.figures import draw_chart
+from ros_pose_stats.benchmark.table.paper import ERRORS
 from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.plots.speed_accuracy import ChartPoint
@@ -27,7 +28,7 @@ from tests.benchmark_room.tables import drawn, some, told
 from tests.running import strict_json
 
 BODIES = 40
-LITTLE = Effort(2, 20, (10, 50))
+LITTLE = Effort(2, 20, (10, 50), combined=(10, 40))
 PLANS = (Plan(0, 0, 0, LITTLE, BODIES, 0), Plan(40, 3, 60, LITTLE, 2, 0))
 
 
@@ -48,8 +49,11 @@ class TestPoints:
         assert titles[0].startswith("paper-size, 4 to ")
         for one in found.sizes:
             by_kind = {kind: [point.name for point in one.points if point.kind == kind]
-                       for kind in ("estimator", "simulation", "outside")}
-            assert by_kind["estimator"] == [entry.title for entry in ESTIMATORS.values()]
+                       for kind in ("paper", "estimator", "hybrid", "simulation", "outside")}
+            assert by_kind["paper"] == [ESTIMATORS[name].title for name in ERRORS]
+            assert by_kind["paper"] + by_kind["estimator"] == [
+                entry.title for entry in ESTIMATORS.values()]
+            assert by_kind["hybrid"] == ["n = 10", "n = 40"]
             assert by_kind["simulation"] == ["n = 10", "n = 50"]
             assert by_kind["outside"] == ["trimesh.poses"]
 
@@ -140,7 +144,7 @@ class TestResults:
         plain = strict_json(json.dumps(found.as_dict()))
         assert plain["dataset"]["bodies"] == BODIES
         for one, there in zip(plain["sizes"], found.sizes, strict=True):
-            assert len(one["points"]) == len(there.points) == 13
+            assert len(one["points"]) == len(there.points) == 15
             assert one["pareto_front"] == there.front()
             assert one["points"][0].keys() == set(ChartPoint._fields)
 
@@ -148,7 +152,7 @@ class TestResults:
         text = chart_text(found)
         assert text.count("\n### ") + text.startswith("### ") == 2
         rows = [line for line in text.splitlines() if line.startswith("| ")]
-        assert len(rows) == 2 * (13 + 2)
+        assert len(rows) == 2 * (15 + 2)
         assert sum(line.rstrip(" |").endswith("yes") for line in rows) == sum(
             len(one.front()) for one in found.sizes)
 

@@ -54,8 +54,12 @@ def chart_panels():
 
 
 def chart_points(slower, better):
-    found = [point(name, "estimator", 1e-3 * slower * time, 0.01 * better * error, 0.06)
+    found = [point(name, "paper", 1e-3 * slower * time, 0.01 * better * error, 0.06)
              for name, (time, error) in PAPER_SIZE.items()]
+    found.append(point("split", "estimator", 0.42e-3 * slower, 0.023 * better, 0.06))
+    for drops, time, error in ((10, 0.002, 0.0225), (100, 0.0085, 0.018), (1000, 0.081, 0.0088)):
+        found.append(point(f"n = {drops:,}".replace(",", " "), "hybrid", time * slower**0.5,
+                           error * better, 0.06, "hybrid"))
     for drops, time in ((10, 0.0015), (100, 0.008), (1000, 0.08), (10_000, 0.8)):
         error = 0.316 * better / np.sqrt(drops)
         found.append(point(f"n = {drops:,}".replace(",", " "), "simulation",

@@ -155,10 +155,11 @@ class TestSticks:
         np.testing.assert_allclose(found.moments()[1][0], same.var(), rtol=1e-9)
 
     def test_counts_tell_break_by_break_how_sure_the_estimate_was(self):
-        """Against Bayes' rule for one break, of which two Beta distributions are possible."""
+        """Against Bayes' rule for one break, of which two distributions are possible."""
         a, b = (0.3, 9.7), (6.0, 194.0)
-        prior = Sticks(np.array((a[0], b[0]))[:, None, None], np.array((a[1], b[1]))[:, None, None],
-                       np.log(np.array((0.25, 0.75)))[:, None, None])
+        taken, left, share = (np.array(pair)[:, None, None] for pair in
+                              (*zip(a, b, strict=True), (0.25, 0.75)))
+        prior = Sticks(taken, left, np.log(share))
         after, evidence = prior.updated(np.array((4.0, 6.0)))
         likely = np.array((0.25, 0.75)) * np.exp([
             betabinom.logpmf(4, 10, *one) for one in (a, b)]) / math.comb(10, 4)

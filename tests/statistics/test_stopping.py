@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.statistics import checkpoints, next_checkpoint, target_reached
-from ros_pose_stats.statistics.stopping import sooner_checkpoint
 from ros_pose_stats.statistics.prefix import Judge, Prefix
+from ros_pose_stats.statistics.stopping import AHEAD, sooner_checkpoint
 
 
 def test_the_first_ones():
@@ -78,10 +78,11 @@ def test_a_judge_stops_in_place_of_the_counts():
 
 
 @given(st.integers(1, 10_000_000), st.floats(1.0001, 100.0))
-def test_a_look_never_comes_later_than_the_root_law_allows(done, above):
+def test_a_look_comes_a_little_after_the_root_law_at_the_latest(done, above):
     found = sooner_checkpoint(done, 0.01 * above, 0.01)
     assert found == int(found) > done
-    assert found <= max(done + 8, math.ceil(1.05 * done), math.ceil(done * above ** 2 * (1 + 1e-9)))
+    root_law = math.ceil(AHEAD * done * above ** 2 * (1.0 + 1e-9))
+    assert found <= max(done + 8, math.ceil(1.1 * done), root_law)
     assert sooner_checkpoint(done, math.inf, 0.01) == math.inf
 
 
@@ -94,7 +95,8 @@ def test_a_judge_is_asked_again_where_the_target_may_be_reached():
 
     prefix = Prefix(2, 10_000, 0.01, False, Judge(error, first=390))
     prefix.add(np.zeros(10_000, np.int64))
-    assert asked == [390, 410] and prefix.drops == 410  # 400 is nearer than a look is worth
+    assert asked[0] == 390 and 440 <= asked[1] <= 441  # a tenth beyond 400
+    assert asked[1:] == [prefix.drops]
 
 
 def test_what_is_only_shown_is_not_judged_at_every_drop():

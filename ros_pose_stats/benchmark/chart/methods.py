@@ -18,6 +18,7 @@ from ...statistics.partition import Accuracy, accuracy
 from ...statistics.simulated_poses import pooled
 from ..estimates import estimates
 from ..noise import noise_of
+from ..table import paper
 from .clock import medians
 from .sizes import Mesh, Size
 
@@ -27,6 +28,9 @@ REPEATS = 3
 DROPS = (10, 100, 1_000, 10_000)
 DROPS_TIMED = 20_000
 """Drops of one number in all that are timed; more parts the fewer they are."""
+
+COMBINED = (10, 100, 1_000)
+"""More drops leave nothing of the estimate."""
 
 MOST_PARTS = 60
 
@@ -42,6 +46,8 @@ class Effort(NamedTuple):
         By the simulation for each number of drops and restitution, about.
     drops : tuple of int
         Numbers of drops, each a point of the simulation.
+    combined : tuple of int
+        Numbers of drops, each a point of the estimate and as many drops.
     fewest : int
         Parts that are timed at least, however many drops that makes.
     """
@@ -49,6 +55,7 @@ class Effort(NamedTuple):
     parts: int = MOST_PARTS
     drops_timed: int = DROPS_TIMED
     drops: tuple[int, ...] = DROPS
+    combined: tuple[int, ...] = COMBINED
     fewest: int = 4
 
 
@@ -59,10 +66,11 @@ def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     names = list(next(iter(told.values())))
     # In turn, so that what else the machine does hits all of them alike.
     took = medians([{name: partial(_estimate, mesh, name) for name in names}
-                    for mesh in _some(size.meshes, effort.parts)], REPEATS)
+                    for mesh in some(size.meshes, effort.parts)], REPEATS)
     for name in names:
         found = accuracy(np.concatenate([one[name] for one in told.values()]), every)
-        yield point(ESTIMATORS[name].title, "estimator", took[name], found)
+        kind = "paper" if name in paper.ERRORS else "estimator"
+        yield point(ESTIMATORS[name].title, kind, took[name], found)
 
 
 def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
@@ -72,7 +80,7 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
         parts = min(max(effort.drops_timed // drops, effort.fewest), effort.parts)
         took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
                         for restitution in size.simulated
-                        for mesh in _some(size.meshes, parts)])
+                        for mesh in some(size.meshes, parts)])
         noise = noise_of(every, drops)
         yield ChartPoint(f"n = {drops:,}".replace(",", " "), "simulation", took[""], noise.error,
                          noise.low, noise.high, "drop simulation")
@@ -94,7 +102,7 @@ def _simulate(mesh: Mesh, drops: int, restitution: float, height: float | None) 
                     cluster_tolerance=0.0)
 
 
-def _some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
+def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
     """At most so many of them, evenly spread."""
     number = min(number, len(meshes))
     return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from ...plots.speed_accuracy import ChartPanel, ChartPoint, pareto_front
 from ..dataset import Dataset, DatasetSpec
 from ..plain import plain
+from .combined import combined_points
 from .methods import Effort, estimator_points, simulation_points
 from .outside import mujoco_points, trimesh_points
 from .sizes import Size, ellipsoids, paper_size
@@ -39,12 +40,12 @@ class Plan(NamedTuple):
 
 PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 6),
          Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
-         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1), 20, 2))
+         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2))
 
-FEW_DROPS = 10, 100, 1_000
+FEW_DROPS, FEWER_DROPS = (10, 100, 1_000), (10, 100)
 
-QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS), 30, 0),
-         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS), 8, 0))
+QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
+         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0))
 
 
 class Measured(NamedTuple):
@@ -133,6 +134,7 @@ def _size(dataset: Dataset, plan: Plan) -> Size:
 def _points(size: Size, plan: Plan,
             say: Callable[[str], object]) -> Iterator[ChartPoint]:
     yield from estimator_points(size, plan.effort)
+    yield from combined_points(size, plan.effort)
     yield from simulation_points(size, plan.effort)
     yield from trimesh_points(size, plan.trimesh)
     if plan.mujoco:

@@ -7,25 +7,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimators.registry import ESTIMATORS
-from ..prisms.figure import EXISTING
-from .run import LEVEL, Curve, StabilityResults, WalkResults
+from ..table.paper import ERRORS
+from .run import COMBINED_DROPS, LEVEL, Curve, StabilityResults, WalkResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...plots.walks import WalkCurve
 
+PAPER = "the paper's estimators and those before it"
+
 
 def draw_walk(found: WalkResults) -> Figure:
-    """Existing estimators on the left, new ones on the right, the simulation in both."""
-    from ...plots.walks import walk_figure
+    """The paper's on the left, those that know the scene on the right, the simulation in both."""
+    from ...plots.walks import WalkCurve, WalkPanel, walk_figure
 
     walk, simulated = found.walk, found.simulated
-    existing = [_curve(found, one) for one in found.curves if one.method in EXISTING]
-    new = [_curve(found, one) for one in found.curves if one.method not in EXISTING]
+    paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
+    ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
+    ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
     drops = int(simulated.settled.max())
     return walk_figure(
-        found.values, [("existing estimators", existing), ("new estimators", new)],
+        found.values, [WalkPanel(PAPER, paper),
+                       WalkPanel("split, and drops with it", ours, paper, PAPER)],
         np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
         note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...estimators import estimate_all
 from ...geometry.poses import resting_poses
+from ...planning import hybrid
 from ...records import PoseStatistics
 from ...simulation import simulate
 from ...statistics.intervals import jeffreys_interval
@@ -24,6 +25,7 @@ from .walk import Step, Walk
 Array = NDArray[np.float64]
 
 DROPS, QUICK_DROPS = 4_000, 200
+COMBINED_DROPS, COMBINED_SEED = 100, 10_000
 LEVEL = 0.95
 
 
@@ -66,6 +68,8 @@ class WalkResults:
         Stable poses there.
     curves : tuple of Curve
     simulated : SimulatedCurve
+    combined : (k,) array
+        By hybrid, with `COMBINED_DROPS` drops of its own.
     """
 
     walk: Walk
@@ -73,6 +77,7 @@ class WalkResults:
     poses: NDArray[np.int64]
     curves: tuple[Curve, ...]
     simulated: SimulatedCurve
+    combined: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +142,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 
     poses = [len(resting_poses(step.part, walk.cluster_tolerance).poses) for step in steps]
     return WalkResults(walk, values, np.array(poses), tuple(map(curve, told[0])),
-                       _simulated(walk, steps, drops))
+                       _simulated(walk, steps, drops), _combined(walk, steps))
 
 
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
@@ -145,6 +150,13 @@ def _estimated(walk: Walk, step: Step) -> dict[str, float]:
     found = estimate_all(step.part, restitution=step.restitution, drop_height=step.drop_height,
                          cluster_tolerance=walk.cluster_tolerance)
     return {one.method: _watched(walk, one) for one in found}
+
+
+def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
+    """Estimate and a few fresh drops at each step."""
+    return np.array([_watched(walk, hybrid(
+        step.part, COMBINED_DROPS, step.restitution, COMBINED_SEED + place, step.drop_height,
+        cluster_tolerance=walk.cluster_tolerance)) for place, step in enumerate(steps)])
 
 
 def _watched(walk: Walk, found: PoseStatistics) -> float:

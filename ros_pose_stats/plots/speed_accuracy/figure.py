@@ -87,8 +87,9 @@ def _head(figure: Figure, subtitle: str, kinds: Iterable[str]) -> None:
                 color=INK)
     figure.text(0.015, 1.0 - 0.44 * inch, subtitle, fontsize=9.5, va="top", color=INK,
                 linespacing=1.35)
-    markers = [Line2D([], [], linestyle="none", marker=KINDS[kind].marker, markersize=6.5,
-                      color=KINDS[kind].colour, label=KINDS[kind].says)
+    markers = [Line2D([], [], linestyle="none", marker=KINDS[kind].marker,
+                      markersize=KINDS[kind].size, color=KINDS[kind].colour,
+                      label=KINDS[kind].says)
                for kind in KINDS if kind in kinds]
     figure.legend(handles=markers, loc="upper left", bbox_to_anchor=(0.009, 1.0 - 0.86 * inch),
                   ncols=len(markers), frameon=False, fontsize=9.5, labelcolor=INK,
@@ -111,6 +112,6 @@ def _draw(axes: Axes, points: Sequence[ChartPoint]) -> tuple[Array, Array]:
         axes.vlines(across, *np.maximum(100.0 * bars.T, bottom), color=kind.colour,
                     linewidth=1.3, zorder=3)
         axes.plot(across, [100.0 * point.error for point in mine], linestyle="none",
-                  marker=kind.marker, markersize=6.5, color=kind.colour, zorder=4,
+                  marker=kind.marker, markersize=kind.size, color=kind.colour, zorder=4,
                   markeredgecolor="white", markeredgewidth=0.6)
     return corners

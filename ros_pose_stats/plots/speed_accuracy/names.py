@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from ..cost import INK, REFERENCE
 from ..spacing import apart
 from .labels import Array, Labels, Spot, around
-from .points import KINDS, ChartPoint, series_of
+from .points import ESTIMATORS, KINDS, ChartPoint, series_of
 
 SIZE = 9.5
 """Of the print, points (1/72 inch)."""
@@ -45,9 +45,10 @@ def write_names(axes: Axes, points: Sequence[ChartPoint], corners: tuple[Array, 
     for _, members in series_of(points):
         labels.keep_clear([point.seconds for point in members],
                           [100.0 * point.error for point in members], 1.0)
-    _name_estimators(labels, [point for point in points if point.kind == "estimator"], points)
+    _name_estimators(labels, [point for point in points if point.kind in ESTIMATORS],
+                     points)
     for point in points:
-        if point.kind != "estimator":
+        if point.kind not in ESTIMATORS:
             labels.put(point.name, around(_place(point)), fontsize=SIZE, color=INK)
     for name, members in series_of(points):
         labels.put(name, _along(members), fontsize=SIZE + 0.5, fontweight="bold",
@@ -73,7 +74,9 @@ def _name_estimators(labels: Labels, estimators: Sequence[ChartPoint],
     for point, height in zip(estimators, placed, strict=True):
         anchor = shown.transform(_place(point)) / labels.unit
         spot = Spot(_place(point), (column - anchor[0], height - anchor[1]), "right", "center")
-        labels.put_at(point.name, spot, fontsize=SIZE, color=INK)
+        ink = KINDS["paper"].ink if point.kind == "paper" else INK
+        labels.put_at(point.name, spot, fontsize=SIZE, color=ink,
+                      fontweight="normal" if point.kind == "paper" else "bold")
 
 
 def _along(members: Sequence[ChartPoint]) -> list[Spot]:

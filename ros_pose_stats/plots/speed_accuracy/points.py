@@ -19,17 +19,25 @@ class Kind(NamedTuple):
         the colour.
     says : str
         Its name in the key.
+    size : float
+        Of the marker, points.
     """
 
     colour: str
     ink: str
     marker: str
     says: str
+    size: float = 6.5
 
 
-KINDS = {"estimator": Kind("#0072B2", "#00537F", "o", "estimator"),
-         "simulation": Kind("#D55E00", "#A34800", "s", "drop simulation with n drops"),
+KINDS = {"paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
+         "estimator": Kind("#0072B2", "#00537F", "*", "split estimator", 11.0),
+         "hybrid": Kind("#CC79A7", "#8F4B74", "D", "split and n drops (hybrid)"),
+         "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
          "outside": Kind("#009E73", "#006B4E", "^", "other software")}
+
+ESTIMATORS = ("paper", "estimator")
+"""Kinds whose names stand in a column; they form no series."""
 
 
 class ChartPoint(NamedTuple):
@@ -40,7 +48,7 @@ class ChartPoint(NamedTuple):
     name : str
         Written beside it; within a series what tells its points apart, such as "n = 100".
     kind : str
-        "estimator", "simulation" or "outside".
+        "paper" (faded), "estimator", "hybrid", "simulation" or "outside".
     seconds : float
         Time of a part on one core, above 0.
     error : float
@@ -103,8 +111,8 @@ def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]
 
 
 def _check_point(point: ChartPoint, where: str) -> None:
-    if point.kind not in KINDS or (point.kind == "estimator" and point.series is not None):
-        raise RequestError(f"one of {', '.join(KINDS)}, the first without a series, for {where}",
+    if point.kind not in KINDS or (point.kind in ESTIMATORS and point.series is not None):
+        raise RequestError(f"one of {', '.join(KINDS)} for {where}, estimators without a series",
                            f"{point.kind!r} in the series {point.series!r}", "correct it")
     for value, what in ((point.seconds, "a time in seconds"), (point.error, "an error")):
         if not (math.isfinite(value) and value > 0.0):

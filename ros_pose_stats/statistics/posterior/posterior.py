@@ -49,7 +49,7 @@ class Posterior:
         size : (G,) array of int
             Poses of each unit.
         """
-        # The weights' sum is rounded; where all agree, as on a pose that is the only one, it shows.
+        # The weights' sum is rounded; it shows where all agree, as on a pose that is the only one.
         middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
         away = mean - middle
         spread = weight @ (variance + away * away)

@@ -18,7 +18,7 @@ from ros_pose_stats.plots.speed_accuracy import (
     pareto_front,
     speed_accuracy_figure,
 )
-from ros_pose_stats.plots.speed_accuracy.points import KINDS
+from ros_pose_stats.plots.speed_accuracy.points import ESTIMATORS, KINDS
 
 from ..synthetic import chart_panels, chart_points
 from ..texts import clipped, overlapping
@@ -96,7 +96,7 @@ def test_every_point_is_drawn_with_its_bar(figure, place):
 def test_every_point_and_series_is_named_once(figure, place):
     names = [one.name for one in PANELS[place].points]
     assert sorted(written(figure.axes[place])) == sorted([
-        *names, "drop simulation", "MuJoCo", "nothing is both\nfaster and more exact"])
+        *names, "hybrid", "drop simulation", "MuJoCo", "nothing is both\nfaster and more exact"])
 
 
 def test_no_text_lies_on_another_or_is_cut_off(figure):
@@ -116,7 +116,7 @@ def test_names_lie_in_their_panel_and_cover_no_marker(figure):
 
 def test_estimators_stand_in_one_column_in_the_order_of_their_errors(figure):
     for axes, panel in zip(figure.axes, PANELS, strict=True):
-        errors = {one.name: one.error for one in panel.points if one.kind == "estimator"}
+        errors = {one.name: one.error for one in panel.points if one.kind in ESTIMATORS}
         boxes = {text.get_text(): super(type(text), text).get_window_extent()
                  for text in axes.texts if text.get_text() in errors}
         assert np.ptp([box.x1 for box in boxes.values()]) < 1.5
@@ -139,7 +139,7 @@ def test_series_are_joined_the_fastest_first():
     shuffled = ChartPanel("a", chart_points(1.0, 1.0)[::-1])
     lines = [line for line in speed_accuracy_figure([shuffled]).axes[0].lines[1:]
              if line.get_marker() == "None"]
-    assert [len(line.get_xdata()) for line in lines] == [2, 4]
+    assert [len(line.get_xdata()) for line in lines] == [2, 4, 3]
     assert all((np.diff(line.get_xdata()) > 0.0).all() for line in lines)
 
 
