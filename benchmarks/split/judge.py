@@ -33,6 +33,8 @@ class Score(NamedTuple):
         Of the split estimator: pooled over the restitutions 0.2, 0.5 and 0.8, and at each.
     combined : tuple of float
         The same of the paper's combined estimator.
+    expected : float
+        Root mean square of what the shipped weights expect, pooled.
     largest, combined_largest : float
         Largest deviation of a pose, noise and all.
     """
@@ -41,6 +43,7 @@ class Score(NamedTuple):
     height: float
     errors: tuple[float, ...]
     combined: tuple[float, ...]
+    expected: float
     largest: float
     combined_largest: float
 
@@ -87,6 +90,7 @@ def _scores(table: Table, probability: Array, heights: Sequence[float],
             where = usual & (table.family == family)
             yield Score(family, height, _errors(table, probability, where),
                         _errors(table, table.reference["combined"], where),
+                        100.0 * float(np.sqrt(np.mean(np.square(table.expected[where])))),
                         _largest(table, probability, where),
                         _largest(table, table.reference["combined"], where))
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
+from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import split_inputs
 from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
@@ -45,6 +46,8 @@ class Table:
         Of the sample that a pose belongs to.
     body : (P,) array
     family : (P,) array of str
+    expected : (P,) array
+        Of the sample: what the shipped weights expect of their error, a fraction.
     reference : dict of (P,) arrays
         Estimates of the paper.
     """
@@ -60,6 +63,7 @@ class Table:
     height: Array
     body: Index
     family: NDArray[np.str_]
+    expected: Array
     reference: dict[str, Array]
 
     def error(self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)) -> float:
@@ -78,14 +82,16 @@ class Table:
             self.inputs[np.repeat(of_split, 3)], self.children[of_split], splits, starts,
             starts + np.arange(splits.size), self.share[of_pose], self.settled[of_pose],
             self.restitution[of_pose], self.height[of_pose], self.body[of_pose],
-            self.family[of_pose], {name: one[of_pose] for name, one in self.reference.items()})
+            self.family[of_pose], self.expected[of_pose],
+            {name: one[of_pose] for name, one in self.reference.items()})
 
 
 def make_table(samples: Sequence[Sample]) -> Table:
     """Measure all bodies; takes some ten milliseconds a body."""
     inputs, children, splits = [], [], []
     poses: dict[str, list[Array]] = {
-        name: [] for name in ("share", "settled", "restitution", "height", "body", "family")}
+        name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
+                              "expected")}
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
         tolerance = family_tolerance(key[0])
@@ -100,7 +106,8 @@ def make_table(samples: Sequence[Sample]) -> Table:
             children.append(links)
             splits.append(len(links))
             told = {"share": row.count / settled, "settled": settled, "body": body,
-                    "restitution": row.restitution, "height": row.height, "family": key[0]}
+                    "restitution": row.restitution, "height": row.height, "family": key[0],
+                    "expected": _expected(resting, scene)}
             for name, value in told.items():
                 poses[name].append(np.broadcast_to(value, row.count.shape))
             for name, values in reference.items():
@@ -111,6 +118,11 @@ def make_table(samples: Sequence[Sample]) -> Table:
                  starts + np.arange(each.size),
                  **{name: np.concatenate(values) for name, values in poses.items()},
                  reference={name: np.concatenate(values) for name, values in reference.items()})
+
+
+def _expected(resting: RestingPoses, scene: DropScene) -> float:
+    told = ESTIMATORS["split"].function(resting, scene)
+    return expected_error("split", resting, told, scene.restitution).here
 
 
 def split_children(resting: RestingPoses) -> Index:

@@ -1,0 +1,116 @@
+"""The fit of the split estimator: its gradient, its files, and that it is the one shipped."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from benchmarks.split import judge, page, source
+from benchmarks.split.__main__ import DOCS
+from benchmarks.split.fit import Weights, fitted, predicted
+from benchmarks.split.gradient import tree_loss
+from benchmarks.split.samples import (
+    FIT_SEED,
+    JUDGE_SEED,
+    drop_body,
+    read_samples,
+    write_samples,
+)
+from benchmarks.split.table import make_table
+from ros_pose_stats.benchmark.families import family_part, family_tolerance
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators.split_weights import BENDS, OFFSETS, SLOPE, TURNS
+from ros_pose_stats.geometry.poses import resting_poses
+from ros_pose_stats.records import DropScene
+
+SHIPPED = Weights(SLOPE, TURNS, OFFSETS, BENDS)
+
+
+@pytest.fixture(scope="module")
+def samples():
+    return read_samples()
+
+
+@pytest.fixture(scope="module")
+def some(samples):
+    """Eight bodies of every family, in the scenes of the fit."""
+    return [one for one in samples if one.seed == FIT_SEED and one.number < 8]
+
+
+@pytest.fixture(scope="module")
+def table(some):
+    return make_table(some)
+
+
+class TestFit:
+    def test_the_gradient_is_that_of_the_loss(self, table):
+        arrays = (table.first_split, table.splits, table.first_pose, table.children, table.share)
+        random = np.random.default_rng(5)
+        weight = random.normal(size=table.inputs.shape[0])
+        slopes = tree_loss(weight, *arrays, 3.0, True)[1]
+        for _ in range(5):
+            way = random.normal(size=weight.size)
+            ends = [tree_loss(weight + step * way, *arrays, 3.0, False)[0]
+                    for step in (-1e-5, 1e-5)]
+            assert (ends[1] - ends[0]) / 2e-5 == pytest.approx(float(slopes @ way), rel=1e-5)
+
+    def test_the_shipped_weights_in_a_table_are_the_estimator(self, some, table):
+        found = predicted([SHIPPED], table)
+        begin = 0
+        for row in some:
+            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
+            told = ESTIMATORS["split"].function(resting, DropScene(
+                row.restitution, row.height * resting.body.radius, family_tolerance(row.family)))
+            np.testing.assert_allclose(found[begin:begin + told.size], told, atol=2e-5)
+            begin += told.size
+        assert begin == found.size
+
+    def test_a_fit_gains_on_the_plain_areas(self, table):
+        plain = Weights(np.zeros(17), np.zeros((17, 1)), np.zeros(1), np.zeros(1))
+        before = table.error(predicted([plain], table))
+        assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
+        assert table.error(predicted([fitted(table, 4, 1e-4, 30)], table)) < 0.9 * before
+
+    def test_nobody_is_both_fitted_to_and_judged(self, samples):
+        assert {one.seed for one in samples} == {FIT_SEED, JUDGE_SEED}
+        assert FIT_SEED != JUDGE_SEED
+
+
+class TestFiles:
+    def test_drops_can_be_counted_anew(self, samples):
+        first = next(one for one in samples if one.seed == FIT_SEED)
+        kept = [one for one in samples if one[:3] == first[:3]]
+        again = drop_body(*first[:3])
+        assert len(again) == len(kept) == 6
+        for one, other in zip(again, kept, strict=True):
+            assert one[3:5] == other[3:5]
+            assert one.count.tolist() == other.count.tolist()
+
+    def test_samples_come_back_as_they_were_written(self, some, tmp_path):
+        write_samples(some, tmp_path / "samples.npz")
+        again = read_samples(tmp_path / "samples.npz")
+        assert [one[:5] for one in again] == [one[:5] for one in some]
+        assert all((one.count == other.count).all()
+                   for one, other in zip(again, some, strict=True))
+
+    def test_the_source_holds_the_weights(self):
+        assert source.source(SHIPPED) == source.MODULE.read_text(encoding="utf-8")
+
+    def test_the_page_shows_the_stored_scores(self):
+        found = json.loads((DOCS / "benchmarks/split.json").read_text(encoding="utf-8"))
+        assert page.page(found) == (DOCS / "split.md").read_text(encoding="utf-8")
+        assert found["scores"].keys() == page.SAID.keys()
+
+
+def test_scores_take_the_noise_off(samples):
+    """Of the truth itself, counted twice, nothing is left but chance."""
+    table = make_table([one for one in samples if one.family == "plates"
+                        and one.seed == JUDGE_SEED and one.number < 20])
+    random = np.random.default_rng(3)
+    where = table.height == judge.USUAL_HEIGHT
+    noise = np.sqrt(table.share * (1.0 - table.share) / table.settled)
+    told = table.share + noise * random.normal(size=noise.size)
+    expected = 100.0 * np.sqrt(np.mean(np.square(noise[where])))
+    assert table.error(told, where) < 0.35 * expected
