@@ -28,7 +28,8 @@ stair joins the methods that no other beats in both](figures/speed_accuracy.png)
 
 Time is from the mesh arrays to the statistics, on one core, the median over parts; compiled
 kernels are warm. The error is pooled over the restitutions. That of the drop simulation is the
-noise of so many drops; that of others is measured against it. Larger parts are hulls of random
+noise of so many drops; that of others is measured against it, that of `hybrid` with n drops of
+its own for every body. The paper's estimators are pale. Larger parts are hulls of random
 points on ellipsoids of different proportions. `trimesh.poses` is timed without the making of its
 mesh object, MuJoCo inside its steps alone; MuJoCo's error holds its own noise.
 """

@@ -192,6 +192,21 @@ class TestKnownErrors:
             assert mean == pytest.approx(p * (1.0 - p) / drops, rel=1e-12)
 
 
+class TestCombined:
+    def test_the_first_drops_help_the_estimate_and_the_estimate_helps_them(self):
+        """Their noise alone is 3 points; the gains are ten times the standard errors."""
+        found = compared()
+        both = found.combined.pooled
+        assert both.error + 10.0 * both.standard_error < found.pooled_noise.error
+        assert both.error + 3.0 * both.standard_error < found.row("split").pooled.error
+
+    def test_it_is_held_against_drops_that_it_was_not_given(self):
+        """A body's first drops alone would agree with themselves but for nothing."""
+        dataset = some(60)
+        found = table(drawn(dataset, told(60)[1]["meae"], 1000, 7), rerun=False)
+        assert 0.0 < found.combined.pooled.error < found.pooled_noise.error
+
+
 class TestOutliers:
     def test_they_are_the_largest_of_different_bodies(self, found):
         dataset = some(40)
@@ -245,6 +260,7 @@ class TestOddDatasets:
         assert (plain["sensitivity"] is None) == (len(restitutions) == 1)
         assert bool(plain["refits"]) == (bodies >= 20)
         assert bool(plain["calibration_of_first"]) == (drops > found.first)
+        assert (plain["combined"] is not None) == (drops > found.first)
         assert len(plain["outliers"]) == min(bodies, 3)
         assert (plain["estimators"][0]["pooled"]["standard_error"] is None) == (bodies == 1)
         text = table_text(found)
@@ -270,6 +286,7 @@ class TestText:
         assert cells[-3:] == ["32.7", f"{100 * one.first.largest:.1f}",
                               f"{100 * one.pooled.largest:.1f}"]
         assert "(paper 5.63 between 0.2 and 0.8)" in text
+        assert "| hybrid, 100 drops |" in text
         assert " 19995 |" in text
 
     def test_json_holds_every_estimator_and_no_nan(self):

@@ -51,6 +51,14 @@ class Row(NamedTuple):
     first: Accuracy
 
 
+class CombinedRow(NamedTuple):
+    """Estimate and the first drops together, against all other drops; as in `Row`."""
+
+    title: str
+    pooled: Accuracy
+    by_restitution: dict[float, Accuracy]
+
+
 class Refit(NamedTuple):
     """Coefficients fitted to the dataset.
 
@@ -115,6 +123,8 @@ class TableResults:
         The same over all restitutions.
     sensitivity : Accuracy or None
         Of the lowest restitution's probabilities against the highest's.
+    combined : CombinedRow or None
+        Of hybrid with the first drops, against all others; None where there are no others.
     calibration : dict of float to Calibration
         The first drops against all others; empty where there are no others.
     refits : tuple of Refit
@@ -132,6 +142,7 @@ class TableResults:
     noise: dict[float, Noise]
     pooled_noise: Noise
     sensitivity: Accuracy | None
+    combined: CombinedRow | None
     calibration: dict[float, Calibration]
     refits: tuple[Refit, ...]
     outliers: tuple[Outlier, ...]
@@ -147,6 +158,7 @@ class TableResults:
         return {
             "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
             "estimators": [_row(row) for row in self.rows], "first_drops": self.first,
+            "combined": plain(self.combined),
             "noise_of_100": plain(self.noise), "pooled_noise_of_100": plain(self.pooled_noise),
             "sensitivity": plain(self.sensitivity),
             "calibration_of_first": plain(self.calibration), "refits": plain(self.refits),

@@ -19,6 +19,7 @@ from ..dataset import Dataset
 from ..estimates import restings, scene_estimates
 from ..noise import noise_of
 from . import paper
+from .combined import combined_row
 from .outliers import outliers
 from .refits import refits
 from .results import Row, Shapes, TableResults
@@ -64,6 +65,7 @@ def _compared(dataset: Dataset, found: dict[float, dict[str, Array]], poses: lis
         first=first, pooled_noise=noise_of(every, paper.DROPS),
         noise={one: noise_of(simulated, paper.DROPS) for one, simulated in single.items()},
         sensitivity=apart,
+        combined=combined_row(dataset, poses, first) if spec.drops > first else None,
         calibration={one: calibration(of_first[one], dataset.rest(one, first))
                      for one in spec.restitutions if spec.drops > first},
         refits=tuple(refits(_first(found), every, single, poses)), outliers=(), estimates=found,

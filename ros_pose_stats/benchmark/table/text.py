@@ -20,7 +20,8 @@ def _sections(found: TableResults) -> Iterator[str]:
            f"{spec.drops} drops of each at each restitution\n\n"
            "Errors in points, noise removed, ± standard error (bootstrap over bodies). `largest` "
            "is the largest deviation from simulation, noise included: the paper's in "
-           f"{paper.DROPS} drops, here in the first {found.first} and in all.")
+           f"{paper.DROPS} drops, here in the first {found.first} and in all. `hybrid` was given "
+           "the first drops and is held against the others.")
     yield _estimators(found)
     yield _noise(found)
     yield "The bodies beside the paper's:\n\n" + _bodies(found)
@@ -49,8 +50,14 @@ def _estimators(found: TableResults) -> str:
             row.title, "" if printed is None else points(printed),
             with_error(row.pooled.error, row.pooled.standard_error),
             *(with_error(one.error, one.standard_error) for one in row.by_restitution.values()),
-            "" if largest is None else points(largest), points(row.first.largest),
-            points(row.pooled.largest)])
+            "" if largest is None else points(largest),
+            points(row.first.largest), points(row.pooled.largest)])
+    if found.combined is not None:
+        both = found.combined
+        rows.append([both.title, "", with_error(both.pooled.error, both.pooled.standard_error),
+                     *(with_error(one.error, one.standard_error)
+                       for one in both.by_restitution.values()),
+                     "", "", points(both.pooled.largest)])
     return markdown_table(head, rows)
 
 
