@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from . import bodies
-from .all_nine import TOLERANCES, all_nine, near_spheres, nine
+from .all_estimators import TOLERANCES, all_estimators, answers, near_spheres
 from .bodies import Body
 from .command import command
 from .growth import FIT_FROM, growth, slopes
@@ -64,13 +64,13 @@ def sections(plan: Plan) -> Iterator[Section]:
     polyhedra = [[bodies.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
                  for vertices in plan.random]
     warm_up(polyhedra[0][0])
-    yield all_nine([
+    yield all_estimators([
         *(some[0] for some in polyhedra),
         *(make(vertices) for make in (bodies.ellipsoid, bodies.sphere)
           for vertices in plan.smooth),
     ], plan.slow)
     if plan.demo:
-        yield all_nine(bodies.demo_parts(), plan.slow, "demo", "The demo parts")
+        yield all_estimators(bodies.demo_parts(), plan.slow, "demo", "The demo parts")
     yield near_spheres([bodies.near_sphere(plan.near_sphere), bodies.sphere(plan.near_sphere)],
                        plan.slow)
     yield paper_size([body for some in polyhedra for body in some], plan.quick)
@@ -83,8 +83,8 @@ def sections(plan: Plan) -> Iterator[Section]:
 def warm_up(body: Body) -> None:
     """Compile or load every kernel, and what scipy and trimesh load on their first call."""
     for tolerance in TOLERANCES:
-        nine(body, tolerance)
-    all_nine([body], Pace(1, 1.0))
+        answers(body, tolerance)
+    all_estimators([body], Pace(1, 1.0))
     paper_size([body], Pace(1, 1.0))
 
 

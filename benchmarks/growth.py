@@ -25,8 +25,8 @@ DECADE = 1.1
 TOLERANCE = 0.0
 
 HULL, MESH, BODY, SPLITS = "scipy hull", "mesh to part", "body + equilibria", "MEAE splits"
-AFTER, NINE = "MEAE after the hull", "all nine from the mesh"
-STAGES = (HULL, MESH, BODY, SPLITS, AFTER, NINE)
+AFTER, ALL = "MEAE after the hull", "all estimators from the mesh"
+STAGES = (HULL, MESH, BODY, SPLITS, AFTER, ALL)
 
 TIMED = (
     f"Every body has exactly {STABLE} stable faces, checked. `{HULL}`: "
@@ -34,7 +34,7 @@ TIMED = (
     f"hull. `{BODY}`: merged faces, their lengths and angles, basins, merge tree and toppling "
     f"graph, the hull known. `{SPLITS}`: the split probabilities for r, all else known. "
     f"`{AFTER}`: `estimate(part, 'meae')` on a part of which only the hull is known: "
-    f"`{BODY}`, poses, symmetry groups, `{SPLITS}` and records. `{NINE}`: `{MESH}` and "
+    f"`{BODY}`, poses, symmetry groups, `{SPLITS}` and records. `{ALL}`: `{MESH}` and "
     "`estimate_all`. Milliseconds; cluster tolerance 0.")
 
 
@@ -112,13 +112,13 @@ def _row(body: Body, pace: Pace) -> Row:
         BODY: (equilibria, part),
         SPLITS: (lambda _: resting.passage_r, forget),
         AFTER: (lambda made: estimate(made, "meae", cluster_tolerance=TOLERANCE), part),
-        NINE: (lambda _: estimate_all(part(), cluster_tolerance=TOLERANCE), lambda: None),
+        ALL: (lambda _: estimate_all(part(), cluster_tolerance=TOLERANCE), lambda: None),
     }
     timings = race([Contender(stage, *calls[stage]) for stage in STAGES], pace)
     return Row(f"{body.name}, {len(body.vertices)} vertices", {
         "vertices": len(body.vertices), "faces": resting.body.faces,
         **{stage: timings.milliseconds(stage) for stage in STAGES},
-        "nine / hull": timings.ratio(NINE, HULL),
+        "all / hull": timings.ratio(ALL, HULL),
     })
 
 

@@ -204,6 +204,6 @@ def test_where_the_part_lies_in_its_frame_does_not_change_the_digest_of_an_equal
     assert part_from_mesh(*moved(surface, rotation(seed))).digest != one.digest
 
 
-def test_all_nine_were_compared():
+def test_all_were_compared():
     part = part_from_mesh(*random_polyhedron(8, 1))
     assert [found.method for found in estimate_all(part)] == list(METHODS)

@@ -1,4 +1,4 @@
-"""From mesh arrays to all nine answers, beside scipy's hull and trimesh's stable poses."""
+"""From mesh arrays to all estimates, beside scipy's hull and trimesh's stable poses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_HULLS = 5.0
 NEAR_SPHERE_SECONDS = 1.0
 
 TIMED = (
-    "`nine`: `part_from_mesh` (checks, welding, winding, mass properties, hull) and "
+    "`all`: `part_from_mesh` (checks, welding, winding, mass properties, hull) and "
     "`estimate_all` on a new part each time, so nothing is remembered. `hull`: "
     "`scipy.spatial.ConvexHull` of the same vertices and nothing else. `trimesh`: "
     "`trimesh.poses.compute_stable_poses(mesh, n_samples=1)` on a new `Trimesh` of the same "
@@ -33,8 +33,8 @@ TIMED = (
     "garbage collector is off but for trimesh, whose copies would fill the memory.")
 
 
-def all_nine(bodies: Sequence[Body], pace: Pace, name: str = "all_nine",
-             title: str = "All nine estimators from the mesh") -> Section:
+def all_estimators(bodies: Sequence[Body], pace: Pace, name: str = "all_estimators",
+                   title: str = "All estimators from the mesh") -> Section:
     """Rows for each body at both cluster tolerances, demanded to beat trimesh."""
     rows = [row for body in bodies for row in _rows(body, pace)]
     return Section(name, title, TIMED, tuple(rows))
@@ -46,8 +46,8 @@ def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
     return Section("near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows))
 
 
-def nine(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
-    """Part and the nine answers, from the mesh arrays."""
+def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
+    """Part and the answers of all estimators, from the mesh arrays."""
     part = part_from_mesh(body.vertices, body.triangles, unit="mm")
     return part, estimate_all(part, cluster_tolerance=tolerance)
 
@@ -57,7 +57,7 @@ def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
         return trimesh.Trimesh(body.vertices, body.triangles, process=False)
 
     timings = race([
-        *(Contender(f"{tolerance:g}", lambda _, t=tolerance: nine(body, t))
+        *(Contender(f"{tolerance:g}", lambda _, t=tolerance: answers(body, t))
           for tolerance in TOLERANCES),
         Contender("hull", lambda _: ConvexHull(body.vertices)),
         Contender("trimesh", lambda made: compute_stable_poses(made, n_samples=1), mesh,
@@ -73,17 +73,17 @@ def _row(body: Body, part: Part, tolerance: float, timings: Timings,
     resting = resting_poses(part, tolerance)
     stable = len(resting.equilibria.order)
     hulls, trimeshes = timings.ratio(own, "hull"), timings.ratio(own, "trimesh")
-    targets = [Target("nine / trimesh", trimeshes, 1.0)]
+    targets = [Target("all / trimesh", trimeshes, 1.0)]
     if stable <= FEW_POSES and len(body.vertices) >= HULLS_FROM:
-        targets.append(Target("nine / hull", hulls, MOST_HULLS))
+        targets.append(Target("all / hull", hulls, MOST_HULLS))
     if seconds is not None:
-        targets.append(Target("nine, s", timings.median(own), seconds))
+        targets.append(Target("all, s", timings.median(own), seconds))
     return Row(f"{body.name}, {len(body.vertices)} vertices, tolerance {own}", {
         "stable": stable,
         "poses": len(resting.poses),
-        "nine, ms": timings.milliseconds(own),
+        "all, ms": timings.milliseconds(own),
         "hull, ms": timings.milliseconds("hull"),
         "trimesh, ms": timings.milliseconds("trimesh"),
-        "nine / hull": hulls,
-        "trimesh / nine": timings.ratio("trimesh", own),
+        "all / hull": hulls,
+        "trimesh / all": timings.ratio("trimesh", own),
     }, tuple(targets))
