@@ -12,8 +12,9 @@ $(READY): .ci/setup .ci/requirements.txt .ci/requirements-ros.txt .ci/constraint
 demo: $(READY)
 	bash .ci/demo
 
+# One worker more than cores: the tests of nodes wait for most of their time.
 test: lint
-	.venv/bin/python -m pytest -n auto
+	.venv/bin/python -m pytest -n $$(($$(nproc) + 1))
 
 lint: $(READY)
 	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks setup.py

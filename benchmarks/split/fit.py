@@ -92,4 +92,4 @@ def _objective(values: Array, table: Table, inputs: Single, bends: int,
 
 def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:
     return tree_loss(told, table.first_split, table.splits, table.first_pose, table.children,
-                     table.share, SQUARE, gradient)
+                     table.kept, table.share, SQUARE, gradient)

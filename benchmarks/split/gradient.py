@@ -15,7 +15,7 @@ Index = NDArray[np.int64]
 
 @entry_kernel
 def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Index,
-              children: Index, share: Array, square: float,
+              children: Index, kept: Array, share: Array, square: float,
               gradient: bool) -> tuple[float, Array, Array]:
     """Mean loss of a sample, its gradient by the weights, and the probabilities.
 
@@ -23,7 +23,7 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
     ----------
     weight : (3 K,) array
         Logarithms for both children and the whole of each split.
-    first_split, splits, first_pose, children, share
+    first_split, splits, first_pose, children, kept, share
         As in `Table`.
     square : float
         Weight of the square error beside the negative log likelihood of a drop.
@@ -50,7 +50,8 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
                 node = children[begin + j, c]
                 passed[j, c] = weight[3 * (begin + j) + c]
                 if node >= leaves:
-                    passed[j, c] += grown[node] - weight[3 * (begin + node - leaves) + 2]
+                    passed[j, c] += kept[begin + j, c] * (
+                        grown[node] - weight[3 * (begin + node - leaves) + 2])
             high = max(passed[j, 0], passed[j, 1])
             low = min(passed[j, 0], passed[j, 1])
             grown[leaves + j] = high + math.log1p(math.exp(low - high))
@@ -76,6 +77,6 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
                 change = back[node] + math.exp(passed[j, c] - grown[leaves + j]) * rest
                 slopes[3 * (begin + j) + c] += change
                 if node >= leaves:
-                    pull[node] = change
-                    slopes[3 * (begin + node - leaves) + 2] -= change
+                    pull[node] = change * kept[begin + j, c]
+                    slopes[3 * (begin + node - leaves) + 2] -= pull[node]
     return loss, slopes, probability

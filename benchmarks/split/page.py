@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ros_pose_stats.estimators.split import FORGOTTEN
+
 from .judge import BENDS, FOLDS, ITERATIONS, Score
 from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
 
@@ -29,7 +31,8 @@ def page(found: Found) -> str:
     """The page."""
     fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
     parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
-                         low=LOW_DROPS, bends=BENDS, iterations=ITERATIONS)]
+                         low=LOW_DROPS, bends=BENDS, iterations=ITERATIONS,
+                         forgotten=FORGOTTEN)]
     for name, rows in found["scores"].items():
         parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
     told = ", ".join(f"{key} {value}" for key, value in found["machine"].items())
@@ -60,9 +63,13 @@ to their solid angles, it takes them in proportion to weights:
     log w(C, E) = log area {{r < E}} + a x + sum_k b_k tanh(c_k x + d_k)
 
 with x the 17 inputs below. A component weighs w where it splits off, and where two components
-join, their weights add and go on growing as the formula does for the joined one. With a = b = 0
-this is MEAE to the last digits. Poses that symmetry makes equal come out equal, splits that tie
-give the same answer in any order, and a pose that ceases to be stable vanishes with its area.
+join, their weights add and go on growing as the formula does for the joined one. So poses that
+symmetry makes equal come out equal, and splits that tie give the same answer in any order. What
+the sum is more or less than the formula's own weight of the joined one is forgotten as that one
+grows: it has the share 1 / (1 + (g / {forgotten:g} d)^2), with g the rise of the level since and
+d the depth of the shallower of the two. So a face that breaks in two along a low ridge changes
+nothing at first, and a pose that ceases to be stable vanishes with its area. With a = b = 0 this
+is MEAE to the last digits.
 
 ## Inputs
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
-from ros_pose_stats.estimators.split import split_inputs
+from ros_pose_stats.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.records import DropScene
 
@@ -38,6 +38,8 @@ class Table:
         Of the weights of components, as from `split_inputs`.
     children : (K, 2) array
         Children of each split, from 0 in each sample: poses, then splits by rising level.
+    kept : (K, 2) array
+        As from `kept_shares`.
     splits, first_split, first_pose : (U,) arrays
         How many splits a sample has; where they and its poses begin.
     share : (P,) array
@@ -54,6 +56,7 @@ class Table:
 
     inputs: NDArray[np.float32]
     children: Index
+    kept: Array
     splits: Index
     first_split: Index
     first_pose: Index
@@ -79,7 +82,8 @@ class Table:
         of_split = np.repeat(keep, self.splits)
         of_pose = np.repeat(keep, self.splits + 1)
         return Table(
-            self.inputs[np.repeat(of_split, 3)], self.children[of_split], splits, starts,
+            self.inputs[np.repeat(of_split, 3)], self.children[of_split], self.kept[of_split],
+            splits, starts,
             starts + np.arange(splits.size), self.share[of_pose], self.settled[of_pose],
             self.restitution[of_pose], self.height[of_pose], self.body[of_pose],
             self.family[of_pose], self.expected[of_pose],
@@ -88,7 +92,7 @@ class Table:
 
 def make_table(samples: Sequence[Sample]) -> Table:
     """Measure all bodies; takes some ten milliseconds a body."""
-    inputs, children, splits = [], [], []
+    inputs, children, kept, splits = [], [], [], []
     poses: dict[str, list[Array]] = {
         name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
                               "expected")}
@@ -97,6 +101,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
         tolerance = family_tolerance(key[0])
         resting = resting_poses(family_part(*key), tolerance)
         links = split_children(resting)
+        shares = kept_shares(resting)[resting.clusters.split]
         for row in scenes:
             settled = int(row.count.sum())
             if settled < LEAST_DROPS:
@@ -104,6 +109,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
             scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance)
             inputs.append(split_inputs(resting, scene).astype(np.float32))
             children.append(links)
+            kept.append(shares)
             splits.append(len(links))
             told = {"share": row.count / settled, "settled": settled, "body": body,
                     "restitution": row.restitution, "height": row.height, "family": key[0],
@@ -114,7 +120,8 @@ def make_table(samples: Sequence[Sample]) -> Table:
                 values.append(ESTIMATORS[name].function(resting, scene))
     each = np.array(splits)
     starts = np.concatenate(([0], np.cumsum(each)[:-1]))
-    return Table(np.concatenate(inputs), np.concatenate(children), each, starts,
+    return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(kept),
+                 each, starts,
                  starts + np.arange(each.size),
                  **{name: np.concatenate(values) for name, values in poses.items()},
                  reference={name: np.concatenate(values) for name, values in reference.items()})

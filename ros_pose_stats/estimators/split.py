@@ -22,6 +22,11 @@ from .split_weights import BENDS, HIGHEST_DROP, HIGHEST_RESTITUTION, OFFSETS, SL
 
 LOWEST_DROP = 1.0
 
+FORGOTTEN = 30.0
+"""Growth over the depth of a split at which a component keeps half of its parts' weights."""
+
+SHALLOWEST = 1e-14
+
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
@@ -34,7 +39,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
-    probability = descend_splits(weight, tree, wanted)
+    probability = descend_splits(weight, kept_shares(resting), tree, wanted)
     return normalized(probability[resting.clusters.node])
 
 
@@ -48,6 +53,26 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     rows = features.reshape(-1, features.shape[2])
     about = np.concatenate((_body(resting), _scene(resting, scene)))
     return np.hstack((rows, np.broadcast_to(about, (rows.shape[0], about.shape[0]))))
+
+
+def kept_shares(resting: RestingPoses) -> Array:
+    """How much of its parts' weights a child of each join (S - 1, 2) keeps, 0 to 1.
+
+    All, where its own split lies at the same level. A ridge that is shallow against what the
+    component has grown since is forgotten: a face that breaks in two changes nothing at first.
+    """
+    tree, features = resting.equilibria.arrays.tree, resting.split_features
+    leaves = resting.equilibria.order.shape[0]
+    below = tree.child - leaves
+    joined = resting.clusters.split[:, None] & (below >= 0)
+    joined[joined] = resting.clusters.split[below[joined]]
+    at, rows = below[joined], np.nonzero(joined)[0]
+    level = features[:, 0, 4]
+    depth = level[at] - features[at, :2, 5].max(axis=1)
+    grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth, SHALLOWEST)
+    kept = np.zeros(tree.child.shape)
+    kept[joined] = 1.0 / (1.0 + grown * grown)
+    return kept
 
 
 def component_weights(rows: Array) -> Array:

@@ -213,7 +213,8 @@ def _lowest(body: BodyArrays, stable: Index, tree: MergeTree) -> Array:
 
 
 @entry_kernel
-def descend_splits(weight: Array, tree: MergeTree, wanted: NDArray[np.bool_]) -> Array:
+def descend_splits(weight: Array, kept: Array, tree: MergeTree,
+                   wanted: NDArray[np.bool_]) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
     A component's weight grows with the level: `weight` is its logarithm where the component
@@ -224,6 +225,9 @@ def descend_splits(weight: Array, tree: MergeTree, wanted: NDArray[np.bool_]) ->
     ----------
     weight : (S - 1, 3) array
         For both children and the whole at each join.
+    kept : (S - 1, 2) array
+        How much of the difference between the sum of weights and the whole's own one a child
+        keeps that was put together below, 0 to 1.
     tree, wanted
         As for `split_features`.
     """
@@ -241,7 +245,7 @@ def descend_splits(weight: Array, tree: MergeTree, wanted: NDArray[np.bool_]) ->
             side[c] = weight[j, c]
             below = node - joins - 1
             if below >= 0 and wanted[below]:
-                side[c] += grown[node] - weight[below, 2]
+                side[c] += kept[j, c] * (grown[node] - weight[below, 2])
         most = max(side[0], side[1])
         share[j] = np.exp(side - most)
         total = share[j, 0] + share[j, 1]

@@ -15,7 +15,7 @@ from .cost import INK, REFERENCE
 
 Array = NDArray[np.float64]
 
-COLUMNS = 5
+COLUMNS = 4
 BLUE = "#0072B2"
 
 

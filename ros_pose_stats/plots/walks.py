@@ -112,7 +112,7 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
     for axes, panel in zip(every, panels, strict=True):
         _prepare(axes, panel.title, label, logarithmic, top)
         _set_limits(axes, where, logarithmic)
-        _draw_curves(axes, where, panel, styles)
+        _draw_curves(axes, where, panel, iter(LINES) if panel.behind else styles)
         _draw_jumps(axes, where, panel.curves)
         _draw_points(axes, where, points)
         if mark is not None:

@@ -46,7 +46,8 @@ def table(some):
 
 class TestFit:
     def test_the_gradient_is_that_of_the_loss(self, table):
-        arrays = (table.first_split, table.splits, table.first_pose, table.children, table.share)
+        arrays = (table.first_split, table.splits, table.first_pose, table.children, table.kept,
+                  table.share)
         random = np.random.default_rng(5)
         weight = random.normal(size=table.inputs.shape[0])
         slopes = tree_loss(weight, *arrays, 3.0, True)[1]

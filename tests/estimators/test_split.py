@@ -95,13 +95,15 @@ class TestContinuity:
 
     def test_where_a_face_breaks_in_two(self):
         """The roof of a house, its ridge off the middle, flattens until it is one face."""
-        def walls(rise):
+        def walls(rise, tolerance=0.005):
             low = [(x, y, z) for x in (-0.6, 0.6) for y in (-0.5, 0.5) for z in (0.0, 0.7)]
             part = hull([*low, *((x, 0.15, 0.7 + rise) for x in (-0.6, 0.6))])
-            found = estimate(part, "split", cluster_tolerance=0.005)
+            found = estimate(part, "split", cluster_tolerance=tolerance)
             return sum(pose.probability for pose in found.poses if pose.down[2] > 0.8)
 
         assert walls(1e-5) == pytest.approx(walls(0.0), abs=2e-3)
+        for rise in (1e-6, 1e-5, 1e-4, 1e-3):  # two poses
+            assert walls(rise, 0.0) == pytest.approx(walls(0.0, 0.0), abs=3e-3)
 
     def test_where_splits_tie(self):
         """Whichever of two saddles is the higher one by a hair."""

@@ -29,7 +29,7 @@ def draw_walk(found: WalkResults) -> Figure:
     drops = int(simulated.settled.max())
     return walk_figure(
         found.values, [WalkPanel(PAPER, paper),
-                       WalkPanel("split, and drops with it", ours, paper, PAPER)],
+                       WalkPanel("split, and drops with it", ours, paper, "those on the left")],
         np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
         note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
