@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,10 +38,17 @@ class Weights:
         return np.asarray(inputs[:, 0] + inputs @ self.slope + bent @ self.bends, dtype=float)
 
 
-def predicted(weights: list[Weights], table: Table) -> Array:
-    """Probabilities (P,) of a table's poses; of several fits the weights' logs are averaged."""
-    told = np.mean([one(table.inputs) for one in weights], axis=0)
-    return _loss(table, told, gradient=False)[2]
+def averaged(fits: Sequence[Weights]) -> Weights:
+    """The mean of the logarithms of several fits, which errs less than each."""
+    return Weights(np.mean([one.slope for one in fits], axis=0),
+                   np.hstack([one.turns for one in fits]),
+                   np.concatenate([one.offsets for one in fits]),
+                   np.concatenate([one.bends for one in fits]) / len(fits))
+
+
+def predicted(weights: Weights, table: Table) -> Array:
+    """Probabilities (P,) of a table's poses."""
+    return _loss(table, weights(table.inputs), gradient=False)[2]
 
 
 def fitted(table: Table, bends: int, ridge: float, iterations: int, seed: int = 0) -> Weights:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ros_pose_stats.estimators.split import FORGOTTEN
 
-from .judge import BENDS, FOLDS, ITERATIONS, Score
+from .judge import BENDS, FOLDS, ITERATIONS, STARTS, Score
 from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
 
 Found = dict[str, Any]
@@ -31,7 +31,7 @@ def page(found: Found) -> str:
     """The page."""
     fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
     parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
-                         low=LOW_DROPS, bends=BENDS, iterations=ITERATIONS,
+                         low=LOW_DROPS, bends=BENDS, iterations=ITERATIONS, starts=STARTS,
                          forgotten=FORGOTTEN)]
     for name, rows in found["scores"].items():
         parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
@@ -92,11 +92,12 @@ of the drop height in radii.
 
 {bodies} bodies of eleven families (`ros_pose_stats/benchmark/families`), each dropped {drops}
 times in six scenes: restitution 0.2, 0.5 and 0.8 from 20 radii, and three drawn from all
-restitutions and heights. {bends} hyperbolic tangents, {iterations} steps of L-BFGS on the
-negative log likelihood of the counts plus three times the square error, with a small ridge. The
-counts are in `benchmarks/split/samples.npz`; `python -m benchmarks.split drops` counts them anew,
-`fit --write` fits. {judged} other bodies, {judge} drops a restitution (from 2 radii {low}), are
-for judging alone.
+restitutions and heights. {bends} hyperbolic tangents, {iterations} steps of L-BFGS on the negative
+log likelihood of the counts plus three times the square error, with a small ridge; the shipped
+weights are the mean of {starts} such fits from different starts. The counts are in
+`benchmarks/split/samples.npz`; `python -m benchmarks.split drops` counts them anew, `fit --write`
+fits. {judged} other bodies, {judge} drops a restitution (from 2 radii {low}), are for judging
+alone.
 
 ## What did not pay
 
@@ -107,8 +108,7 @@ kinetic energy along the arcs; the mean lever arm; areas at half the level; the 
 QSE (as good as input 8, but it jumps); the whole solid angle of the faces. The angle defects of
 the corners, which tell few sharp corners from many dull ones, help a little, but jump where two
 corners become one. How densely the turns of the arcs crowd, smoothed over some tenths of a radian,
-helps as much and does not jump, but takes a sum over pairs of arcs; the mean of several fits helps
-about as much again. Neither is in yet.
+helps as much and does not jump, but takes a sum over pairs of arcs. It is not in yet.
 
 ## Errors
 

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.split import judge, page, source
 from benchmarks.split.__main__ import DOCS
-from benchmarks.split.fit import Weights, fitted, predicted
+from benchmarks.split.fit import Weights, averaged, fitted, predicted
 from benchmarks.split.gradient import tree_loss
 from benchmarks.split.samples import (
     FIT_SEED,
@@ -58,7 +58,7 @@ class TestFit:
             assert (ends[1] - ends[0]) / 2e-5 == pytest.approx(float(slopes @ way), rel=1e-5)
 
     def test_the_shipped_weights_in_a_table_are_the_estimator(self, some, table):
-        found = predicted([SHIPPED], table)
+        found = predicted(SHIPPED, table)
         begin = 0
         for row in some:
             resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
@@ -70,9 +70,17 @@ class TestFit:
 
     def test_a_fit_gains_on_the_plain_areas(self, table):
         plain = Weights(np.zeros(17), np.zeros((17, 1)), np.zeros(1), np.zeros(1))
-        before = table.error(predicted([plain], table))
+        before = table.error(predicted(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
-        assert table.error(predicted([fitted(table, 4, 1e-4, 30)], table)) < 0.9 * before
+        assert table.error(predicted(fitted(table, 4, 1e-4, 30), table)) < 0.9 * before
+
+    def test_the_mean_of_fits_is_that_of_their_logarithms(self, table):
+        random = np.random.default_rng(8)
+        fits = [Weights(random.normal(size=17), random.normal(size=(17, 3)),
+                        random.normal(size=3), random.normal(size=3)) for _ in range(3)]
+        np.testing.assert_allclose(
+            averaged(fits)(table.inputs), np.mean([one(table.inputs) for one in fits], axis=0),
+            rtol=1e-4, atol=1e-4)
 
     def test_nobody_is_both_fitted_to_and_judged(self, samples):
         assert {one.seed for one in samples} == {FIT_SEED, JUDGE_SEED}
