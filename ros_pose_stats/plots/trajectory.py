@@ -20,6 +20,12 @@ Array = NDArray[np.float64]
 
 ENERGY, HEIGHT = "#0072B2", "#D55E00"
 EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))
+SPLIT = ("split", "v", "#222222")
+"""Of the reachable set: the energy passes a level."""
+
+ROW = 0.3
+"""Inches to a kind of event."""
+
 NAMES = 4
 SETTLED = 2e-3
 """Energy above that at rest, in weights times radius, from which on nothing is to be seen."""
@@ -39,17 +45,20 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     Returns
     -------
     Figure
-        Millimetres over seconds, from release to where nothing moves that can be seen.
+        Millimetres over seconds, from release to where nothing moves that can be seen; below,
+        a row for each kind of event that is among them, with how many of all that are.
     """
     end = settling_time(trajectory)
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
-    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1.2))
+    rows = _rows(trajectory, root, end)
+    high = 0.25 + ROW * len(rows)
+    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(3.6, high))
     draw_energy(energy, trajectory, root, end)
     energy.plot(trajectory.times, 1e3 * trajectory.heights, color=HEIGHT, linewidth=1.2,
                 linestyle=(0, (4, 1.2)), label="height of the centre of mass", zorder=2)
     energy.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper right")
-    _draw_events(events, trajectory)
+    _draw_events(events, rows, end)
     events.set_xlabel("time since release, s", fontsize=10)
     where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
     figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
@@ -104,14 +113,29 @@ def component_name(poses: Sequence[int]) -> str:
     return "poses " + " ".join(map(str, poses)) if len(poses) <= NAMES else f"{len(poses)} poses"
 
 
-def _draw_events(axes: Axes, trajectory: Trajectory) -> None:
-    for row, (kind, marker, color) in enumerate(EVENTS):
-        times = [event.time for event in trajectory.events if event.kind == kind]
+def _rows(trajectory: Trajectory, root: SplittingNode, end: float
+          ) -> list[tuple[str, str, str, Array]]:
+    """Name, marker, colour and times of the kinds of events that happen before a time."""
+    energy = energy_heights(trajectory)
+    # Energy never rises, so that the first sample below a level is where it was passed.
+    passed = [trajectory.times[np.argmax(energy < level)]
+              for level, _ in levels_above(root, trajectory.pose) if energy[-1] < level]
+    rows = [(*kind, np.array([one.time for one in trajectory.events if one.kind == kind[0]]))
+            for kind in EVENTS]
+    rows.append((*SPLIT, np.array(passed)))
+    return [row for row in rows if (row[-1] <= end).any()]
+
+
+def _draw_events(axes: Axes, rows: Sequence[tuple[str, str, str, Array]], end: float) -> None:
+    for row, (_, marker, color, times) in enumerate(rows):
         axes.plot(times, np.full(len(times), -row), linestyle="none", marker=marker, color=color,
-                  markersize=7.0 if marker == "|" else 4.0, clip_on=True)
-    axes.set_yticks([-row for row in range(len(EVENTS))], [kind for kind, _, _ in EVENTS],
-                    fontsize=9)
-    axes.set_ylim(-len(EVENTS) + 0.4, 0.6)
+                  markersize=7.0 if marker == "|" else 5.0, clip_on=True)
+        shown = int((times <= end).sum())
+        told = f"{shown} of {len(times)}" if shown < len(times) else f"{shown}"
+        axes.annotate(told, (1.03, -row), xycoords=("axes fraction", "data"), fontsize=8.5,
+                      color=INK, va="center", annotation_clip=False)
+    axes.set_yticks([-row for row in range(len(rows))], [name for name, *_ in rows], fontsize=9)
+    axes.set_ylim(-len(rows) + 0.4, 0.6)
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)

@@ -47,6 +47,13 @@ def test_what_is_drawn_is_what_was_recorded(dropped):
     assert len(impacts) == drop.impacts
     assert energy.get_xlim()[1] == settling_time(drop) <= drop.times[-1]
     assert f"pose {drop.pose}" in figure.get_suptitle()
+    names = [label.get_text() for label in events.get_yticklabels()]
+    for name, line in zip(names, events.get_lines(), strict=True):
+        assert (line.get_xdata() <= settling_time(drop)).any(), f"nothing to be seen of {name}"
+    levels = levels_above(root, drop.pose)
+    assert names[-1] == "split"
+    assert len(events.get_lines()[-1].get_xdata()) == len(levels)
+    assert f"of {drop.impacts}" in events.texts[0].get_text()
     figure.canvas.draw()
     assert clipped(figure) == []
     assert overlapping(figure) == []
