@@ -27,6 +27,9 @@ ROW = 0.3
 """Inches to a kind of event."""
 
 NAMES = 4
+MOST_LEVELS = 8
+"""Levels that are drawn; more would not find room beside the curve."""
+
 SETTLED = 2e-3
 """Energy above that at rest, in weights times radius, from which on nothing is to be seen."""
 
@@ -40,7 +43,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
         As from `record_drop`.
     root : SplittingNode
         Splitting graph of the part; dashed lines are the levels at which the set that holds
-        the final pose splits off.
+        the final pose splits off, the eight that part most where there are more.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
     energy = 1e3 * energy_heights(trajectory)
     axes.plot(trajectory.times, energy, color=ENERGY, linewidth=1.8, label="energy / weight",
               zorder=3)
-    levels = levels_above(root, trajectory.pose)
+    levels = telling_levels(levels_above(root, trajectory.pose), len(root.poses))
     bottom = min(float(energy[-1]), 1e3 * float(trajectory.heights.min()))
     axes.set(yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * float(energy[0])))
     axes.set_ylabel("mm above the plate", fontsize=10)
@@ -91,6 +94,23 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
                       textcoords="axes fraction", fontsize=8.5, color=INK, va="center",
                       arrowprops={"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
                                   "relpos": (0.0, 0.5), "shrinkA": 0.0, "shrinkB": 0.0})
+
+
+def telling_levels(levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
+                   ) -> list[tuple[float, tuple[int, ...]]]:
+    """Those of the levels below which the most poses get out of reach, and always the last.
+
+    Parameters
+    ----------
+    levels : sequence of (level, poses)
+        Levels (metres) from the top down, and the poses that are left below each.
+    poses : int
+        Number of poses above all levels.
+    """
+    before = [poses, *(len(left) for _, left in levels)]
+    lost = [before[k] - before[k + 1] for k in range(len(levels))]
+    first = sorted(range(len(levels) - 1), key=lambda k: -lost[k])[:MOST_LEVELS - 1]
+    return [levels[k] for k in sorted(first)] + list(levels[-1:])
 
 
 def energy_heights(trajectory: Trajectory) -> Array:
