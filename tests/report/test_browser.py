@@ -83,6 +83,14 @@ def test_the_page_is_painted_within_a_second(file, browser, width, phone):
     assert min(times) < 1000.0
 
 
+def test_nothing_has_to_be_pushed_sideways_at_a_desk(file, browser):
+    browser.open("about:blank")
+    browser.open(file.as_uri(), 1280, 900)
+    hidden = browser.evaluate("[...document.querySelectorAll('.wide')]"
+                              ".map(e => e.scrollWidth - e.clientWidth)")
+    assert max(hidden) <= 0
+
+
 def test_no_figure_is_squeezed_or_covered_in_print(file, browser):
     browser.open("about:blank")
     browser.open(file.as_uri(), 720, 1000)
