@@ -47,6 +47,7 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
         from ..report import investigate, report_page
+        from ..report.markup import count_of
         from ..whole_files import write_file
 
         part = part_of(options)
@@ -59,11 +60,12 @@ def run(options: argparse.Namespace) -> int:
     with end_on_interrupt():
         write_file(page, report_page(findings, again(options, found)).encode())
         if figure is not None:
-            from ..plots.files import figure_png_bytes
-            from ..plots.poses import poses_figure
+            from ..plots.files import png_bytes
+            from ..plots.key_figure import key_picture
 
-            write_file(figure, figure_png_bytes(poses_figure(part, found)))
-    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {len(found.poses)} poses, "
+            write_file(figure, png_bytes(key_picture(
+                part, (found, findings.best_estimate), findings.graph)))
+    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {count_of(len(found.poses), 'pose')}, "
           f"{found.drops} drops")
     if figure is not None:
         print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")

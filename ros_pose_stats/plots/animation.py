@@ -120,7 +120,7 @@ def _reached(poses: Sequence[int], every: Sequence[int]) -> str:
 def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> Stage:
     figure = Figure(figsize=SIZE, dpi=DPI)
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.53, 0.15, 0.265, 0.69))
+    axes = figure.add_axes((0.55, 0.15, 0.245, 0.69))
     draw_energy(axes, trajectory, root, frames.end)
     axes.set_xlim(frames.begin, frames.end + 0.02 * (frames.end - frames.begin))
     axes.set_xlabel("time since release, s", fontsize=9.5)
@@ -129,7 +129,7 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> S
     words = axes.annotate("", (0.0, 1.05), xycoords="axes fraction", fontsize=10.5, color=INK,
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
-    figure.text(0.02, 0.945, f"{trajectory.part_id}: into {where}, slowed {frames.slower:g} times",
+    figure.text(0.02, 0.945, f"{trajectory.part_id}: into {where}, {_pace(frames.slower)}",
                 fontsize=10.5, color=INK)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)
@@ -138,6 +138,13 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> S
     box = (int(left * wide), high - int((bottom + up) * high), 2 * int(0.5 * across * wide),
            2 * int(0.5 * up * high))
     return Stage(figure, axes, words, clock, box)
+
+
+def _pace(slower: float) -> str:
+    """How fast the film is, in words."""
+    if slower == 1.0:
+        return "in true time"
+    return f"slowed {slower:g} times" if slower > 1.0 else f"{1.0 / slower:g} times as fast"
 
 
 def _view(radius: float, height: float, pixels: tuple[int, int]) -> View:

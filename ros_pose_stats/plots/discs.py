@@ -17,7 +17,7 @@ from .cost import INK, REFERENCE
 
 Array = NDArray[np.float64]
 
-DISC = 2.6
+DISC = 2.3
 """Inches from disc to disc."""
 
 SIDES = ("around the part's -z", "around the part's +z")

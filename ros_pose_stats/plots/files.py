@@ -36,11 +36,13 @@ def save_figure(figure: Figure, stem: Path) -> list[Path]:
 def svg_bytes(figure: Figure) -> bytes:
     """A figure as an SVG file that looks alike everywhere: letters are outlines.
 
-    An equal figure gives equal bytes.
+    An equal figure gives equal bytes. It has no background of its own, so that the page can
+    show where there is more of it to the side.
     """
     file = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "path"}):
-        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER)
+        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None}, dpi=RASTER,
+                       transparent=True)
     return file.getvalue()
 
 

@@ -23,6 +23,10 @@ KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
 """Colours of paper, markers and lines, which an average of pixels would turn grey."""
 
 
+NEAR = 8
+"""Levels within which a colour is as good as one of those kept."""
+
+
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write an animation that goes round and round.
 
@@ -39,8 +43,10 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     some = np.concatenate([np.asarray(every[k]) for k in
                            np.linspace(0, len(every) - 1, 5).astype(int)])
     palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
-    found = (palette.getpalette() or [])[:3 * COLORS]
-    palette.putpalette([*found, *(level for color in KEPT for level in color)])
+    found = np.array((palette.getpalette() or [])[:3 * COLORS]).reshape(-1, 3)
+    for color in KEPT:  # the nearest colour is looked for roughly: paper would turn grey
+        found[np.abs(found - color).max(axis=1) <= NEAR] = color
+    palette.putpalette([*found.ravel().tolist(), *(level for color in KEPT for level in color)])
     flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
     flat[0].save(file, format="GIF", save_all=True, append_images=flat[1:],
                  duration=round(1000.0 / rate), loop=0, optimize=True, disposal=1)

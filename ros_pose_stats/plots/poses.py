@@ -15,6 +15,7 @@ from ..geometry.orientation import rotation_matrices
 from ..records import Part, PoseStatistics, StablePose
 from .cost import INK, REFERENCE
 from .rendering import View, rendered, view_axes
+from .spacing import in_digits
 
 Array = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
         axes.imshow(picture, interpolation="antialiased")
         axes.set_axis_off()
         axes.set_title(pose_title(pose), fontsize=10.5, color=INK, pad=3.0)
-        axes.annotate(f"centre of mass {1e3 * pose.height:.3g} mm up", (0.5, 0.0),
+        axes.annotate(f"centre of mass {in_digits(1e3 * pose.height, 3)} mm up", (0.5, 0.0),
                       xycoords="axes fraction", ha="center", va="top", fontsize=9, color=REFERENCE)
     figure.suptitle(_heading(found, len(shown)), fontsize=12, color=INK, y=1.0 - 0.1 / up)
     return figure
@@ -126,7 +127,8 @@ def pose_title(pose: StablePose) -> str:
 
 
 def _heading(found: PoseStatistics, shown: int) -> str:
-    how = f"{found.drops} drops" if found.drops else f"estimated ({found.method})"
+    how = (f"{found.drops} drops, ± standard error" if found.drops
+           else f"estimated ({found.method})")
     rest = len(found.poses) - shown
     more = f"; {rest} less probable poses not shown" if rest else ""
     return f"{found.part_id}: resting probabilities, {how}{more}"

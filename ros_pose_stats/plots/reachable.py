@@ -14,6 +14,7 @@ from ..geometry.pose_sphere import PoseSphere
 from ..geometry.splitting_graph import SplittingNode
 from .cost import INK
 from .discs import across_disc, mark, two_discs
+from .spacing import in_digits
 
 APART = 0.03
 """Energies that are drawn differ by at least this fraction."""
@@ -21,7 +22,8 @@ APART = 0.03
 BELOW = 1e-3
 """How far below a split the reachable set is drawn, as a fraction of its level."""
 
-SHADES = ("#9ecae1", "#fdd0a2", "#c7e9c0", "#dadaeb", "#fcbba1", "#d9d9d9")
+SHADES = ("#74a9cf", "#fee0b6", "#a1d99b", "#cbc9e2", "#fcbba1", "#f0f0f0")
+"""Neighbours differ in lightness too, as far as dark labels and the dark rest allow."""
 UNREACHED = "#4d4d4d"
 
 
@@ -60,7 +62,7 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
             axes.contour(across, across, height, [energy], colors="#000000", linewidths=0.9)
         mark(row, sphere, None)
         several = f"{len(parts)} separate sets" if len(parts) > 1 else "one connected set"
-        row[0].annotate(f"energy / weight {1e3 * energy:.4g} mm: {several}", (0.02, 1.0),
+        row[0].annotate(f"energy / weight {in_digits(1e3 * energy, 4)} mm: {several}", (0.02, 1.0),
                         xycoords="axes fraction", fontsize=9.5, color=INK, va="bottom")
     figure.legend(handles=[Patch(facecolor=SHADES[0], edgecolor="black",
                                  label="can still be reached (a shade a set)"),

@@ -1,4 +1,4 @@
-"""Heights of labels that must not lie on each other."""
+"""Labels: heights at which they do not lie on each other, and lengths that stay short."""
 
 from __future__ import annotations
 
@@ -45,3 +45,8 @@ def _nearest_rising(values: Array) -> Array:
             mean, size = (before * count + mean * size) / (count + size), count + size
         pools.append((mean, size))
     return np.array([mean for mean, size in pools for _ in range(size)])
+
+
+def in_digits(value: float, digits: int) -> str:
+    """A length with so many digits, never with an exponent where it is large."""
+    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"

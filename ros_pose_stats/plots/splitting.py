@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from ..geometry.splitting_graph import SplittingNode
 from ..records import StablePose
 from .cost import INK, REFERENCE
+from .spacing import in_digits
 from .splitting_tree import Branch, drawn_tree, lowest_pose, place
 
 NAMES = 4
@@ -68,7 +69,7 @@ def _draw_lines(axes: Axes, branch: Branch) -> None:
                   linewidth=_thickness(part), solid_capstyle="butt")
         before = branch.node.probability
         share = part.node.probability / before if before > 0.0 else 0.0
-        outside = -1.0 if part is branch.parts[0] else 1.0
+        outside = -1.0 if part is branch.parts[0] or part.x < branch.x else 1.0
         aside, below = 2.5 + 0.5 * _thickness(part), 3.0
         if abs(part.x - branch.x) < UNDER:  # clear of the box
             aside, below = 9.5, 9.5
@@ -88,16 +89,11 @@ def _share(share: float) -> str:
     return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
 
 
-def _plain(value: float, digits: int) -> str:
-    """A length with so many digits, never with an exponent where it is large."""
-    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
-
-
 def _told_apart(values: Sequence[float]) -> list[str]:
     """Lengths with as many digits as it takes to tell them apart, at least four."""
-    digits = next((some for some in range(4, 9) if len({_plain(value, some) for value in values})
-                   == len(values)), 9)
-    return [_plain(value, digits) for value in values]
+    digits = next((some for some in range(4, 9)
+                   if len({in_digits(value, some) for value in values}) == len(values)), 9)
+    return [in_digits(value, digits) for value in values]
 
 
 def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
@@ -113,7 +109,7 @@ def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
                                   "boxstyle": "circle,pad=0.25" if len(names) == 1 else
                                   "round,pad=0.25"})
     low = 1e3 * heights[lowest_pose(branch, heights)]
-    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{_plain(low, 3)} mm",
+    axes.annotate(f"{100.0 * branch.node.probability:.1f} %\n{in_digits(low, 3)} mm",
                   (branch.x, branch.y), xytext=(0.0, -12.0), textcoords="offset points",
                   ha="center", va="top", fontsize=7.2, color=REFERENCE, linespacing=1.15)
 

@@ -20,7 +20,16 @@ Array = NDArray[np.float64]
 
 ENERGY, HEIGHT = "#0072B2", "#D55E00"
 EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))
+SPLIT = ("split", "v", "#222222")
+"""Of the reachable set: the energy passes a level."""
+
+ROW = 0.3
+"""Inches to a kind of event."""
+
 NAMES = 4
+MOST_LEVELS = 8
+"""Levels that are drawn; more would not find room beside the curve."""
+
 SETTLED = 2e-3
 """Energy above that at rest, in weights times radius, from which on nothing is to be seen."""
 
@@ -34,22 +43,25 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
         As from `record_drop`.
     root : SplittingNode
         Splitting graph of the part; dashed lines are the levels at which the set that holds
-        the final pose splits off.
+        the final pose splits off, the eight that part most where there are more.
 
     Returns
     -------
     Figure
-        Millimetres over seconds, from release to where nothing moves that can be seen.
+        Millimetres over seconds, from release to where nothing moves that can be seen; below,
+        a row for each kind of event that is among them, with how many of all that are.
     """
     end = settling_time(trajectory)
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
-    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(5, 1.2))
+    rows = _rows(trajectory, root, end)
+    high = 0.25 + ROW * len(rows)
+    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(3.6, high))
     draw_energy(energy, trajectory, root, end)
     energy.plot(trajectory.times, 1e3 * trajectory.heights, color=HEIGHT, linewidth=1.2,
                 linestyle=(0, (4, 1.2)), label="height of the centre of mass", zorder=2)
     energy.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper right")
-    _draw_events(events, trajectory)
+    _draw_events(events, rows, end)
     events.set_xlabel("time since release, s", fontsize=10)
     where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
     figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
@@ -62,7 +74,7 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
     energy = 1e3 * energy_heights(trajectory)
     axes.plot(trajectory.times, energy, color=ENERGY, linewidth=1.8, label="energy / weight",
               zorder=3)
-    levels = levels_above(root, trajectory.pose)
+    levels = telling_levels(levels_above(root, trajectory.pose), len(root.poses))
     bottom = min(float(energy[-1]), 1e3 * float(trajectory.heights.min()))
     axes.set(yscale="log", xlim=(0.0, end), ylim=(0.88 * bottom, 1.25 * float(energy[0])))
     axes.set_ylabel("mm above the plate", fontsize=10)
@@ -82,6 +94,23 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
                       textcoords="axes fraction", fontsize=8.5, color=INK, va="center",
                       arrowprops={"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
                                   "relpos": (0.0, 0.5), "shrinkA": 0.0, "shrinkB": 0.0})
+
+
+def telling_levels(levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
+                   ) -> list[tuple[float, tuple[int, ...]]]:
+    """Those of the levels below which the most poses get out of reach, and always the last.
+
+    Parameters
+    ----------
+    levels : sequence of (level, poses)
+        Levels (metres) from the top down, and the poses that are left below each.
+    poses : int
+        Number of poses above all levels.
+    """
+    before = [poses, *(len(left) for _, left in levels)]
+    lost = [before[k] - before[k + 1] for k in range(len(levels))]
+    first = sorted(range(len(levels) - 1), key=lambda k: -lost[k])[:MOST_LEVELS - 1]
+    return [levels[k] for k in sorted(first)] + list(levels[-1:])
 
 
 def energy_heights(trajectory: Trajectory) -> Array:
@@ -104,14 +133,29 @@ def component_name(poses: Sequence[int]) -> str:
     return "poses " + " ".join(map(str, poses)) if len(poses) <= NAMES else f"{len(poses)} poses"
 
 
-def _draw_events(axes: Axes, trajectory: Trajectory) -> None:
-    for row, (kind, marker, color) in enumerate(EVENTS):
-        times = [event.time for event in trajectory.events if event.kind == kind]
+def _rows(trajectory: Trajectory, root: SplittingNode, end: float
+          ) -> list[tuple[str, str, str, Array]]:
+    """Name, marker, colour and times of the kinds of events that happen before a time."""
+    energy = energy_heights(trajectory)
+    # Energy never rises, so that the first sample below a level is where it was passed.
+    passed = [trajectory.times[np.argmax(energy < level)]
+              for level, _ in levels_above(root, trajectory.pose) if energy[-1] < level]
+    rows = [(*kind, np.array([one.time for one in trajectory.events if one.kind == kind[0]]))
+            for kind in EVENTS]
+    rows.append((*SPLIT, np.array(passed)))
+    return [row for row in rows if (row[-1] <= end).any()]
+
+
+def _draw_events(axes: Axes, rows: Sequence[tuple[str, str, str, Array]], end: float) -> None:
+    for row, (_, marker, color, times) in enumerate(rows):
         axes.plot(times, np.full(len(times), -row), linestyle="none", marker=marker, color=color,
-                  markersize=7.0 if marker == "|" else 4.0, clip_on=True)
-    axes.set_yticks([-row for row in range(len(EVENTS))], [kind for kind, _, _ in EVENTS],
-                    fontsize=9)
-    axes.set_ylim(-len(EVENTS) + 0.4, 0.6)
+                  markersize=7.0 if marker == "|" else 5.0, clip_on=True)
+        shown = int((times <= end).sum())
+        told = f"{shown} of {len(times)}" if shown < len(times) else f"{shown}"
+        axes.annotate(told, (1.03, -row), xycoords=("axes fraction", "data"), fontsize=8.5,
+                      color=INK, va="center", annotation_clip=False)
+    axes.set_yticks([-row for row in range(len(rows))], [name for name, *_ in rows], fontsize=9)
+    axes.set_ylim(-len(rows) + 0.4, 0.6)
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", color="#e5e5e5", linewidth=0.6)

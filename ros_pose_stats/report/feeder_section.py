@@ -16,9 +16,12 @@ from .markup import (
     section,
     table,
     text,
+    three_digits,
 )
 
 MOST_ROWS = 12
+MOST_ALIKE, MOST_GROUPS = 8, 6
+"""Poses of a group that are named, and groups."""
 
 FRESH = ("A part that is sent back is taken as dropped afresh: its next pose does not depend on "
          "the last one.")
@@ -36,7 +39,7 @@ def feeder_section(findings: Findings) -> str:
     heads = ("if only this is kept", "share of parts (90 %)", "passes per accepted part (90 %)")
     groups = _groups(findings)
     return section("What it means for a feeder", answer, table(heads, rows), groups,
-                   paragraph(f"Passes per accepted part are 1/p. {FRESH}", "soft"))
+                   paragraph(f"Passes per accepted part are 1/p. {FRESH}", "soft"), css="together")
 
 
 def _answer(wanted: Feeding, plate_error: float) -> str:
@@ -50,9 +53,9 @@ def _answer(wanted: Feeding, plate_error: float) -> str:
     if math.isfinite(wanted.rate):
         rate, low, high = wanted.accepted
         lines.append(element("p", element("strong", text(
-            f"{rate:.3g} accepted parts a minute")) + text(
-            f" ({low:.3g} to {high:.3g}) where {wanted.rate:g} are dropped a minute, those sent "
-            "back included.")))
+            f"{three_digits(rate)} accepted parts a minute")) + text(
+            f" ({three_digits(low)} to {three_digits(high)}) where {wanted.rate:g} are dropped a "
+            "minute, those sent back included.")))
     lines.append(element("p", element("strong", text(passes)) + text(f" {FRESH}")))
     lines.append(element("p", text(
         f"The interval is that of the simulation; a real plate may shift the share by some "
@@ -69,11 +72,19 @@ def _groups(findings: Findings) -> str:
     if not alike:
         return ""
     words = "; ".join(
-        f"{count_of(len(members), 'pose')} {listed(members[:8])}"
-        f"{' ...' if len(members) > 8 else ''}: "
-        f"{percent(feeding(findings.simulated, members).share)} together"
-        for members in alike[:6])
-    return paragraph(f"The part looks the same in some of its poses, as it is symmetric: {words}.")
+        f"poses {_named(members)}, {percent(feeding(findings.simulated, members).share)} together"
+        for members in alike[:MOST_GROUPS])
+    rest = len(alike) - MOST_GROUPS
+    more = f"; and {count_of(rest, 'more group')}" if rest > 0 else ""
+    return paragraph("The part is symmetric and looks the same in some of its poses, so that a "
+                     f"feeder may keep all of a group: {words}{more}.")
+
+
+def _named(members: list[int]) -> str:
+    if len(members) <= MOST_ALIKE:
+        return listed(members)
+    first = ", ".join(map(str, members[:MOST_ALIKE - 2]))
+    return f"{first}, ... ({len(members)} in all)"
 
 
 def _with(value: str, interval: str) -> str:
@@ -91,4 +102,4 @@ def _passes(one: Feeding) -> str:
 def _times(passes: float) -> str:
     if not math.isfinite(passes):
         return "no bound"
-    return f"{passes:.3g}" if passes < 1000.0 else f"{passes:.0f}"
+    return three_digits(passes)

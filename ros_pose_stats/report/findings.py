@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..estimators import estimate_all
+from ..estimators import DEFAULT_METHOD, estimate_all
 from ..geometry.pose_sphere import PoseSphere, pose_sphere
 from ..geometry.poses import resting_poses
 from ..geometry.splitting_graph import SplittingNode, splitting_graph
@@ -16,6 +16,7 @@ from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..simulation import simulate
 from .feeding import Feeding, feeding, refuse_unknown
+from .warning_words import said_once
 
 MOST_DROPS = 5000
 LONGEST = 0.8
@@ -52,10 +53,15 @@ class Findings:
     wanted: Feeding | None
 
     @property
+    def best_estimate(self) -> PoseStatistics:
+        """By the default estimator, which is the most accurate one."""
+        return next(one for one in self.estimates if one.method == DEFAULT_METHOD)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of all methods, each once."""
-        every = (self.simulated, *self.estimates)
-        return tuple(dict.fromkeys(line for found in every for line in found.warnings))
+        return said_once((found.method, found.warnings)
+                         for found in (self.simulated, *self.estimates))
 
 
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,

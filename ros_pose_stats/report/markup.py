@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import base64
 import math
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
+UNIT = re.compile(r"(?<=\d) (?=%|mm\b)")
+"""The space between a number and its unit, where a line must not end."""
+
 
 def text(value: object) -> str:
-    """Text as HTML shows it."""
+    """Text as HTML shows it, numbers kept together with their units."""
+    return UNIT.sub("\N{NO-BREAK SPACE}", verbatim(value))
+
+
+def verbatim(value: object) -> str:
+    """Text as it is: for what is copied, and for attributes."""
     return escape(str(value), quote=True)
 
 
 def element(tag: str, inside: str, css: str = "", **attributes: str) -> str:
     """An element; `inside` is HTML already."""
     named = {"class": css, **attributes} if css else attributes
-    given = "".join(f' {name.rstrip("_").replace("_", "-")}="{text(value)}"'
+    given = "".join(f' {name.rstrip("_").replace("_", "-")}="{verbatim(value)}"'
                     for name, value in named.items())
     return f"<{tag}{given}>{inside}</{tag}>"
 
@@ -46,8 +55,8 @@ def picture(data: bytes, kind: str, alternative: str, css: str = "") -> str:
         Class.
     """
     source = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
-    given = f' class="{text(css)}"' if css else ""
-    return f'<img{given} alt="{text(alternative)}" src="{source}">'
+    given = f' class="{verbatim(css)}"' if css else ""
+    return f'<img{given} alt="{verbatim(alternative)}" src="{source}">'
 
 
 def figure(image: str, caption: str, css: str = "") -> str:
@@ -81,7 +90,17 @@ def millimetres(metres: float) -> str:
     """A length; words where it has no bound."""
     if not math.isfinite(metres):
         return "no other pose"
-    return f"{1e3 * metres:.4g} mm" if metres < 10.0 else f"{1e3 * metres:.0f} mm"
+    return f"{in_millimetres(metres)} mm"
+
+
+def in_millimetres(metres: float) -> str:
+    """A length in millimetres without the unit, and never with an exponent."""
+    return f"{1e3 * metres:.4g}" if metres < 10.0 else f"{1e3 * metres:.0f}"
+
+
+def three_digits(value: float) -> str:
+    """A number with three digits, zeros included; all of them where it has more."""
+    return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
 
 
 def degrees(radians: float) -> str:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from ..estimators import DEFAULT_METHOD
 from .findings import Findings
 from .markup import (
     between,
     count_of,
     degrees,
     element,
+    in_millimetres,
     millimetres,
     paragraph,
     percent,
     section,
     table,
     text,
+    verbatim,
 )
 
 MOST_ROWS = 60
@@ -41,7 +42,7 @@ def table_section(findings: Findings) -> str:
 def method_section(findings: Findings) -> str:
     """What was computed, with which settings."""
     found, part = findings.simulated, findings.part
-    best = next(one for one in findings.estimates if one.method == DEFAULT_METHOD)
+    best = findings.best_estimate
     rows = [
         ("simulation", f"{found.drops} drops of a rigid body on a rigid, horizontal, frictionless "
          f"plate; {found.unsettled} did not settle; expected error "
@@ -67,13 +68,13 @@ def method_section(findings: Findings) -> str:
 
 def _coordinate(metres: float, radius: float) -> str:
     """Millimetres; rounding is no place."""
-    return "0" if abs(metres) < ROUNDING * radius else f"{1e3 * metres:.4g}"
+    return "0" if abs(metres) < ROUNDING * radius else in_millimetres(metres)
 
 
 def reproduce_section(findings: Findings, commands: tuple[str, ...]) -> str:
     """Commands, version and digest."""
     found = findings.simulated
-    lines = element("pre", text("\n".join(commands))) if commands else ""
+    lines = element("pre", verbatim("\n".join(commands))) if commands else ""
     same = ("Drop k depends on the seed and k alone, so these give the same counts again on the "
             "same machine.") if commands else ""
     digest = f"ros_pose_stats {found.version}; digest of the part {found.part_digest}"

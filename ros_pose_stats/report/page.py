@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from .feeder_section import feeder_section
 from .findings import Findings
-from .markup import between, count_of, element, millimetres, paragraph, percent, section, text
+from .markup import (
+    between,
+    count_of,
+    element,
+    in_millimetres,
+    millimetres,
+    paragraph,
+    percent,
+    section,
+    text,
+)
 from .method_sections import method_section, reproduce_section, table_section
 from .pose_sections import MOST_SHOWN, methods_section, poses_section, viewer_section
 from .shape_sections import graph_section, sphere_section
+from .viewer import ASSETS, viewer_script
 from .warning_words import in_words
-
-ASSETS = Path(__file__).parent / "assets"
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 """The browser itself is told to load nothing."""
@@ -38,7 +45,6 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
                 feeder_section(findings), graph_section(findings), sphere_section(findings),
                 table_section(findings), method_section(findings),
                 reproduce_section(findings, commands)]
-    script = (ASSETS / "viewer.js").read_text(encoding="utf-8")
     style = (ASSETS / "page.css").read_text(encoding="utf-8")
     name = text(findings.part.part_id)
     head = (f'<meta charset="utf-8"><title>{name}: resting poses</title>'
@@ -46,14 +52,14 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
             f'<link rel="icon" href="data:,"><style>{style}</style>')
     return (f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body><main>'
-            f'{"".join(sections)}</main><script>{script}</script></body></html>\n')
+            f'{"".join(sections)}</main><script>{viewer_script()}</script></body></html>\n')
 
 
 def _heading(findings: Findings) -> str:
     found, part = findings.simulated, findings.part
     best = found.poses[0]
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
-    extent = " \N{MULTIPLICATION SIGN} ".join(f"{1e3 * side:.4g}" for side in size)
+    extent = " \N{MULTIPLICATION SIGN} ".join(map(in_millimetres, size.tolist()))
     lead = (f"Dropped on a plate, this part comes to rest in "
             f"{count_of(len(found.poses), 'stable pose')}, most often in pose {best.index}: "
             f"{percent(best.probability)} of {found.drops} simulated drops (90 % interval "

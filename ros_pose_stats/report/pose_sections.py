@@ -52,7 +52,7 @@ def _card(pose: StablePose, image: bytes, place: int) -> str:
              ("height", millimetres(pose.height)), ("barrier", millimetres(pose.barrier)),
              ("margin", degrees(pose.margin)), ("highest point", millimetres(pose.top))]
     if pose.spread > 0.0:
-        facts.append((f"gathers {len(pose.members)} facets", f"{degrees(pose.spread)} apart"))
+        facts.append((f"{len(pose.members)} facets", f"up to {degrees(pose.spread)} apart"))
     listed = "".join(element("dt", text(name)) + element("dd", text(value))
                      for name, value in facts)
     heading = element("h3", element("span", f"Pose {pose.index}")

@@ -46,7 +46,8 @@ def graph_section(findings: Findings) -> str:
     sets = ("Poses that can still be reached, just below the splits that matter most. Each disc "
             "is half of all directions of the part that may point down; see the next section.")
     return section("How the poses part", paragraph(about), element(
-        "div", figure(image, caption) + figure(reached, sets), "" if ends > BESIDE else "pair"))
+        "div", figure(image, caption) + figure(reached, sets), "" if ends > BESIDE else "pair"),
+        css="together")
 
 
 def sphere_section(findings: Findings) -> str:
@@ -59,4 +60,5 @@ def sphere_section(findings: Findings) -> str:
     about = ("Every point is a direction of the part that may point down. Each disc shows half of "
              "all directions, seen from outside the part; equal areas are equally probable for a "
              "part that is released in a random orientation.")
-    return section("The sphere of poses", paragraph(about), element("div", pair, "pair"))
+    return section("The sphere of poses", paragraph(about), element("div", pair, "pair"),
+                   css="together")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,11 @@ from ..geometry.decimation import visible_triangles
 from ..records import Part, StablePose
 
 Array = NDArray[np.float64]
+
+ASSETS = Path(__file__).parent / "assets"
+
+SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
+"""Each uses what stands in those before it."""
 
 FINEST = 20_000
 """Triangles; a larger mesh is shown as its convex hull, made coarser."""
@@ -53,3 +59,9 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
                    "turn": [round(float(x), 9) for x in pose.orientation],
                    "height": round(pose.height / radius, 9)} for pose in poses],
     }, separators=(",", ":"))
+
+
+def viewer_script() -> str:
+    """The script of the view, as one function that leaves no name behind."""
+    parts = "".join((ASSETS / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)
+    return f'"use strict";\n(function () {{\n{parts}}}());'

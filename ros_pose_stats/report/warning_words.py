@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
+from .markup import listed
+
 WORDS = {
     "UNIT_SUSPECT": ("Is the unit right?",
                      "Lengths, heights and times are wrong if it is not; probabilities are not "
@@ -51,3 +55,33 @@ def in_words(warning: str) -> tuple[str, str, str]:
     code, _, sentence = warning.partition(": ")
     heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
     return heading, sentence[:1].upper() + sentence[1:], meaning
+
+
+def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:
+    """Warnings of several methods; those that differ in the method's name only are one.
+
+    Parameters
+    ----------
+    by_method : iterable of (method, warnings)
+
+    Returns
+    -------
+    tuple of str
+        `CODE: sentence`, in the order of the methods.
+    """
+    told: dict[str, list[str]] = {}
+    for method, warnings in by_method:
+        for warning in warnings:
+            told.setdefault(warning, []).append(method)
+    alike: dict[str, list[str]] = {}
+    for warning, methods in told.items():
+        # A warning of several methods names none of them, whatever words it has.
+        bare = warning if len(methods) > 1 else warning.replace(f" {methods[0]} ", " {} ")
+        alike.setdefault(bare, []).extend(methods)
+    return tuple(bare if bare in told else bare.replace("{}", _methods(methods))
+                 for bare, methods in alike.items())
+
+
+def _methods(methods: Sequence[str]) -> str:
+    first, *others = methods
+    return f"{first} (likewise {listed(others)})" if others else first

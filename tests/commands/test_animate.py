@@ -13,7 +13,7 @@ from ros_pose_stats import load_part, simulate
 from ros_pose_stats.cli import main
 from ros_pose_stats.geometry.shapes.closed_forms import box
 from ros_pose_stats.plots.animation import DPI, SIZE
-from ros_pose_stats.plots.movies import write_mp4
+from ros_pose_stats.plots.movies import write_gif, write_mp4
 from ros_pose_stats.simulation.frames import RATE
 from tests.bodies import write_stl
 from tests.running import complaints
@@ -47,6 +47,14 @@ def test_a_gif_moves_and_ends_at_rest(block, tmp_path, capsys):
         assert gif.info["duration"] >= 1000 / RATE
     assert (np.abs(first - last).max(axis=2) > 60).mean() > 0.01
     assert [one.name for one in file.parent.iterdir()] == ["drop.gif"]
+
+
+def test_paper_stays_white_in_a_gif_of_many_shades(tmp_path):
+    shades = np.full((64, 64, 3), 255, dtype=np.uint8)
+    shades[:, 32:] = np.linspace(236, 252, 32 * 64).reshape(64, 32, 1).astype(np.uint8)
+    write_gif(tmp_path / "a.gif", [shades, shades[::-1]], 10)
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert (np.asarray(gif.convert("RGB"))[:, :32] == 255).all()
 
 
 def test_an_mcap_plays_elsewhere(block, tmp_path, capsys):

@@ -7,7 +7,7 @@ from ros_pose_stats.geometry.shapes.closed_forms import box, cylinder
 from ros_pose_stats.plots.splitting import splitting_figure
 from ros_pose_stats.plots.splitting_tree import MOST, drawn_tree
 from tests.bodies import random_polyhedron
-from tests.plots.texts import clipped
+from tests.plots.texts import clipped, overlapping
 
 
 def drawing(surface, tolerance=0.005):
@@ -25,6 +25,14 @@ def test_ties_are_one_split_whose_shares_are_those_of_the_poses():
     assert texts.count(".17") == 6
     assert "6 poses" in texts
     assert sum(text.startswith("16.7 %") for text in texts) == 6
+
+
+@pytest.mark.parametrize("surface", [box(0.02, 0.02, 0.02), cylinder(12, 0.01, 0.03),
+                                     random_polyhedron(14, 5)])
+def test_no_text_covers_another_not_even_the_box_of_a_split_into_many(surface):
+    _, figure = drawing(surface, 0.0)
+    figure.canvas.draw()
+    assert overlapping(figure) == []
 
 
 def test_every_pose_and_every_level_of_a_random_body_is_there():

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, splitting_graph
-from ros_pose_stats.geometry.shapes.closed_forms import box
+from ros_pose_stats.geometry.shapes.closed_forms import box, hull_mesh
 from ros_pose_stats.geometry.splitting_graph import levels_above, poses_within
-from ros_pose_stats.plots.trajectory import energy_heights, settling_time, trajectory_figure
+from ros_pose_stats.plots.trajectory import (
+    MOST_LEVELS,
+    energy_heights,
+    settling_time,
+    telling_levels,
+    trajectory_figure,
+)
 from tests.plots.texts import clipped, overlapping
 
 
@@ -36,6 +42,27 @@ def test_levels_on_the_way_lead_to_the_pose(dropped):
     assert levels_above(root, -1) == []
 
 
+def test_of_many_levels_those_are_drawn_that_part_most():
+    points = np.random.default_rng(3).normal(size=(120, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    part = part_from_mesh(*hull_mesh(points * (0.020, 0.019, 0.018)))
+    root = splitting_graph(resting_poses(part, 0.0))
+    drop = record_drop(part, 2, seed=1, to_rest=True, cluster_tolerance=0.0)
+    levels = levels_above(root, drop.pose)
+    assert len(levels) > MOST_LEVELS
+    shown = telling_levels(levels, len(root.poses))
+    assert len(shown) == MOST_LEVELS
+    assert set(shown) <= set(levels)
+    assert shown[-1] == levels[-1]
+    assert [level for level, _ in shown] == sorted((level for level, _ in shown), reverse=True)
+    assert telling_levels(levels[-3:], 9) == levels[-3:]
+    assert telling_levels([], 1) == []
+    figure = trajectory_figure(drop, root)
+    figure.canvas.draw()
+    assert clipped(figure) == []
+    assert overlapping(figure) == []
+
+
 def test_what_is_drawn_is_what_was_recorded(dropped):
     drop, root = dropped
     figure = trajectory_figure(drop, root)
@@ -47,6 +74,13 @@ def test_what_is_drawn_is_what_was_recorded(dropped):
     assert len(impacts) == drop.impacts
     assert energy.get_xlim()[1] == settling_time(drop) <= drop.times[-1]
     assert f"pose {drop.pose}" in figure.get_suptitle()
+    names = [label.get_text() for label in events.get_yticklabels()]
+    for name, line in zip(names, events.get_lines(), strict=True):
+        assert (line.get_xdata() <= settling_time(drop)).any(), f"nothing to be seen of {name}"
+    levels = levels_above(root, drop.pose)
+    assert names[-1] == "split"
+    assert len(events.get_lines()[-1].get_xdata()) == len(levels)
+    assert f"of {drop.impacts}" in events.texts[0].get_text()
     figure.canvas.draw()
     assert clipped(figure) == []
     assert overlapping(figure) == []

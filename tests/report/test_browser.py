@@ -66,6 +66,48 @@ def test_the_view_turns_and_the_page_asks_for_nothing(file, browser, fragment, r
     assert [one for one in browser.complaints if not any(w in one for w in HARMLESS)] == []
 
 
+PAINT = """new Promise(done => new PerformanceObserver(list => {
+  const first = list.getEntries().find(one => one.name === 'first-contentful-paint');
+  if (first) done(first.startTime);
+}).observe({type: 'paint', buffered: true}))"""
+"""Milliseconds until something is to be seen."""
+
+
+@pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
+def test_the_page_is_painted_within_a_second(file, browser, width, phone):
+    times = []
+    for _ in range(3):  # a machine that is busy may miss it now and then
+        browser.open("about:blank")
+        browser.open(file.as_uri(), width, 844, phone)
+        times.append(browser.evaluate(PAINT))
+    assert min(times) < 1000.0
+
+
+def test_nothing_has_to_be_pushed_sideways_at_a_desk(file, browser):
+    browser.open("about:blank")
+    browser.open(file.as_uri(), 1280, 900)
+    hidden = browser.evaluate("[...document.querySelectorAll('.wide')]"
+                              ".map(e => e.scrollWidth - e.clientWidth)")
+    assert max(hidden) <= 0
+
+
+def test_no_figure_is_squeezed_or_covered_in_print(file, browser):
+    browser.open("about:blank")
+    browser.open(file.as_uri(), 720, 1000)
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    try:
+        boxes = browser.evaluate(
+            "[...document.querySelectorAll('.pair img')].map(e => e.getBoundingClientRect())"
+            ".map(r => [r.left, r.right, r.width])")
+        assert len(boxes) == 4
+        for left, right in zip(boxes[::2], boxes[1::2], strict=True):
+            assert left[1] <= right[0]
+            assert min(left[2], right[2]) > 0.4 * 720
+        assert browser.evaluate("document.documentElement.scrollWidth") == 720
+    finally:
+        browser.ask("Emulation.setEmulatedMedia", media="")
+
+
 @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
 def test_the_page_is_not_wider_than_the_window_and_soon_there(file, browser, width, phone):
     browser.open("about:blank")

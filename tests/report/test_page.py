@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats.report import report_page
+from ros_pose_stats import part_from_mesh
+from ros_pose_stats.geometry.shapes.closed_forms import box
+from ros_pose_stats.report import investigate, report_page
+from ros_pose_stats.report.markup import three_digits
 from ros_pose_stats.report.viewer import STEPS, viewer_data
-from ros_pose_stats.report.warning_words import WORDS, in_words
+from ros_pose_stats.report.warning_words import WORDS, in_words, said_once
 from tests.report.parts import block, demo
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
@@ -41,7 +44,7 @@ class Reader(HTMLParser):
 
     def handle_data(self, data):
         if self._open and self._open[-1] not in ("script", "style"):
-            self.texts.append(data)
+            self.texts.append(data.replace("\xa0", " "))
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +110,44 @@ def test_warnings_come_in_plain_words():
         assert heading in words
         assert sentence in words
         assert meaning in words
+
+
+def test_what_all_methods_warn_of_is_said_once():
+    lines = [("area", ["LOW_DROP: area does not know the height", "OPEN_MESH: the area"]),
+             ("qse", ["LOW_DROP: qse does not know the height", "OPEN_MESH: the area"]),
+             ("eae", ["LOW_DROP: eae does not know the height"]),
+             ("split", ["NEAR_TIE: of split alone"])]
+    assert said_once(lines) == (
+        "LOW_DROP: area (likewise qse and eae) does not know the height", "OPEN_MESH: the area",
+        "NEAR_TIE: of split alone")
+
+
+def test_a_low_drop_is_one_warning():
+    part = part_from_mesh(*box(0.04, 0.03, 0.02))
+    findings = investigate(part, drops=100, seed=1, workers=1, drop_height=0.03)
+    codes = [line.partition(":")[0] for line in findings.warnings]
+    assert codes.count("LOW_DROP") == 1
+
+
+def test_lengths_have_no_exponent_and_stay_with_their_units():
+    part = part_from_mesh(*box(22.0, 18.0, 14.0), part_id="hall")
+    page = report_page(investigate(part, drops=100, seed=1, workers=1))
+    assert "22000 \N{MULTIPLICATION SIGN} 18000 \N{MULTIPLICATION SIGN} 14000\xa0mm" in page
+    assert not re.search(r"\de[+-]\d", " ".join(Reader(page).texts))
+    lines = re.findall(r"<(?:p|dd)\b[^>]*>([^<]*)", page)  # cells of tables are not broken
+    assert len(lines) > 40
+    assert not [line for line in lines if re.search(r"\d (mm\b|%)", line)]
+
+
+def test_commands_can_be_copied():
+    page = report_page(block(), ("ros_pose_stats report 'block 3 mm.stl'",))
+    assert "block 3 mm.stl" in page
+
+
+@pytest.mark.parametrize(("number", "told"), [(2.0, "2.00"), (31.04, "31.0"), (278.4, "278"),
+                                              (999.6, "1000"), (2604.2, "2604")])
+def test_numbers_keep_their_zeros(number, told):
+    assert three_digits(number) == told
 
 
 def test_every_warning_has_its_words():

@@ -1,0 +1,42 @@
+// The part as triangles, their normals, and the edges that are drawn; lengths in radii.
+const data = JSON.parse(document.getElementById("part-data").textContent);
+const CREASE = Math.cos(25 * Math.PI / 180);
+
+function bytes(text) {
+  const raw = atob(text), out = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
+  return out.buffer;
+}
+function unit(v) { const n = Math.hypot(v[0], v[1], v[2]) || 1; return v.map(x => x / n); }
+function cross(a, b) {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+const points = Float32Array.from(new Int16Array(bytes(data.vertices)), x => x / 32767);
+const corners = new (data.wide ? Uint32Array : Uint16Array)(bytes(data.triangles));
+const count = corners.length / 3;
+const point = i => [points[3 * i], points[3 * i + 1], points[3 * i + 2]];
+const normals = [];
+for (let t = 0; t < count; t++) {
+  const a = point(corners[3 * t]), b = point(corners[3 * t + 1]), c = point(corners[3 * t + 2]);
+  normals.push(unit(cross(b.map((x, k) => x - a[k]), c.map((x, k) => x - a[k]))));
+}
+const lines = creases();
+
+// Edges between triangles that meet at an angle, or that only one triangle has.
+function creases() {
+  const seen = new Map(), found = [];
+  for (let t = 0; t < count; t++) {
+    for (let k = 0; k < 3; k++) {
+      const i = corners[3 * t + k], j = corners[3 * t + (k + 1) % 3];
+      const key = Math.min(i, j) * 4194304 + Math.max(i, j);
+      const other = seen.get(key);
+      if (other === undefined) { seen.set(key, t); continue; }
+      seen.delete(key);
+      if (dot(normals[t], normals[other]) < CREASE) found.push(i, j);
+    }
+  }
+  for (const key of seen.keys()) found.push(Math.floor(key / 4194304), key % 4194304);
+  return found;
+}
