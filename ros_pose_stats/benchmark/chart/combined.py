@@ -31,10 +31,9 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """
     every = pooled(list(size.simulated.values()))
     for drops in effort.combined:
-        parts = min(max(effort.drops_timed // drops, effort.fewest), effort.parts)
         took = medians([{"": partial(_hybrid, mesh, drops, restitution, size.height, 1)}
                         for restitution in size.simulated
-                        for mesh in some(size.meshes, parts)])
+                        for mesh in some(size.meshes, effort.timed(drops))])
         told = [_told(mesh, drops, restitution, size.height, number)
                 for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
         yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],

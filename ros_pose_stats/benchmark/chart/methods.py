@@ -58,6 +58,10 @@ class Effort(NamedTuple):
     combined: tuple[int, ...] = COMBINED
     fewest: int = 4
 
+    def timed(self, drops: int) -> int:
+        """Parts that are timed where each takes so many drops."""
+        return min(max(self.drops_timed // drops, self.fewest), self.parts)
+
 
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """One point an estimator: from the mesh arrays to the statistics."""
@@ -77,10 +81,9 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """One point a number of drops: the error is the noise of that many independent drops."""
     every = pooled(list(size.simulated.values()))
     for drops in effort.drops:
-        parts = min(max(effort.drops_timed // drops, effort.fewest), effort.parts)
         took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
                         for restitution in size.simulated
-                        for mesh in some(size.meshes, parts)])
+                        for mesh in some(size.meshes, effort.timed(drops))])
         noise = noise_of(every, drops)
         yield ChartPoint(f"n = {drops:,}".replace(",", " "), "simulation", took[""], noise.error,
                          noise.low, noise.high, "drop simulation")
