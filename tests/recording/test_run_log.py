@@ -149,9 +149,15 @@ class TestSharing:
     THREADS = 6
     EACH = 25
 
-    def test_threads_share_syncs_and_nobody_returns_too_early(self, tmp_path, monkeypatch):
+    def run_threads(self, work):
+        threads = [threading.Thread(target=work, args=(one,)) for one in range(self.THREADS)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    def test_nobody_returns_too_early(self, tmp_path, monkeypatch):
         synced = bytearray()
-        syncs = []
         real = os.fdatasync
 
         def slow(number: int) -> None:
@@ -160,7 +166,6 @@ class TestSharing:
             time.sleep(0.003)
             real(number)
             synced[:] = there
-            syncs.append(len(there))
 
         monkeypatch.setattr(bag_file.os, "fdatasync", slow)
         log = new_log(tmp_path)
@@ -173,17 +178,32 @@ class TestSharing:
                 if message not in synced:
                     early.append(message)
 
-        threads = [threading.Thread(target=write, args=(one,)) for one in range(self.THREADS)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        self.run_threads(write)
         log.close()
         assert early == []
-        assert len(syncs) < self.THREADS * self.EACH / 2
         assert sorted(undamaged(log.directory)) == sorted(
             numbered(1000 * thread + one)
             for thread in range(self.THREADS) for one in range(self.EACH))
+
+    def test_whoever_waits_for_a_sync_shares_the_next(self, tmp_path, monkeypatch):
+        log = new_log(tmp_path)
+        log.write(ANSWERS, numbered(0), durable=True)
+        file = only_file(log.directory)
+        messages = [numbered(1 + one) for one in range(self.THREADS)]
+        syncs = []
+
+        def held(number: int) -> None:
+            """The first sync lasts until every thread has written its message."""
+            syncs.append(number)
+            end = time.monotonic() + 30.0
+            while not all(message in file.read_bytes() for message in messages):
+                assert time.monotonic() < end, "the threads do not write while one waits"
+                time.sleep(0.001)
+
+        monkeypatch.setattr(bag_file.os, "fdatasync", held)
+        self.run_threads(lambda thread: log.write(ANSWERS, messages[thread], durable=True))
+        assert len(syncs) in (1, 2)  # 1 where all had written before the first sync began
+        log.close()
 
     def test_threads_meet_at_rotations(self, tmp_path):
         log = new_log(tmp_path, max_bag_bytes=12_000)
@@ -192,11 +212,7 @@ class TestSharing:
             for one in range(self.EACH):
                 log.write(ANSWERS, numbered(1000 * thread + one, 900), durable=one % 3 == 0)
 
-        threads = [threading.Thread(target=write, args=(one,)) for one in range(self.THREADS)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        self.run_threads(write)
         log.sync()
         log.close()
         assert len(bag_files(log.directory)) > 5
