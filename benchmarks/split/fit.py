@@ -33,7 +33,7 @@ class Weights:
     bends: Array
 
     def __call__(self, inputs: NDArray[np.floating]) -> Array:
-        """Of components (n,) with inputs (n, 17)."""
+        """Of components (n,) with inputs (n, 19)."""
         bent = np.tanh(inputs @ self.turns + self.offsets)
         return np.asarray(inputs[:, 0] + inputs @ self.slope + bent @ self.bends, dtype=float)
 

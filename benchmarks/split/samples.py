@@ -32,7 +32,8 @@ LOW = 2.0
 BODIES: dict[str, tuple[int, int]] = {
     "polyhedra 0": (600, 0), "polyhedra 0.25": (2000, 100), "polyhedra 0.65 second": (600, 0),
     "polyhedra 1": (600, 0), "prisms": (800, 100), "plates": (800, 100), "ellipsoids": (500, 60),
-    "machined": (1000, 100), "rounds": (600, 60), "cornered": (700, 60), "weighted": (900, 60)}
+    "machined": (1000, 100), "rounds": (600, 60), "cornered": (700, 60), "weighted": (900, 60),
+    "fine rounds": (600, 60), "lumps": (600, 60), "fine ellipsoids": (0, 60)}
 """Bodies of each family that are fitted to, and that are judged."""
 
 

@@ -42,11 +42,11 @@ HIGHEST_DROP: Final = {}
 
 SLOPE: Final = np.array([
 {}])
-"""(17,) of the inputs of `split.split_inputs`."""
+"""(19,) of the inputs of `split.split_inputs`."""
 
 TURNS: Final = np.array([
 {}])
-"""(17, n) of the inputs within the hyperbolic tangents."""
+"""(19, n) of the inputs within the hyperbolic tangents."""
 
 OFFSETS: Final = np.array([
 {}])

@@ -34,7 +34,7 @@ class Table:
 
     Attributes
     ----------
-    inputs : (3 K, 17) array
+    inputs : (3 K, 19) array
         Of the weights of components, as from `split_inputs`.
     children : (K, 2) array
         Children of each split, from 0 in each sample: poses, then splits by rising level.

@@ -27,6 +27,9 @@ FORGOTTEN = 30.0
 
 SHALLOWEST = 1e-14
 
+LEAST_CROWDING = 1e-4
+"""Crowding of corners that logarithms start from."""
+
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
@@ -44,14 +47,14 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 17) of the weights: features, body and scene, for the K splits.
+    """Inputs (3 K, 19) of the weights: features, body, scene and corners, for the K splits.
 
     Both children of a split and the whole follow each other.
     """
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((_body(resting), _scene(resting, scene)))
+    about = np.concatenate((_body(resting), _scene(resting, scene), _corners(resting)))
     return np.hstack((rows, np.broadcast_to(about, (rows.shape[0], about.shape[0]))))
 
 
@@ -76,7 +79,7 @@ def kept_shares(resting: RestingPoses) -> Array:
 
 
 def component_weights(rows: Array) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 17)."""
+    """Logarithm (n,) of the weights of components from their inputs (n, 19)."""
     bent = np.tanh(rows @ TURNS + OFFSETS)
     return np.asarray(rows[:, 0] + rows @ SLOPE + bent @ BENDS)
 
@@ -95,3 +98,8 @@ def _scene(resting: RestingPoses, scene: DropScene) -> Array:
         radii = scene.drop_height / resting.body.radius
     return np.array([min(scene.restitution, HIGHEST_RESTITUTION),
                      math.log(min(max(radii, LOWEST_DROP), HIGHEST_DROP))])
+
+
+def _corners(resting: RestingPoses) -> Array:
+    """Logarithms of how far the body turns in few corners, at two reaches."""
+    return np.asarray(np.log(resting.corner_crowding + LEAST_CROWDING))

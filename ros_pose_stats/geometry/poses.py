@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..errors import RequestError
+from ..kernels.corner_crowding import corner_crowding
 from ..kernels.equilibria import ways_out
 from ..kernels.silhouette import silhouette, tops
 from ..kernels.split_features import split_features
@@ -26,6 +27,9 @@ from .symmetry import symmetry_groups
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+CORNER_REACHES = np.array([0.05, 0.3125])
+"""Radii within which corners count as one: for edges and bevels, and for the form."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,11 @@ class RestingPoses:
         return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
                               found.tree, self.clusters.split, self.passage_r[0],
                               self.passage_R[0], self.inertia)
+
+    @cached_property
+    def corner_crowding(self) -> Array:
+        """At each of `CORNER_REACHES`, (2,); see `kernels.corner_crowding`."""
+        return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
         tree = self.equilibria.arrays.tree

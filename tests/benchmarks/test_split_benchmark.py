@@ -69,14 +69,14 @@ class TestFit:
         assert begin == found.size
 
     def test_a_fit_gains_on_the_plain_areas(self, table):
-        plain = Weights(np.zeros(17), np.zeros((17, 1)), np.zeros(1), np.zeros(1))
+        plain = Weights(np.zeros(19), np.zeros((19, 1)), np.zeros(1), np.zeros(1))
         before = table.error(predicted(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
         assert table.error(predicted(fitted(table, 4, 1e-4, 30), table)) < 0.9 * before
 
     def test_the_mean_of_fits_is_that_of_their_logarithms(self, table):
         random = np.random.default_rng(8)
-        fits = [Weights(random.normal(size=17), random.normal(size=(17, 3)),
+        fits = [Weights(random.normal(size=19), random.normal(size=(19, 3)),
                         random.normal(size=3), random.normal(size=3)) for _ in range(3)]
         np.testing.assert_allclose(
             averaged(fits)(table.inputs), np.mean([one(table.inputs) for one in fits], axis=0),
