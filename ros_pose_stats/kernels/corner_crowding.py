@@ -16,9 +16,16 @@ from numpy.typing import NDArray
 
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
-from .sorting import falling_order
+from .sorting import rising_order
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FEW = 500
+"""Corners up to which all pairs are looked at; from there on those of nearby cells."""
+
+CELLS = 2.0
+"""Cells in the largest reach."""
 
 
 @entry_kernel
@@ -39,23 +46,62 @@ def corner_crowding(points: Array, body: BodyArrays, reaches: Array) -> Array:
         From one over the number of corners, if they are equal and far apart, to 1.
     """
     share = corner_shares(points, body)
-    order = falling_order(points[:, 0] + 1.0)
-    order = order[share[order] > 0.0]
-    x, y, z = points[order, 0], points[order, 1], points[order, 2]
-    share = share[order]
+    there = np.flatnonzero(share)
+    reach, cells = reaches[-1], 1
+    if there.shape[0] > FEW:
+        cells = max(1, int(2.0 * CELLS / reach))
+    order, cell, start = _grid(points[there], cells)
+    share, place = share[there][order], points[there][order]
     found, within = np.zeros(reaches.shape[0]), 1.0 / (reaches * reaches)
-    farthest = reaches[-1]
+    side = 2.0 / cells
+    span = int(reach / side) + 1
     for i in range(order.shape[0]):
         found += share[i] * share[i]
-        for j in range(i + 1, order.shape[0]):
-            if x[i] - x[j] >= farthest:
-                break
-            square = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 + (z[i] - z[j]) ** 2
-            if square < farthest * farthest:
-                for n in range(reaches.shape[0]):
-                    near = max(1.0 - square * within[n], 0.0)
-                    found[n] += 2.0 * share[i] * share[j] * near * near
+        cx, cy, cz = cell[i, 0], cell[i, 1], cell[i, 2]
+        for x in range(cx, min(cx + span, cells - 1) + 1):
+            for y in range(max(cy - span, 0), min(cy + span, cells - 1) + 1):
+                away = side * math.hypot(max(x - cx - 1, 0), max(abs(y - cy) - 1, 0))
+                if away >= reach:
+                    continue
+                deep = int(math.sqrt(reach * reach - away * away) / side) + 1
+                row = (x * cells + y) * cells
+                begin = start[row + max(cz - deep, 0)]
+                end = start[row + min(cz + deep, cells - 1) + 1]
+                for j in range(max(begin, i + 1), end):
+                    square = ((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2
+                              + (place[i, 2] - place[j, 2]) ** 2)
+                    if square < reach * reach:
+                        for n in range(reaches.shape[0]):
+                            near = max(1.0 - square * within[n], 0.0)
+                            found[n] += 2.0 * share[i] * share[j] * near * near
     return found
+
+
+@kernel
+def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
+    """Sort points by the cells of a grid over [-1, 1]^3.
+
+    Returns
+    -------
+    order : (n,) array
+    cell : (n, 3) array
+        Of the sorted points.
+    start : (cells^3 + 1,) array
+        First sorted point of each cell, which run fastest along z.
+    """
+    cell = np.empty(place.shape, np.int64)
+    key = np.empty(place.shape[0], np.int64)
+    start = np.zeros(cells ** 3 + 1, np.int64)
+    for i in range(place.shape[0]):
+        for axis in range(3):
+            along = int(0.5 * cells * (place[i, axis] + 1.0))
+            cell[i, axis] = min(max(along, 0), cells - 1)
+        key[i] = (cell[i, 0] * cells + cell[i, 1]) * cells + cell[i, 2]
+        start[key[i] + 1] += 1
+    for k in range(start.shape[0] - 1):
+        start[k + 1] += start[k]
+    order = rising_order(key)
+    return order, cell[order], start
 
 
 @kernel
