@@ -123,3 +123,11 @@ def test_scores_take_the_noise_off(samples):
     told = table.share + noise * random.normal(size=noise.size)
     expected = 100.0 * np.sqrt(np.mean(np.square(noise[where])))
     assert table.error(told, where) < 0.35 * expected
+
+
+@pytest.mark.parametrize("family", ["fine ellipsoids", "fine rounds"])
+def test_finely_divided_bodies(samples, family):
+    """Well below the best of the paper, on bodies that are judged alone."""
+    table = make_table([one for one in samples if one.family == family
+                        and one.seed == JUDGE_SEED and one.number < 20])
+    assert table.error(predicted(SHIPPED, table)) < 0.75 * table.error(table.reference["combined"])
