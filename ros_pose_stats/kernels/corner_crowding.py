@@ -47,34 +47,39 @@ def corner_crowding(points: Array, body: BodyArrays, reaches: Array) -> Array:
     """
     share = corner_shares(points, body)
     there = np.flatnonzero(share)
-    reach, cells = reaches[-1], 1
+    cells = 1
     if there.shape[0] > FEW:
-        cells = max(1, int(2.0 * CELLS / reach))
+        cells = max(1, int(2.0 * CELLS / reaches[-1]))
     order, cell, start = _grid(points[there], cells)
     share, place = share[there][order], points[there][order]
-    found, within = np.zeros(reaches.shape[0]), 1.0 / (reaches * reaches)
+    found = np.zeros(reaches.shape[0])
     side = 2.0 / cells
-    span = int(reach / side) + 1
+    span = int(reaches[-1] / side) + 1
     for i in range(order.shape[0]):
         found += share[i] * share[i]
-        cx, cy, cz = cell[i, 0], cell[i, 1], cell[i, 2]
-        for x in range(cx, min(cx + span, cells - 1) + 1):
-            for y in range(max(cy - span, 0), min(cy + span, cells - 1) + 1):
-                away = side * math.hypot(max(x - cx - 1, 0), max(abs(y - cy) - 1, 0))
-                if away >= reach:
-                    continue
-                deep = int(math.sqrt(reach * reach - away * away) / side) + 1
+        # Cells before this one hold points before i, whose pairs are counted.
+        for x in range(cell[i, 0], min(cell[i, 0] + span, cells - 1) + 1):
+            low, high = max(cell[i, 1] - span, 0), min(cell[i, 1] + span, cells - 1)
+            for y in range(low, high + 1):
                 row = (x * cells + y) * cells
-                begin = start[row + max(cz - deep, 0)]
-                end = start[row + min(cz + deep, cells - 1) + 1]
-                for j in range(max(begin, i + 1), end):
-                    square = ((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2
-                              + (place[i, 2] - place[j, 2]) ** 2)
-                    if square < reach * reach:
-                        for n in range(reaches.shape[0]):
-                            near = max(1.0 - square * within[n], 0.0)
-                            found[n] += 2.0 * share[i] * share[j] * near * near
+                begin = start[row + max(cell[i, 2] - span, 0)]
+                end = start[row + min(cell[i, 2] + span, cells - 1) + 1]
+                _add_pairs(found, i, max(begin, i + 1), end, share, place, reaches)
     return found
+
+
+@kernel
+def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: Array,
+               reaches: Array) -> None:
+    """Add the pairs of point i and those from `begin` to before `end`, twice each."""
+    farthest = reaches[-1] * reaches[-1]
+    for j in range(begin, end):
+        square = ((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2
+                  + (place[i, 2] - place[j, 2]) ** 2)
+        if square < farthest:
+            for n in range(reaches.shape[0]):
+                near = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
+                found[n] += 2.0 * share[i] * share[j] * near * near
 
 
 @kernel
