@@ -16,13 +16,13 @@ LESSONS: Final = {
         "combined estimator with it: they change where the faces merge. Cluster tolerance 0 "
         "shows it; at the default the two are one pose long before."),
     "cylinder_sides": (
-        "To estimators a cylinder of 32 sides is as good as one of 512. Drops see a difference: a "
-        "polygon that rolls loses energy at every edge and comes to rest on its side, a round "
-        "part rolls on until it falls on an end or stops for other reasons. Simulate round parts "
-        "with fine facets; COARSE_CURVE warns of coarse ones. NQSE has a spike where the facets "
-        "are not yet gathered into one pose. `split` was fitted to parts of some dozens of sides, "
-        "where it goes with the drops; it does not tell finer ones apart, but a hundred drops "
-        "together with it do."),
+        "To the estimators of the paper a cylinder of 32 sides is as good as one of 512. Drops "
+        "see a difference: a polygon that rolls loses energy at every edge and comes to rest on "
+        "its side, a round part rolls on until it falls on an end or stops for other reasons. "
+        "Simulate round parts with fine facets; COARSE_CURVE warns of coarse ones. NQSE has a "
+        "spike where the facets are not yet gathered into one pose. `split` knows how finely a "
+        "body is divided and goes with the drops up to some hundred sides; of still finer ones "
+        "it can tell no more, but a hundred drops together with it begin to."),
     "heavy_sphere": (
         "With hundreds of shallow poses the older estimators do not see that the heavy side "
         "pulls: most facets stay stable, so most share in the probability. Drops roll to the "
