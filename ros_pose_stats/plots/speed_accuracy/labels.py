@@ -77,15 +77,19 @@ class Labels:
             reach = radius * self.unit
             self._take(np.hstack((middle - reach, middle + reach)), MARK)
 
-    def put(self, text: str, spots: Iterable[Spot], **style: Any) -> Annotation:
+    def put(self, text: str, spots: Iterable[Spot], *, joined: bool = True,
+            **style: Any) -> Annotation:
         """Write a text at the spot where it covers the least, the first of equally good ones."""
         size = self._size(text, style)
         best = min(spots, key=lambda spot: self._cost(self._box(size, spot), spot))
-        return self.put_at(text, best, **style)
+        return self.put_at(text, best, joined=joined, **style)
 
-    def put_at(self, text: str, spot: Spot, **style: Any) -> Annotation:
-        """Write a text at one spot; no later one will be put onto it."""
-        if np.hypot(*spot.offset) >= FAR:
+    def put_at(self, text: str, spot: Spot, *, joined: bool = True, **style: Any) -> Annotation:
+        """Write a text at one spot; no later one will be put onto it.
+
+        From afar a line joins it with what it names, if wanted.
+        """
+        if joined and np.hypot(*spot.offset) >= FAR:
             style["arrowprops"] = {"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
                                    "shrinkA": 0.0, "shrinkB": 3.0, "relpos": _nearest(spot)}
         note = self.axes.annotate(text, spot.anchor, xytext=spot.offset,

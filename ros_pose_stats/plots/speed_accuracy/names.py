@@ -53,7 +53,8 @@ def write_names(axes: Axes, points: Sequence[ChartPoint], corners: tuple[Array, 
     for name, members in series_of(points):
         labels.put(name, _along(members), fontsize=SIZE + 0.5, fontweight="bold",
                    color=KINDS[members[0].kind].ink)
-    labels.put(FRONT, _below(*corners), fontsize=SIZE, color=REFERENCE, style="italic")
+    labels.put(FRONT, _below(*corners), joined=False, fontsize=SIZE, color=REFERENCE,
+               style="italic")
 
 
 def _place(point: ChartPoint) -> tuple[float, float]:
@@ -89,12 +90,13 @@ def _along(members: Sequence[ChartPoint]) -> list[Spot]:
 
 
 def _below(seconds: Array, error: Array) -> list[Spot]:
-    """Spots under the treads of the stair, the longest first."""
+    """Spots under the treads of the stair, close ones and the longest treads first."""
     logs = np.log(seconds)
     treads = sorted(zip(logs[1::2], logs[2::2], error[1::2], strict=True),
                     key=lambda tread: tread[0] - tread[1])
     return [Spot((float(np.exp(begin + share * (end - begin))), float(height)), (0.0, -drop),
                  "center", "top")
+            for drops in ((4.0, 8.0, 12.0), (20.0, 30.0, 40.0, 50.0, 60.0))
             for begin, end, height in treads
             for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9, 0.0)
-            for drop in (4.0, 8.0, 12.0)]
+            for drop in drops]
