@@ -117,9 +117,12 @@ def test_counts_at_any_moment(part):
 
 
 def test_the_error_over_parts_is_less_than_either_alone():
-    """Twelve parts that no fit has seen, 100 drops of each, five times over."""
+    """24 parts that no fit has seen, 100 drops of each, five times over.
+
+    Drawn anew, the parts give a ratio to the better one that scatters by 0.06.
+    """
     squares = {name: [] for name in ("hybrid", "counted", "estimated")}
-    for number in range(12):
+    for number in range(24):
         part = random_polyhedron(99, number, 0.25).part()
         true = by_index(simulate(part, 1500, seed=10_000 + number, cluster_tolerance=0.0))
         prior = pose_prior(resting_poses(part, 0.0), DropScene(cluster_tolerance=0.0))
