@@ -3,8 +3,8 @@
     .venv/bin/python -m benchmarks.fit_posterior [--method NAME] [--every N] [--write]
 
 Five numbers a restitution, by maximum likelihood: the probability that the counts of the
-reference datasets have where the estimates are all that is known beforehand. And by which factor
-the error of an estimate stays below its expected error on nine parts out of ten, for every method.
+reference datasets, and of bodies of other families, have where the estimates are all that is known
+beforehand.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.estimators.registry import ESTIMATORS
-from ros_pose_stats.statistics.intervals import DEFAULT_LEVEL
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
@@ -39,7 +37,7 @@ CLOSE, LIKELY = 0.01, 0.1
 
 def log_likelihood(some: Sequence[Sample], fit: PriorFit) -> float:
     """Of the counts of some bodies."""
-    return sum(one.prior(fit).log_evidence(one.blocks.sum(axis=0)) for one in some)
+    return sum(one.prior(fit).log_evidence(one.count) for one in some)
 
 
 def fitted(some: Sequence[Sample]) -> PriorFit:
@@ -57,41 +55,17 @@ def fitted_everywhere(some: Sequence[Sample]) -> dict[float, PriorFit]:
             for rho in RESTITUTIONS}
 
 
-def bound_factor(some: Sequence[Sample]) -> float:
-    """True error over the expected one, the reference's noise taken off, nine times out of ten."""
-    ratios = []
-    for one in some:
-        counts = one.blocks.sum(axis=0)
-        s = counts / counts.sum()
-        square = np.mean(np.square(one.estimate - s) - s * (1.0 - s) / (counts.sum() - 1))
-        ratios.append(math.sqrt(max(square, 0.0)) / one.expected_error)
-    return float(np.quantile(ratios, DEFAULT_LEVEL))
-
-
-def bound_factors(every: int) -> dict[str, tuple[float, ...]]:
-    """By method, at each restitution."""
-    found = {}
-    for method in ESTIMATORS:
-        some = samples(method, every)
-        found[method] = tuple(bound_factor([one for one in some if one.restitution == rho])
-                              for rho in RESTITUTIONS)
-    return found
-
-
 def _fit(x: Array) -> PriorFit:
     """Numbers of a point of the search; but for the first, logarithms of at most `MOST`."""
     return PriorFit(float(x[0]), *(math.exp(min(value, most))
                                    for value, most in zip(x[1:], MOST, strict=True)))
 
 
-def source(method: str, fits: dict[float, PriorFit],
-           factors: dict[str, tuple[float, ...]]) -> str:
+def source(method: str, fits: dict[float, PriorFit]) -> str:
     """The module that holds the numbers."""
     rows = "\n".join(f'    ({", ".join(f"{value:.4g}" for value in fit)}),'
                      for fit in fits.values())
-    bounds = "\n".join(f'    "{name}": ({", ".join(f"{value:.3g}" for value in row)}),'
-                       for name, row in factors.items())
-    return TEXT.format(method, tuple(fits), rows, bounds)
+    return TEXT.format(method, tuple(fits), rows)
 
 
 TEXT = '''"""Numbers of the prior, written by `python -m benchmarks.fit_posterior`."""
@@ -110,11 +84,6 @@ FITTED: Final = (
 {}
 )
 """`PriorFit.center`, `spread`, `faint`, `sure` and `loose` at each."""
-
-BOUND_FACTORS: Final[dict[str, tuple[float, ...]]] = {{
-{}
-}}
-"""By which factor the error stays below the expected one in 90 % of the parts, at each."""
 '''
 
 
@@ -124,12 +93,11 @@ def main() -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--method", default=FITTED_METHOD,
                         help="the estimator to combine with drops (default: %(default)s)")
-    parser.add_argument("--every", type=int, default=2, help="take every so many bodies; the "
+    parser.add_argument("--every", type=int, default=3, help="take every so many bodies; the "
                         "others are left to judge by (default: %(default)s)")
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
     options = parser.parse_args()
-    text = source(options.method, fitted_everywhere(samples(options.method, options.every)),
-                  bound_factors(options.every))
+    text = source(options.method, fitted_everywhere(samples(options.method, options.every)))
     if options.write:
         MODULE.write_text(text, encoding="utf-8")
     print(text)

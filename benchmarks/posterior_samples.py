@@ -1,4 +1,4 @@
-"""Estimates and counts of the bodies of the reference datasets, as the posterior takes them."""
+"""Estimates and counts of bodies, as the posterior takes them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.dataset import Dataset, shipped_datasets
+from ros_pose_stats.benchmark.families import family_part, family_tolerance
+from ros_pose_stats.benchmark.families.families import MADE
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.geometry.poses import RestingPoses
+from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.planning.prior import estimated
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
 
+from .split.samples import FIT_SEED, USUAL, read_samples
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-RESTITUTIONS = (0.2, 0.5, 0.8)
+RESTITUTIONS = USUAL
+USUAL_RADII = 20.0
 
 
 class Sample(NamedTuple):
@@ -27,13 +32,13 @@ class Sample(NamedTuple):
     Attributes
     ----------
     body : int
-        Number in its dataset.
+        Number in its series.
     restitution : float
     estimate : (P,) array
     expected_error : float
     group : (P,) array of int
-    blocks : (10, P) array of int
-        Counts of the poses in each hundred drops.
+    count : (P,) array of int
+        Settled drops in each pose.
     """
 
     body: int
@@ -41,7 +46,7 @@ class Sample(NamedTuple):
     estimate: Array
     expected_error: float
     group: Index
-    blocks: Index
+    count: Index
 
     def prior(self, fit: PriorFit | None = None) -> PosePrior:
         """What the estimate says of this body."""
@@ -49,25 +54,37 @@ class Sample(NamedTuple):
 
 
 def samples(method: str, every: int = 1) -> list[Sample]:
-    """Of every so many bodies of each reference dataset, restitution by restitution."""
-    return [sample for dataset in shipped_datasets()
-            for sample in _samples(dataset, method, range(0, dataset.spec.bodies, every))]
+    """Of every so many bodies of each reference dataset and of each other family."""
+    found = [sample for dataset in shipped_datasets()
+             for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))]
+    return [*found, *_of_families(method, every)]
 
 
-def _samples(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
+def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
     for number in numbers:
         resting = dataset.resting(number)
         span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
         for restitution in RESTITUTIONS:
             which = dataset.spec.restitutions.index(restitution)
-            yield sample_of(number, resting, restitution, method,
-                            dataset.arrays["count"][span, which].T.astype(np.int64))
+            count = dataset.arrays["count"][span, which].sum(axis=1).astype(np.int64)
+            yield sample_of(number, resting, restitution, method, count)
+
+
+def _of_families(method: str, every: int) -> Iterator[Sample]:
+    """Bodies of the families that are no random polyhedra, from the usual height."""
+    for row in read_samples():
+        if (row.seed == FIT_SEED and row.family in MADE and row.number % every == 0
+                and row.height == USUAL_RADII and row.restitution in RESTITUTIONS
+                and row.count.any()):
+            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
+            yield sample_of(row.number, resting, row.restitution, method, row.count)
 
 
 def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
-              blocks: Index) -> Sample:
+              count: Index) -> Sample:
     """A body, estimated."""
-    estimate = estimated(method, resting, DropScene(restitution))
-    error = expected_error(method, resting, estimate, restitution).here
+    scene = DropScene(restitution)
+    estimate = estimated(method, resting, scene)
+    error = expected_error(method, resting, estimate, scene).here
     group = np.array([pose.group for pose in resting.poses])
-    return Sample(number, restitution, estimate, error, group, blocks)
+    return Sample(number, restitution, estimate, error, group, count)

@@ -10,14 +10,14 @@ from . import pictures
 from .machine import machine
 from .results import Results, Row, Section, load, shown
 
-STORED = ("core", "start", "drops", "auto", "node", "node_soak")
+STORED = ("core", "start", "drops", "expected_errors", "auto", "node", "node_soak")
 FIGURE = pictures.PICTURES["growth"].stem
 
 INTRODUCTION = """# Speed
 
 Written by `python -m benchmarks.core --write`, and so by `benchmarks.start`, `benchmarks.drops`,
-`benchmarks.auto`, `benchmarks.node` and `benchmarks.node_soak`, from `docs/benchmarks/*.json`;
-edits here are lost.
+`benchmarks.expected_errors`, `benchmarks.auto`, `benchmarks.node` and `benchmarks.node_soak`,
+from `docs/benchmarks/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
 what counts, and times are there to give an idea. Kernels were compiled before, unless said
 otherwise. Times are medians, unless said otherwise. The load at the start is given with each run;

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import DropScene, Part, PoseStatistics, resting_poses, simulate
-from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
+from ros_pose_stats.benchmark.families import family_part, family_tolerance
+from ros_pose_stats.geometry.poses import RestingPoses
 from ros_pose_stats.planning import pose_prior
 from ros_pose_stats.simulation.drops import DropChunk
 from ros_pose_stats.statistics.posterior import PosePrior
@@ -19,12 +20,16 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SERIES = 4242
-"""Seed of the random polyhedra; the reference datasets have others."""
+"""Seed of the parts; the reference datasets and the fits have others."""
 
-SHIFTS = ((0.0, "inertia"), (0.25, "inertia"), (0.65, "second"), (1.0, "inertia"))
+KINDS = ("polyhedra 0", "ellipsoids", "polyhedra 0.25", "machined",
+         "polyhedra 0.65 second", "rounds", "polyhedra 1", "plates",
+         "polyhedra 0", "lumps", "polyhedra 0.25", "prisms",
+         "polyhedra 0.65 second", "cornered", "polyhedra 1", "weighted")
+"""Families of the parts, which take turns: every other one is a random polyhedron."""
+
 RESTITUTIONS = (0.2, 0.5, 0.8)
 SEQUENCE, REFERENCE = 10_000, 20_000
-TOLERANCE = 0.0
 
 
 class Case(NamedTuple):
@@ -33,7 +38,7 @@ class Case(NamedTuple):
     Attributes
     ----------
     number : int
-        Of the part in its series; the shifts take turns.
+        Of the part in the series; the families take turns.
     restitution : float
     sequence : (SEQUENCE,) array of int
         Pose of one drop after the other.
@@ -46,9 +51,14 @@ class Case(NamedTuple):
     sequence: NDArray[np.int16]
     reference: Index
 
+    @property
+    def family(self) -> str:
+        """That the part is of."""
+        return KINDS[self.number % len(KINDS)]
+
     def part(self) -> Part:
         """A new one, with nothing remembered."""
-        return random_polyhedron(SERIES, self.number, *SHIFTS[self.number % len(SHIFTS)]).part()
+        return family_part(self.family, SERIES, self.number)
 
     def counts(self, drops: int) -> Index:
         """Of the first drops (P,)."""
@@ -56,11 +66,20 @@ class Case(NamedTuple):
 
     def prior(self) -> PosePrior:
         """What the base estimate says."""
-        return pose_prior(resting_poses(self.part(), TOLERANCE), self.scene())
+        return pose_prior(self.resting(), self.scene())
+
+    def resting(self) -> RestingPoses:
+        """Stable poses of a new part."""
+        return resting_poses(self.part(), self.tolerance)
+
+    @property
+    def tolerance(self) -> float:
+        """Cluster tolerance."""
+        return family_tolerance(self.family)
 
     def scene(self) -> DropScene:
         """In which it is dropped."""
-        return DropScene(self.restitution, None, TOLERANCE)
+        return DropScene(self.restitution, None, self.tolerance)
 
     def square_error(self, probability: Array) -> float:
         """Mean square error over the poses, the reference's noise taken off."""
@@ -91,10 +110,10 @@ def _dropped(number: int, restitution: float) -> Case:
     def on_drops(chunk: DropChunk) -> None:
         outcomes.append(chunk.outcomes.pose.astype(np.int16))
 
-    simulate(part, SEQUENCE, restitution, 1000 + number, cluster_tolerance=TOLERANCE,
+    simulate(part, SEQUENCE, restitution, 1000 + number, cluster_tolerance=empty.tolerance,
              on_drops=on_drops)
     reference = simulate(part, REFERENCE, restitution, 900_000 + number,
-                         cluster_tolerance=TOLERANCE)
+                         cluster_tolerance=empty.tolerance)
     counts = [pose.count for pose in sorted(reference.poses, key=lambda one: one.index)]
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))
 

@@ -24,7 +24,7 @@ def sections(cases: Sequence[Case]) -> Iterator[Section]:
     yield sharpening(cases)
     yield needed(cases)
     yield coverage(cases)
-    yield choosing(cases)
+    yield from choosing(cases)
 
 
 def cases_of(parts: int, file: Path | None, said: Callable[[str], object]) -> list[Case]:

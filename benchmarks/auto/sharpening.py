@@ -8,15 +8,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats import resting_poses
 from ros_pose_stats.planning.prior import estimated
 from ros_pose_stats.statistics.posterior import PosePrior
-from ros_pose_stats.statistics.posterior.bound import beta_like
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
-from ros_pose_stats.statistics.posterior.shortest import shortest_interval
 
 from ..results import Row, Section, Target
-from .cases import TOLERANCE, Case
+from .cases import Case
 
 Array = NDArray[np.float64]
 Answer = Callable[[int], Array]
@@ -30,8 +27,9 @@ HALF = 0.5
 
 ERROR_TIMED = (
     "Root mean square error over all poses, in points, against {} reference drops of each part "
-    "with their noise taken off; {} random polyhedra that no fit has seen, at restitution 0.2, "
-    "0.5 and 0.8 and four shifts of the centre of mass. `estimate`: {} alone; `drops`: count / n; "
+    "with their noise taken off; {} parts that no fit has seen, every other one a random "
+    "polyhedron of one of four shifts of the centre of mass, the rest of eight other families, at "
+    "restitution 0.2, 0.5 and 0.8. `estimate`: {} alone; `drops`: count / n; "
     "`hybrid`: both. `told`: root mean square of hybrid's expected errors. Not times.")
 COVERAGE_TIMED = (
     "Share of the poses whose reference probability lies in hybrid's 90 % interval, in %, after "
@@ -108,7 +106,7 @@ def needed(cases: Sequence[Case]) -> Section:
 
 
 def _estimate(case: Case) -> Array:
-    return estimated(FITTED_METHOD, resting_poses(case.part(), TOLERANCE), case.scene())
+    return estimated(FITTED_METHOD, case.resting(), case.scene())
 
 
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
@@ -120,10 +118,8 @@ def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
 
 def _covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
     after = prior.updated(case.counts(drops))
-    total = case.reference.sum()
-    noise = after.probability * (1.0 - after.probability) / total
-    low, high = shortest_interval(
-        *beta_like(after.probability, np.square(after.standard_error) + noise), LEVEL)
+    total = int(case.reference.sum())
+    low, high = after.interval(LEVEL, total)
     true = case.reference / total
     return (low <= true) & (true <= high)
 

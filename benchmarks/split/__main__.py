@@ -12,10 +12,9 @@ import json
 import sys
 from pathlib import Path
 
-from ros_pose_stats.estimators.split_weights import BENDS, OFFSETS, SLOPE, TURNS
+from ros_pose_stats.estimators.split_weights import SPLIT_FITS
 
 from ..machine import machine
-from .fit import Weights
 from .judge import fit_all, judge
 from .page import page, plain
 from .samples import drop_all, read_samples, write_samples
@@ -30,19 +29,18 @@ def main() -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("what", choices=("drops", "fit", "judge"))
     parser.add_argument("--write", action="store_true", help="write what is found to its place")
-    parser.add_argument("--workers", type=int, default=2, help="threads that drop bodies")
+    parser.add_argument("--workers", type=int, default=2, help="threads (default: %(default)s)")
     options = parser.parse_args()
     if options.what == "drops":
         write_samples(drop_all(options.workers, lambda done, all_: print(
             f"\r{done} of {all_} bodies", end="", file=sys.stderr)))
     elif options.what == "fit":
-        text = source(fit_all(read_samples()))
+        text = source(fit_all(read_samples(), options.workers))
         print(text)
         if options.write:
             MODULE.write_text(text, encoding="utf-8")
     else:
-        shipped = Weights(SLOPE, TURNS, OFFSETS, BENDS)
-        found = plain(judge(read_samples(), shipped,
+        found = plain(judge(read_samples(), SPLIT_FITS, options.workers,
                             lambda step: print(step, file=sys.stderr)), machine())
         print(page(found))
         if options.write:

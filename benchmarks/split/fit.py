@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+
+from ros_pose_stats.estimators.bent import Bent
+from ros_pose_stats.estimators.split import component_bases, component_weights
+from ros_pose_stats.estimators.split_fit import SplitFit
 
 from .gradient import tree_loss
 from .table import Table
@@ -19,46 +22,26 @@ Single = NDArray[np.float32]
 SQUARE = 3.0
 """Weight of the square error beside the negative log likelihood of a drop."""
 
+BLOCK = 4096
 
-@dataclass(frozen=True, eq=False)
-class Weights:
-    """A component's log weight: its log area + slope x + bends tanh(turns x + offsets).
-
-    The constant of the formula is left out: only differences count.
-    """
-
-    slope: Array
-    turns: Array
-    offsets: Array
-    bends: Array
-
-    def __call__(self, inputs: NDArray[np.floating]) -> Array:
-        """Of components (n,) with inputs (n, 19)."""
-        bent = np.tanh(inputs @ self.turns + self.offsets)
-        return np.asarray(inputs[:, 0] + inputs @ self.slope + bent @ self.bends, dtype=float)
+HELD_SELDOM = -4.0
+"""Where the constant of the weights of holding faces starts."""
 
 
-def averaged(fits: Sequence[Weights]) -> Weights:
-    """The mean of the logarithms of several fits, which errs less than each."""
-    return Weights(np.mean([one.slope for one in fits], axis=0),
-                   np.hstack([one.turns for one in fits]),
-                   np.concatenate([one.offsets for one in fits]),
-                   np.concatenate([one.bends for one in fits]) / len(fits))
-
-
-def predicted(weights: Weights, table: Table) -> Array:
+def predicted(fits: Sequence[SplitFit], table: Table) -> Array:
     """Probabilities (P,) of a table's poses."""
-    return _loss(table, weights(table.inputs), gradient=False)[2]
+    return _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
 
 
-def fitted(table: Table, bends: int, ridge: float, iterations: int, seed: int = 0) -> Weights:
+def fitted(table: Table, bends: tuple[int, int], ridge: float, iterations: int,
+           seed: int = 0) -> SplitFit:
     """Fit the weights of components to the samples of a table.
 
     Parameters
     ----------
     table : Table
-    bends : int
-        Hyperbolic tangents.
+    bends : tuple of int
+        Hyperbolic tangents of either weight.
     ridge : float
         Of the squares of all coefficients for standardised inputs, against the loss a sample.
     iterations : int
@@ -69,33 +52,64 @@ def fitted(table: Table, bends: int, ridge: float, iterations: int, seed: int = 
     inputs = (table.inputs - mean) / scale
     columns = inputs.shape[1]
     draw = np.random.default_rng(seed)
-    start = np.concatenate((np.zeros(columns), draw.normal(size=columns * bends)
-                            / math.sqrt(columns), 0.1 * draw.normal(size=bends), np.zeros(bends)))
-    found = minimize(_objective, start, (table, inputs, bends, ridge), "L-BFGS-B", True,
+    start = np.concatenate([part for many in bends for part in (
+        [0.0], np.zeros(columns), draw.normal(size=columns * many) / math.sqrt(columns),
+        0.1 * draw.normal(size=many), np.zeros(many))])
+    bases = np.stack(component_bases(table.inputs)).astype(np.float32)
+    bases[1] += np.float32(HELD_SELDOM)
+    found = minimize(_objective, start, (table, inputs, bases, bends, ridge), "L-BFGS-B", True,
                      options={"maxiter": iterations, "maxcor": 20}).x
-    slope, turns, offsets, heights = _parts(found, columns, bends)
-    turns = turns / scale[:, None]
-    return Weights(slope / scale, turns, offsets - mean @ turns, heights)
+    left, held = (_unscaled(part, mean, scale) for part in _parts(found, columns, bends))
+    return SplitFit(left, held._replace(constant=held.constant + HELD_SELDOM))
 
 
-def _parts(values: Array, columns: int, bends: int) -> tuple[Array, Array, Array, Array]:
-    end = columns * (1 + bends)
-    return (values[:columns], values[columns:end].reshape(columns, bends),
-            values[end:end + bends], values[end + bends:])
+def _parts(values: Array, columns: int, bends: tuple[int, int]) -> tuple[Bent, Bent]:
+    first = 1 + columns + (columns + 2) * bends[0]
+    return (_bent(values[:first], columns, bends[0]), _bent(values[first:], columns, bends[1]))
 
 
-def _objective(values: Array, table: Table, inputs: Single, bends: int,
-               ridge: float) -> tuple[float, Array]:
-    slope, turns, offsets, heights = (part.astype(np.float32) for part in
-                                      _parts(values, inputs.shape[1], bends))
-    bent = np.tanh(inputs @ turns + offsets)
-    told = table.inputs[:, 0] + inputs @ slope + bent @ heights
-    loss, slopes, _ = _loss(table, told.astype(float), gradient=True)
-    back = slopes.astype(np.float32)
-    inner = (1.0 - bent * bent) * np.outer(back, heights)
-    change = np.concatenate((inputs.T @ back, (inputs.T @ inner).ravel(), inner.sum(axis=0),
-                             bent.T @ back)).astype(float)
+def _bent(values: Array, columns: int, bends: int) -> Bent:
+    end = 1 + columns * (1 + bends)
+    return Bent(float(values[0]), values[1:1 + columns],
+                values[1 + columns:end].reshape(columns, bends), values[end:end + bends],
+                values[end + bends:])
+
+
+def _unscaled(bent: Bent, mean: Single, scale: Single) -> Bent:
+    """The same function of inputs that are not standardised."""
+    slope, turns = bent.slope / scale, bent.turns / scale[:, None]
+    return Bent(bent.constant - float(mean @ slope), slope, turns, bent.offsets - mean @ turns,
+                bent.bends)
+
+
+def _objective(values: Array, table: Table, inputs: Single, bases: Single,
+               bends: tuple[int, int], ridge: float) -> tuple[float, Array]:
+    """Loss with the ridge, and its gradient; rows go in blocks that the cache holds."""
+    parts = [Bent(np.float32(part.constant), *(one.astype(np.float32) for one in part[1:]))
+             for part in _parts(values, inputs.shape[1], bends)]
+    blocks = [slice(begin, begin + BLOCK) for begin in range(0, len(inputs), BLOCK)]
+    bent = [np.empty((len(inputs), many), np.float32) for many in bends]
+    told = np.empty_like(bases)
+    for block in blocks:
+        for k, part in enumerate(parts):
+            np.tanh(inputs[block] @ part.turns + part.offsets, out=bent[k][block])
+            told[k, block] = (bases[k, block] + part.constant + inputs[block] @ part.slope
+                              + bent[k][block] @ part.bends)
+    whole = np.logaddexp(*told)
+    loss, slopes, _ = _loss(table, whole.astype(float), gradient=True)
+    back = slopes.astype(np.float32) * np.exp(told - whole)
+    change = np.concatenate([
+        np.sum([_change(part, bent[k][block], inputs[block], back[k, block])
+                for block in blocks], axis=0, dtype=float)
+        for k, part in enumerate(parts)])
     return loss + ridge * float(values @ values), change + 2.0 * ridge * values
+
+
+def _change(part: Bent, bent: Single, inputs: Single, back: Single) -> Single:
+    """Gradient by the coefficients of one function, from that by its values."""
+    inner = (1.0 - bent * bent) * np.outer(back, part.bends)
+    return np.concatenate(([back.sum()], inputs.T @ back, (inputs.T @ inner).ravel(),
+                           inner.sum(axis=0), bent.T @ back))
 
 
 def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:

@@ -34,7 +34,7 @@ class Table:
 
     Attributes
     ----------
-    inputs : (3 K, 19) array
+    inputs : (3 K, 24) array
         Of the weights of components, as from `split_inputs`.
     children : (K, 2) array
         Children of each split, from 0 in each sample: poses, then splits by rising level.
@@ -129,7 +129,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
 
 def _expected(resting: RestingPoses, scene: DropScene) -> float:
     told = ESTIMATORS["split"].function(resting, scene)
-    return expected_error("split", resting, told, scene.restitution).here
+    return expected_error("split", resting, told, scene).here
 
 
 def split_children(resting: RestingPoses) -> Index:

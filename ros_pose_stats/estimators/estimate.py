@@ -76,7 +76,7 @@ def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
 def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
                 begin: float) -> PoseStatistics:
     probability = chosen.function(resting, scene)
-    expected = expected_error(chosen.name, resting, probability, scene.restitution)
+    expected = expected_error(chosen.name, resting, probability, scene)
     height = scene.drop_height or DEFAULT_DROP_RADII * resting.body.radius
     return PoseStatistics(
         part_id=part.part_id,

@@ -1,8 +1,9 @@
-"""What error to expect of an estimate: from how far the methods are apart on this very part.
+"""What error to expect of an estimate, from what is known of this very part and scene.
 
-Where the estimators agree they are mostly right, and where they part company at least one of
-them is wrong. The expected square error is a sum of squared distances between methods and of
-p (1 - p), with weights fitted to the reference datasets at three restitutions.
+A drop taken for an estimate errs by p (1 - p) in the square. Of how many drops an estimate is
+worth is read off the part: by how far the methods are apart on it (where they agree they are
+mostly right), how many poses there are and how shallow, inertia and corners, restitution and drop
+height. The function (`ErrorFit`) was fitted to drops of many families of parts.
 """
 
 from __future__ import annotations
@@ -13,13 +14,24 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.poses import RestingPoses
+from ..records import DropScene
 from .energy_absorption import eae, meae
-from .error_weights import ERROR_AT, ERROR_WEIGHTS, USUAL_ERRORS
+from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
 from .estimator import Array, normalized
 from .quasi_static import nonlinear, qse
+from .scene_inputs import body_inputs, corner_inputs, scene_inputs
 
 UNUSUAL = 2.0
 """Expected error over the usual one from which on the methods disagree."""
+
+LEAST_APART = 1e-3
+"""Mean square distance of two methods, over the mean p (1 - p), that logarithms start from."""
+
+SHALLOWEST = 1e-3
+"""Barrier of a pose, in radii, that logarithms start from."""
+
+DECIDED = 1e-12
+"""Mean p (1 - p) below which symmetry decides all."""
 
 
 class ExpectedError(NamedTuple):
@@ -46,11 +58,11 @@ class ExpectedError(NamedTuple):
 
 
 def expected_error(name: str, resting: RestingPoses, probability: Array,
-                   restitution: float) -> ExpectedError:
+                   scene: DropScene) -> ExpectedError:
     """Expected error of one estimate.
 
-    Between the restitutions that were measured its square is interpolated straight, beyond
-    them it is that of the nearest one.
+    Beyond the restitutions, drop heights and shapes that were measured it is that of the
+    nearest ones.
 
     Parameters
     ----------
@@ -59,15 +71,19 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     resting : RestingPoses
     probability : (P,) array
         Its estimate, in the order of `index`.
-    restitution : float
+    scene : DropScene
     """
-    if name not in ERROR_WEIGHTS:
+    if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
-    known = np.stack([eae(resting), meae(resting), qse(resting)])
-    squares = np.asarray(ERROR_WEIGHTS[name]) @ _terms(resting, probability, known)
+    known = _known(resting)
+    single = single_drop_square(resting, probability)
+    square = 0.0
+    if single > DECIDED:
+        inputs = _inputs(resting, probability, scene, known)
+        square = single * math.exp(float(ERROR_FITS[name](inputs)))
     usual = np.square(USUAL_ERRORS[name])
-    return ExpectedError(math.sqrt(np.interp(restitution, ERROR_AT, squares)),
-                         math.sqrt(np.interp(restitution, ERROR_AT, usual)),
+    return ExpectedError(math.sqrt(square),
+                         math.sqrt(np.interp(scene.restitution, USUAL_AT, usual)),
                          float(np.ptp(known, axis=0).max()))
 
 
@@ -84,22 +100,39 @@ def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> A
     return np.asarray(expected * np.sqrt(spread * (spread.size / total)))
 
 
-def error_terms(resting: RestingPoses, probability: Array) -> Array:
-    """Terms (5,) of the expected square error, each a mean over the poses.
+def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene) -> Array:
+    """Inputs (17,) of `ErrorFit`; the estimate must leave something undecided.
 
-    The estimate against MEAE, MEAE against NQSE, EAE and QSE, and p (1 - p). In the last one,
+    Restitution and log of the drop height in radii; logs of the mean square distance of the
+    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean p (1 - p); logs of the
+    number of poses and of the sum of p (1 - p); means of the logs of the poses' barriers in
+    radii, weighed by p (1 - p) and by p; then body and corners as `split` has them. In p (1 - p)
     poses that symmetry makes equal count as one, shared evenly: symmetry makes no errors.
     """
-    known = np.stack([eae(resting), meae(resting), qse(resting)])
-    return _terms(resting, probability, known)
+    return _inputs(resting, probability, scene, _known(resting))
 
 
-def _terms(resting: RestingPoses, probability: Array, known: Array) -> Array:
-    """`error_terms` from the answers (3, P) of EAE, MEAE and QSE."""
+def single_drop_square(resting: RestingPoses, probability: Array) -> float:
+    """Mean square error over the poses of a single drop: p (1 - p), symmetry allowed for."""
+    return float(np.mean(_spread(resting, probability)))
+
+
+def _known(resting: RestingPoses) -> Array:
+    """Answers (3, P) of EAE, MEAE and QSE."""
+    return np.stack([eae(resting), meae(resting), qse(resting)])
+
+
+def _inputs(resting: RestingPoses, probability: Array, scene: DropScene, known: Array) -> Array:
     energy, around, toppled = known
+    spread = _spread(resting, probability)
     apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
-    return np.append(np.mean(apart * apart, axis=1), np.mean(_spread(resting, probability)))
+    far = np.log(np.mean(apart * apart, axis=1) / spread.mean() + LEAST_APART)
+    depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
+    poses = (math.log(spread.size), math.log(spread.sum()), spread @ depth / spread.sum(),
+             probability @ depth)
+    return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
+                           corner_inputs(resting)))
 
 
 def _spread(resting: RestingPoses, probability: Array) -> Array:

@@ -9,26 +9,28 @@ simulations of many kinds of bodies (`split_weights`).
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.poses import RestingPoses
-from ..kernels.split_features import descend_splits
+from ..kernels.split_descent import descend_splits
 from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII
 from .estimator import Array, normalized
-from .split_weights import BENDS, HIGHEST_DROP, HIGHEST_RESTITUTION, OFFSETS, SLOPE, TURNS
+from .scene_inputs import body_inputs, corner_inputs, scene_inputs
+from .split_fit import SplitFit
+from .split_weights import SPLIT_FITS
 
-LOWEST_DROP = 1.0
+HOLDING = 1e-3
+"""Depth over level at which a component's faces hold half of what they hold at most."""
+
+LEAST_DEPTH = 1e-14
 
 FORGOTTEN = 30.0
 """Growth over the depth of a split at which a component keeps half of its parts' weights."""
 
 SHALLOWEST = 1e-14
-
-LEAST_CROWDING = 1e-4
-"""Crowding of corners that logarithms start from."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
@@ -47,14 +49,15 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 19) of the weights: features, body, scene and corners, for the K splits.
+    """Inputs (3 K, 24) of the weights: features, body, scene and corners, for the K splits.
 
     Both children of a split and the whole follow each other.
     """
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((_body(resting), _scene(resting, scene), _corners(resting)))
+    about = np.concatenate((body_inputs(resting), scene_inputs(resting, scene),
+                            corner_inputs(resting)))
     return np.hstack((rows, np.broadcast_to(about, (rows.shape[0], about.shape[0]))))
 
 
@@ -78,28 +81,23 @@ def kept_shares(resting: RestingPoses) -> Array:
     return kept
 
 
-def component_weights(rows: Array) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 19)."""
-    bent = np.tanh(rows @ TURNS + OFFSETS)
-    return np.asarray(rows[:, 0] + rows @ SLOPE + bent @ BENDS)
+def component_weights(rows: NDArray[np.floating],
+                      fits: Sequence[SplitFit] = SPLIT_FITS) -> Array:
+    """Logarithm (n,) of the weights of components from their inputs (n, 24).
+
+    A part comes to rest in a component because the last of its energy leaves it there, or
+    because it lands on a face that holds it: each has a weight of its own, and they add.
+    """
+    left, held = component_bases(rows)
+    told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]
+    return np.asarray(np.mean(told, axis=0))
 
 
-def _body(resting: RestingPoses) -> Array:
-    """Trace of the inertia, its smallest and largest share; highest split, lowest pose."""
-    moments = np.linalg.eigvalsh(resting.inertia)
-    levels = resting.equilibria.arrays.tree.level[resting.clusters.split]
-    return np.array([moments.sum(), moments[0] / moments.sum(), moments[2] / moments.sum(),
-                     levels.max(initial=0.0), resting.equilibria.heights.min()])
+def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
+    """Logarithms (n,) of what the fitted factors multiply: the area, and the angle that holds.
 
-
-def _scene(resting: RestingPoses, scene: DropScene) -> Array:
-    radii = DEFAULT_DROP_RADII
-    if scene.drop_height is not None:
-        radii = scene.drop_height / resting.body.radius
-    return np.array([min(scene.restitution, HIGHEST_RESTITUTION),
-                     math.log(min(max(radii, LOWEST_DROP), HIGHEST_DROP))])
-
-
-def _corners(resting: RestingPoses) -> Array:
-    """Logarithms of how far the body turns in few corners, at two reaches."""
-    return np.asarray(np.log(resting.corner_crowding + LEAST_CROWDING))
+    The angle counts less for a component that is hardly deeper than its lowest face: it
+    vanishes with the depth.
+    """
+    depth = np.maximum(rows[:, 3], LEAST_DEPTH)
+    return np.asarray(rows[:, 0]), np.asarray(rows[:, 7] + np.log(depth / (depth + HOLDING)))

@@ -14,27 +14,19 @@ from numpy.typing import NDArray
 from .arcs import Arcs, arc_sums, make_arcs
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
+from .component_features import (
+    FAR,
+    FEATURES,
+    NEAR,
+    holding_faces,
+    joined_soon,
+    lowest_faces,
+    write_row,
+)
 from .merge_tree import MergeTree
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-FEATURES = 10
-"""Of a component at a level; see `_row`."""
-
-OUTSIDE = 0.3
-"""Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
-
-ALIKE = 0.15
-"""Angle, in radians, to the stable face below from which on a face is another one."""
-
-SMALLEST = 1e-12
-"""Share of the sphere that logarithms start from."""
-
-FAINTEST = -12.0
-RAREST = -8.0
-SHORTEST = 1e-9
-
 
 @entry_kernel
 def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
@@ -65,8 +57,8 @@ def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
         return found
     inverse: Array = np.linalg.inv(inertia).astype(np.float64)
     arcs = make_arcs(points, body, inertia, inverse)
-    held, turned = _held(body, stable, basin, tree, inertia)
-    lowest = _lowest(body, stable, tree)
+    held, turned = holding_faces(body, stable, basin, tree, inertia)
+    lowest = lowest_faces(body, stable, tree)
     first, last, after, below = _lists(body, tree, wanted, arcs)
     sums = np.zeros((2, 6))
     for j in range(joins):
@@ -101,7 +93,7 @@ def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
                     before = k
                 k = onward
             sums[c, 4:] += below[node]
-            _row(found[j, c], sums[c], level, lowest[node])
+            write_row(found[j, c], sums[c], level, lowest[node])
             below[whole] += below[node]
             if first[whole] < 0:
                 first[whole], last[whole] = first[node], last[node]
@@ -109,7 +101,11 @@ def split_features(points: Array, body: BodyArrays, stable: Index, basin: Index,
                 after[last[whole]] = first[node]
                 last[whole] = last[node]
         sums[0] += sums[1]
-        _row(found[j, 2], sums[0], level, lowest[whole])
+        write_row(found[j, 2], sums[0], level, lowest[whole])
+    joined_soon(found, tree, wanted, 0, NEAR, 11)
+    joined_soon(found, tree, wanted, 0, FAR, 12)
+    joined_soon(found, tree, wanted, 7, NEAR, 13)
+    joined_soon(found, tree, wanted, 7, FAR, 14)
     return found
 
 
@@ -144,115 +140,3 @@ def _lists(body: BodyArrays, tree: MergeTree, wanted: NDArray[np.bool_],
                             after[last[node]] = k
                         last[node] = k
     return first, last, after, np.zeros((nodes, 2))
-
-
-@kernel
-def _row(row: Array, sums: Array, level: float, lowest: float) -> None:
-    """Turn additive measures of a component into features.
-
-    0  log of the share of the sphere with r < level; 1, 2 that of R over it, and its log;
-    3  depth over level; 4 level; 5 lowest height; 6 mean log of the inertia about `down` over
-    the mean one; 7 log of the solid angle of the faces that hold; 8 log of the turns over the
-    lengths of the edges' arcs, over the root of the area; 9 as 8, over their angles.
-    """
-    area = max(sums[0], 0.0) / (4.0 * math.pi)
-    around = max(sums[1], 0.0) / (4.0 * math.pi)
-    root = math.sqrt(area + SMALLEST)
-    row[0] = math.log(area + SMALLEST)
-    row[1] = min(around / (area + SMALLEST), 1.0)
-    row[2] = max(math.log(around + SMALLEST) - row[0], RAREST)
-    row[3] = (level - lowest) / level
-    row[4] = level
-    row[5] = lowest
-    row[6] = sums[3] / max(sums[2], SMALLEST)
-    row[7] = max(math.log(sums[2] / (4.0 * math.pi) + SMALLEST), FAINTEST)
-    row[8] = math.log(max(sums[5], SHORTEST) / root)
-    row[9] = math.log(max(sums[4], SHORTEST) / root)
-
-
-@kernel
-def _held(body: BodyArrays, stable: Index, basin: Index, tree: MergeTree,
-          inertia: Array) -> tuple[Array, Array]:
-    """Running sums (F + 1,) over `face_order` of the solid angle of the faces that hold.
-
-    A face holds what lands on it if the foot of the centre of mass lies inside, less the
-    farther it lies outside, or if it is nearly the stable face below. The second sum is
-    weighted by the log of the inertia about the face's normal over the mean one.
-    """
-    faces = body.distance.shape[0]
-    tilt = np.zeros(faces)
-    for k in range(body.twin.shape[0]):
-        f = body.face[k]
-        tilt[f] = max(tilt[f], math.atan2(-body.inset[k], body.distance[f]))
-    mean = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 3.0
-    held, turned = np.zeros(faces + 1), np.zeros(faces + 1)
-    for i in range(faces):
-        f = tree.face_order[i]
-        n, b = body.normal[f], body.normal[stable[basin[f]]]
-        about = together = 0.0
-        for x in range(3):
-            together += n[x] * b[x]
-            for y in range(3):
-                about += n[x] * inertia[x, y] * n[y]
-        apart = math.acos(min(max(together, -1.0), 1.0))
-        share = max(max(0.0, 1.0 - tilt[f] / OUTSIDE) ** 2, max(0.0, 1.0 - apart / ALIKE) ** 2)
-        held[i + 1] = held[i] + share * body.angle[f]
-        turned[i + 1] = turned[i] + share * body.angle[f] * math.log(about / mean)
-    return held, turned
-
-
-@kernel
-def _lowest(body: BodyArrays, stable: Index, tree: MergeTree) -> Array:
-    """Smallest height (2 S - 1,) of a stable face below each node."""
-    leaves = stable.shape[0]
-    lowest = np.empty(2 * leaves - 1)
-    lowest[:leaves] = body.distance[stable]
-    for j in range(leaves - 1):
-        lowest[leaves + j] = min(lowest[tree.child[j, 0]], lowest[tree.child[j, 1]])
-    return lowest
-
-
-@entry_kernel
-def descend_splits(weight: Array, kept: Array, tree: MergeTree,
-                   wanted: NDArray[np.bool_]) -> Array:
-    """Probability (2 S - 1,) of reaching each node from the weights of the components.
-
-    A component's weight grows with the level: `weight` is its logarithm where the component
-    splits off. Where two join, their weights add, and go on growing as the logarithm does from
-    there on. So poses whose splits tie come out the same in any order of the splits.
-
-    Parameters
-    ----------
-    weight : (S - 1, 3) array
-        For both children and the whole at each join.
-    kept : (S - 1, 2) array
-        How much of the difference between the sum of weights and the whole's own one a child
-        keeps that was put together below, 0 to 1.
-    tree, wanted
-        As for `split_features`.
-    """
-    joins = tree.level.shape[0]
-    grown = np.zeros(2 * joins + 1)
-    probability = np.zeros(2 * joins + 1)
-    share = np.zeros((joins, 2))
-    probability[2 * joins] = 1.0
-    for j in range(joins):
-        if not wanted[j]:
-            continue
-        side = np.empty(2)
-        for c in range(2):
-            node = tree.child[j, c]
-            side[c] = weight[j, c]
-            below = node - joins - 1
-            if below >= 0 and wanted[below]:
-                side[c] += kept[j, c] * (grown[node] - weight[below, 2])
-        most = max(side[0], side[1])
-        share[j] = np.exp(side - most)
-        total = share[j, 0] + share[j, 1]
-        share[j] /= total
-        grown[joins + 1 + j] = most + math.log(total)
-    for j in range(joins - 1, -1, -1):
-        if wanted[j]:
-            for c in range(2):
-                probability[tree.child[j, c]] = share[j, c] * probability[joins + 1 + j]
-    return probability

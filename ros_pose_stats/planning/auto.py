@@ -15,6 +15,7 @@ from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..simulation import simulate
 from ..simulation.request import drop_request
 from ..statistics.intervals import DEFAULT_LEVEL
+from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
 from .confidence import (
     best_method,
@@ -26,7 +27,7 @@ from .confidence import (
 )
 from .hybrid import METHOD as HYBRID
 from .hybrid import combined_progress, hybrid_statistics
-from .prior import knows, pose_prior
+from .prior import pose_prior
 from .time_limit import TimeLimit
 from .words import enough, not_enough, untargeted
 
@@ -83,17 +84,18 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     asked = _Asked(target_error, MOST_DROPS if drops is None else drops, seed, workers)
     drop_request(asked.drops, seed, target_error, workers, "random", None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    best = estimate(part, best_method(restitution), restitution=restitution,
-                    drop_height=drop_height, cluster_tolerance=cluster_tolerance)
-    bound = estimate_bound(best) if knows(best.method, resting_poses(part, cluster_tolerance),
-                                          scene) else math.inf
-    if target_error == 0.0:
-        found, choice = best, untargeted(best.method)
-    elif bound <= target_error:
-        found, choice = best, enough(f"{best.method} alone", bound, target_error)
+    best, bound = best_method(restitution), 0.0
+    if target_error > 0.0:
+        prior = pose_prior(resting_poses(part, cluster_tolerance), scene, best)
+        bound = estimate_bound(prior)
+    if bound > target_error:
+        found = _dropped(part, scene, asked, prior, on_progress, in_time)
+        choice = _why_drops(found, best, bound, target_error)
     else:
-        found = _dropped(part, scene, asked, on_progress, in_time)
-        choice = _why_drops(found, best.method, bound, target_error)
+        found = estimate(part, best, restitution=restitution, drop_height=drop_height,
+                         cluster_tolerance=cluster_tolerance)
+        choice = (enough(f"{best} alone", bound, target_error) if target_error > 0.0
+                  else untargeted(best))
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
 
@@ -107,11 +109,10 @@ class _Asked(NamedTuple):
     workers: int | None
 
 
-def _dropped(part: Part, scene: DropScene, asked: _Asked,
+def _dropped(part: Part, scene: DropScene, asked: _Asked, prior: PosePrior,
              on_progress: Callable[[DropProgress], object] | None,
              in_time: TimeLimit) -> PoseStatistics:
     """As many drops as the target needs, with the estimate's help where it has some worth."""
-    prior = pose_prior(resting_poses(part, scene.cluster_tolerance), scene)
     helped = worthwhile(prior, asked.target_error)
     counted = simulate(
         part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,

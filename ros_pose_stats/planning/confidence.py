@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimators import ESTIMATORS
-from ..estimators.error_weights import ERROR_AT, USUAL_ERRORS
-from ..records import PoseStatistics
+from ..estimators.error_weights import USUAL_AT, USUAL_ERRORS
 from ..statistics.posterior import PosePrior, error_quantile
-from ..statistics.posterior.fitted import BOUND_FACTORS, FITTED_AT
 from .hybrid import FIRST_LOOK
 
 Counts = NDArray[np.int64]
@@ -32,19 +30,16 @@ def best_method(restitution: float) -> str:
     """The estimator that errs least on the reference parts at a restitution."""
     def usual(name: str) -> float:
         squares = np.square(USUAL_ERRORS[name])
-        return float(np.interp(restitution, ERROR_AT, squares))
+        return float(np.interp(restitution, USUAL_AT, squares))
 
     return min((name for name in ESTIMATORS if name in USUAL_ERRORS), key=usual)
 
 
-def estimate_bound(best: PoseStatistics) -> float:
-    """Error that an estimate keeps on nine parts out of ten: errors scatter over parts.
-
-    A method that the fit has not seen is taken to scatter like the one that scatters most.
-    """
-    worst = tuple(np.max(list(BOUND_FACTORS.values()), axis=0))
-    factors = BOUND_FACTORS.get(best.method, worst)
-    return best.expected_error * float(np.interp(best.restitution, FITTED_AT, factors))
+def estimate_bound(prior: PosePrior) -> float:
+    """Error that an estimate alone keeps with 90 % confidence; infinite if nothing is known."""
+    if not prior.known:
+        return math.inf
+    return prior.updated(np.zeros(prior.unit.shape, dtype=np.int64)).error_quantile()
 
 
 def worthwhile(prior: PosePrior, target_error: float) -> bool:

@@ -16,20 +16,22 @@ from ..statistics.posterior import PosePrior
 from ..statistics.posterior.fitted import FITTED_METHOD
 
 
-def pose_prior(resting: RestingPoses, scene: DropScene) -> PosePrior:
-    """What the base estimate says before the first drop.
+def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_METHOD) -> PosePrior:
+    """What an estimate says before the first drop.
 
-    Its expected error was measured at a usual drop height; a lower one that it does not know
-    leaves next to nothing of its worth, so that drops have the say.
+    A drop so low that the estimator does not know it leaves next to nothing of its worth, so
+    that drops have the say.
 
     Parameters
     ----------
     resting : RestingPoses
     scene : DropScene
+    method : str
+        The estimator; how its errors scatter over parts was fitted for the default one.
     """
-    base = estimator(FITTED_METHOD)
+    base = estimator(method)
     estimate = estimated(base.name, resting, scene)
-    expected = expected_error(base.name, resting, estimate, scene.restitution).here
+    expected = expected_error(base.name, resting, estimate, scene).here
     return PosePrior(estimate, [pose.group for pose in resting.poses],
                      expected if knows(base.name, resting, scene) else math.nan, scene.restitution)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -11,7 +9,6 @@ from ..geometry.poses import resting_poses
 from ..planning import pose_prior
 from ..planning.confidence import estimate_bound, plain_bound, prior_bound
 from ..planning.hybrid import METHOD as HYBRID
-from ..planning.prior import knows
 from ..records import DropScene, Part
 
 
@@ -32,7 +29,7 @@ def error_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
     """
     resting = resting_poses(part, scene.cluster_tolerance)
     if not message.drops:
-        return estimate_bound(message) if knows(message.method, resting, scene) else math.inf
+        return estimate_bound(pose_prior(resting, scene, message.method))
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count

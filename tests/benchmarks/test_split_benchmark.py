@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.split import judge, page, source
 from benchmarks.split.__main__ import DOCS
-from benchmarks.split.fit import Weights, averaged, fitted, predicted
+from benchmarks.split.fit import _objective, fitted, predicted
 from benchmarks.split.gradient import tree_loss
 from benchmarks.split.samples import (
     FIT_SEED,
@@ -20,12 +20,23 @@ from benchmarks.split.samples import (
 )
 from benchmarks.split.table import make_table
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
+from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.registry import ESTIMATORS
-from ros_pose_stats.estimators.split_weights import BENDS, OFFSETS, SLOPE, TURNS
+from ros_pose_stats.estimators.split import component_bases, component_weights
+from ros_pose_stats.estimators.split_fit import SplitFit
+from ros_pose_stats.estimators.split_weights import SPLIT_FITS
 from ros_pose_stats.geometry.poses import resting_poses
 from ros_pose_stats.records import DropScene
 
-SHIPPED = Weights(SLOPE, TURNS, OFFSETS, BENDS)
+
+def bent(constant=0.0, columns=24, bends=3, random=None):
+    """Of random coefficients, or a constant."""
+    if random is None:
+        return Bent(constant, np.zeros(columns), np.zeros((columns, bends)), np.zeros(bends),
+                    np.zeros(bends))
+    return Bent(constant, 0.3 * random.normal(size=columns),
+                0.3 * random.normal(size=(columns, bends)), random.normal(size=bends),
+                random.normal(size=bends))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +69,7 @@ class TestFit:
             assert (ends[1] - ends[0]) / 2e-5 == pytest.approx(float(slopes @ way), rel=1e-5)
 
     def test_the_shipped_weights_in_a_table_are_the_estimator(self, some, table):
-        found = predicted(SHIPPED, table)
+        found = predicted(SPLIT_FITS, table)
         begin = 0
         for row in some:
             resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
@@ -69,18 +80,33 @@ class TestFit:
         assert begin == found.size
 
     def test_a_fit_gains_on_the_plain_areas(self, table):
-        plain = Weights(np.zeros(19), np.zeros((19, 1)), np.zeros(1), np.zeros(1))
+        plain = [SplitFit(bent(), bent(-200.0))]
         before = table.error(predicted(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
-        assert table.error(predicted(fitted(table, 4, 1e-4, 30), table)) < 0.9 * before
+        found = fitted(table, (4, 2), 1e-4, 30)
+        assert table.error(predicted([found], table)) < 0.9 * before
+
+    def test_the_slopes_of_the_fit_are_those_of_its_objective(self, table):
+        """Along random ways, in single precision."""
+        inputs = (table.inputs - table.inputs.mean(axis=0)) / table.inputs.std(axis=0)
+        bases = np.stack(component_bases(table.inputs)).astype(np.float32)
+        random, bends = np.random.default_rng(6), (3, 2)
+        size = sum(1 + 24 + 26 * many for many in bends)
+        values = 0.3 * random.normal(size=size)
+        slope = _objective(values, table, inputs, bases, bends, 1e-3)[1]
+        for _ in range(5):
+            way = random.normal(size=size)
+            ends = [_objective(values + step * way, table, inputs, bases, bends, 1e-3)[0]
+                    for step in (-1e-3, 1e-3)]
+            assert (ends[1] - ends[0]) / 2e-3 == pytest.approx(float(slope @ way), rel=1e-2,
+                                                               abs=2e-3)
 
     def test_the_mean_of_fits_is_that_of_their_logarithms(self, table):
         random = np.random.default_rng(8)
-        fits = [Weights(random.normal(size=19), random.normal(size=(19, 3)),
-                        random.normal(size=3), random.normal(size=3)) for _ in range(3)]
+        fits = [SplitFit(bent(0.0, random=random), bent(-1.0, random=random)) for _ in range(3)]
         np.testing.assert_allclose(
-            averaged(fits)(table.inputs), np.mean([one(table.inputs) for one in fits], axis=0),
-            rtol=1e-4, atol=1e-4)
+            component_weights(table.inputs, fits),
+            np.mean([component_weights(table.inputs, [one]) for one in fits], axis=0))
 
     def test_nobody_is_both_fitted_to_and_judged(self, samples):
         assert {one.seed for one in samples} == {FIT_SEED, JUDGE_SEED}
@@ -105,7 +131,7 @@ class TestFiles:
                    for one, other in zip(again, some, strict=True))
 
     def test_the_source_holds_the_weights(self):
-        assert source.source(SHIPPED) == source.MODULE.read_text(encoding="utf-8")
+        assert source.source(SPLIT_FITS) == source.MODULE.read_text(encoding="utf-8")
 
     def test_the_page_shows_the_stored_scores(self):
         found = json.loads((DOCS / "benchmarks/split.json").read_text(encoding="utf-8"))
@@ -130,4 +156,5 @@ def test_finely_divided_bodies(samples, family):
     """Well below the best of the paper, on bodies that are judged alone."""
     table = make_table([one for one in samples if one.family == family
                         and one.seed == JUDGE_SEED and one.number < 20])
-    assert table.error(predicted(SHIPPED, table)) < 0.75 * table.error(table.reference["combined"])
+    found = table.error(predicted(SPLIT_FITS, table))
+    assert found < 0.75 * table.error(table.reference["combined"])

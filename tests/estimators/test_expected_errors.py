@@ -7,20 +7,24 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.fit_expected_errors import MODULE, fitted, samples, source
+from benchmarks.expected_errors.fit import fitted
+from benchmarks.expected_errors.samples import ErrorSamples, error_samples
+from benchmarks.expected_errors.source import MODULE, source
+from benchmarks.split.samples import JUDGE_SEED, read_samples
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.estimators.error_weights import ERROR_AT, ERROR_WEIGHTS, USUAL_ERRORS
-from ros_pose_stats.estimators.expected import error_terms, expected_error
+from ros_pose_stats.estimators.error_weights import ERROR_FITS, USUAL_ERRORS
+from ros_pose_stats.estimators.expected import error_inputs, expected_error, single_drop_square
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.records import DropScene
 
 
-def told(part, method, restitution=0.5):
+def told(part, method, restitution=0.5, drop_height=None):
     resting = resting_poses(part, 0.0)
-    probability = ESTIMATORS[method].function(resting, DropScene(restitution))
-    return expected_error(method, resting, probability, restitution)
+    scene = DropScene(restitution, drop_height, 0.0)
+    probability = ESTIMATORS[method].function(resting, scene)
+    return expected_error(method, resting, probability, scene)
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +33,14 @@ def polyhedron():
 
 
 @pytest.fixture(scope="module")
-def fits():
-    return samples()
+def new_bodies():
+    """Every fourth body that is there to judge by."""
+    return error_samples([one for one in read_samples() if one.seed == JUDGE_SEED
+                          and one.number % 4 == 0])
 
 
 def test_every_method_has_one_and_every_answer_carries_it(polyhedron):
-    assert ERROR_WEIGHTS.keys() == USUAL_ERRORS.keys() == ESTIMATORS.keys()
+    assert ERROR_FITS.keys() == USUAL_ERRORS.keys() == ESTIMATORS.keys()
     for found in estimate_all(polyhedron, restitution=0.3, cluster_tolerance=0.0):
         assert found.expected_error == told(polyhedron, found.method, 0.3).here
         assert 0.0 < found.expected_error < 1.0
@@ -49,33 +55,42 @@ def test_symmetry_makes_no_errors(surface):
 
 
 @pytest.mark.parametrize("method", ESTIMATORS)
-def test_between_and_beyond_the_measured_restitutions(polyhedron, method):
+def test_continuous_in_the_scene_and_the_same_beyond_what_was_measured(polyhedron, method):
     """For one and the same estimate."""
     resting = resting_poses(polyhedron, 0.0)
     probability = ESTIMATORS[method].function(resting, DropScene())
+    radius = resting.body.radius
 
-    def square(restitution):
-        return expected_error(method, resting, probability, restitution).here ** 2
+    def error(restitution, radii=20.0):
+        scene = DropScene(restitution, radii * radius, 0.0)
+        return expected_error(method, resting, probability, scene).here
 
-    at = [square(one) for one in ERROR_AT]
-    assert square(0.35) == pytest.approx(0.5 * (at[0] + at[1]))
-    assert square(0.0) == pytest.approx(at[0])
-    assert square(0.95) == pytest.approx(at[2])
+    assert error(0.35 + 1e-6) == pytest.approx(error(0.35), rel=1e-4)
+    assert error(0.35, 3.0) == pytest.approx(error(0.35, 3.0 + 1e-5), rel=1e-4)
+    assert error(0.35, 1.0) != error(0.35, 50.0) != error(0.8, 50.0)
+    assert error(0.99, 20.0) == error(0.97, 20.0)
+    assert error(0.5, 500.0) == error(0.5, 200.0)
 
 
 def test_an_unmeasured_method(polyhedron):
     resting = resting_poses(polyhedron, 0.0)
-    found = expected_error("unheard of", resting, np.ones(len(resting.poses)), 0.5)
+    found = expected_error("unheard of", resting, np.ones(len(resting.poses)), DropScene())
     assert math.isnan(found.here) and not found.unusual
 
 
-def test_terms_by_their_definition(polyhedron):
-    resting = resting_poses(polyhedron, 0.0)
-    p = {name: entry.function(resting, DropScene()) for name, entry in ESTIMATORS.items()}
+def test_inputs_by_their_definition(polyhedron):
+    resting, scene = resting_poses(polyhedron, 0.0), DropScene(0.4, None, 0.0)
+    p = {name: entry.function(resting, scene) for name, entry in ESTIMATORS.items()}
+    single = p["adre"] * (1.0 - p["adre"])
     pairs = (("adre", "meae"), ("meae", "nqse"), ("meae", "eae"), ("meae", "qse"))
-    expected = [np.mean((p[one] - p[other]) ** 2) for one, other in pairs]
-    np.testing.assert_allclose(error_terms(resting, p["adre"]),
-                               [*expected, np.mean(p["adre"] * (1.0 - p["adre"]))])
+    far = [math.log(np.mean((p[one] - p[other]) ** 2) / single.mean() + 1e-3)
+           for one, other in pairs]
+    depth = [math.log(pose.barrier / resting.body.radius + 1e-3) for pose in resting.poses]
+    expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
+                np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
+    found = error_inputs(resting, p["adre"], scene)
+    np.testing.assert_allclose(found[:len(expected)], expected)
+    assert single_drop_square(resting, p["adre"]) == pytest.approx(single.mean())
 
 
 def test_methods_that_disagree_are_told():
@@ -91,30 +106,36 @@ def test_methods_that_disagree_are_told():
 
 
 class TestFit:
-    def test_the_source_is_what_the_command_writes(self, fits):
-        assert MODULE.read_text(encoding="utf-8") == source(fits)
+    def test_the_source_holds_what_was_fitted(self):
+        usual = {name: np.array(row) for name, row in USUAL_ERRORS.items()}
+        assert MODULE.read_text(encoding="utf-8") == source(ERROR_FITS, usual)
 
     @pytest.mark.parametrize("method", ESTIMATORS)
-    def test_held_out_parts_are_met(self, fits, method):
-        """Weights from every other part; the error of the other half, in four bins, within a
-        quarter and three standard errors of what is expected."""
-        one = fits[method]
-        for restitution in ERROR_AT:
-            squares = one.squares[restitution]
-            weights = fitted(one.terms[restitution][::2], squares[::2])
-            expected, true = one.terms[restitution][1::2] @ weights, squares[1::2]
-            for some in np.array_split(np.argsort(expected), 4):
-                scatter = true[some].std() / math.sqrt(len(some))
-                off = abs(math.sqrt(expected[some].mean()) - math.sqrt(max(true[some].mean(), 0)))
-                allowed = 0.25 * math.sqrt(expected[some].mean())
-                assert off < allowed + 1.5 * scatter / math.sqrt(expected[some].mean())
+    def test_new_bodies_are_met(self, new_bodies, method):
+        """Four bins by what is expected; the true mean square is within a fifth of it and three
+        standard errors, as they follow from its scatter over the bodies."""
+        some = new_bodies[method]
+        expected = some.single * np.exp(ERROR_FITS[method](some.inputs))
+        true = some.square - some.noise
+        for part in np.array_split(np.argsort(expected), 4):
+            scatter = math.sqrt(6.0) * true[part].std() / math.sqrt(len(part))  # six scenes each
+            assert true[part].mean() == pytest.approx(
+                expected[part].mean(), abs=0.4 * expected[part].mean() + 3.0 * scatter)
 
-    def test_known_weights_are_found(self):
+    def test_a_known_function_is_found(self):
+        """Square errors around a smooth function, with the noise of drops on top."""
         rng = np.random.default_rng(1)
-        terms = rng.gamma(1.0, 1.0, (4000, 5)) * 1e-2
-        weights = np.array((0.5, 0.0, 2.0, 0.1, 1.0))
-        squares = terms @ weights * rng.gamma(2.0, 0.5, 4000)
-        np.testing.assert_allclose(fitted(terms, squares), weights, atol=0.1)
+        count = 6000
+        inputs = rng.normal(size=(count, 3))
+        log_ratio = -3.0 + 0.5 * inputs[:, 0] - np.tanh(inputs[:, 1] * inputs[:, 2])
+        single, noise = rng.uniform(0.05, 0.2, count), np.full(count, 2e-4)
+        square = single * np.exp(log_ratio) * rng.gamma(2.0, 0.5, count)
+        square += noise * rng.gamma(4.0, 0.25, count)
+        found = fitted(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
+                                    np.ones(count), np.zeros(count, dtype=str)))
+        off = found(inputs) - log_ratio
+        assert abs(off.mean()) < 0.03
+        assert off.std() < 0.12
 
 
 @pytest.mark.parametrize("method", ESTIMATORS)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses
 from ros_pose_stats.estimators import split as module
+from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.energy_absorption import meae
-from ros_pose_stats.estimators.split import split, split_inputs
+from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
+from ros_pose_stats.estimators.split_fit import SplitFit
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.kernels.arcs import make_arcs
@@ -25,9 +29,46 @@ def by_index(part, restitution=0.5, height=None, tolerance=0.0):
 @pytest.mark.parametrize("number", range(25))
 def test_without_its_weights_it_is_the_modified_energy_absorption_estimator(number, monkeypatch):
     """Eq. 8 with r, which has an implementation of its own."""
-    monkeypatch.setattr(module, "component_weights", lambda rows: rows[:, 0])
+    none = SplitFit(*(Bent(constant, np.zeros(24), np.zeros((24, 1)), np.zeros(1), np.zeros(1))
+                      for constant in (0.0, -300.0)))
+    monkeypatch.setattr(module, "component_weights", lambda rows: component_weights(rows, [none]))
     resting = resting_poses(random_polyhedron(8, number, 0.25).part(), 0.0)
     np.testing.assert_allclose(split(resting, DropScene()), meae(resting), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("of", "columns"), [(0, (11, 12)), (7, (13, 14))])
+def test_what_joins_soon_by_its_definition(of, columns):
+    """Up every branch: siblings' areas and holding angles, each the less the higher it joins."""
+    resting = resting_poses(random_polyhedron(8, 5, 0.25).part(), 0.0)
+    tree, found = resting.equilibria.arrays.tree, resting.split_features
+    joins = tree.level.shape[0]
+    upper = {int(child): (join, side) for join in range(joins)
+             for side, child in enumerate(tree.child[join])}
+
+    def joined(node, level, rise):
+        total = 0.0
+        while node in upper:
+            join, side = upper[node]
+            later = (tree.level[join] - level) / rise
+            total += math.exp(found[join, 1 - side, of] - later)
+            node = joins + 1 + join
+        return total
+
+    for join in range(joins):
+        nodes = (*tree.child[join].tolist(), joins + 1 + join)
+        for column, rise in zip(columns, (0.01, 0.1), strict=True):
+            told = [math.log1p(joined(node, tree.level[join], rise)
+                               / math.exp(found[join, row, of]))
+                    for row, node in enumerate(nodes)]
+            np.testing.assert_allclose(found[join, :, column], told, rtol=1e-9)
+
+
+def test_a_component_of_no_depth_holds_nothing():
+    rows = np.zeros((4, 24))
+    rows[:, 3] = (0.0, 1e-6, 1e-3, 0.5)
+    area, held = component_bases(rows)
+    assert area.tolist() == [0.0] * 4
+    np.testing.assert_allclose(np.exp(held), (0.0, 1e-3, 0.5, 1.0), atol=2e-3)
 
 
 class TestScene:

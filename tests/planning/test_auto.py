@@ -8,15 +8,14 @@ import sys
 import numpy as np
 import pytest
 
-from ros_pose_stats import auto, estimate, hybrid, part_from_mesh, resting_poses
+from ros_pose_stats import DropScene, auto, estimate, hybrid, part_from_mesh, resting_poses
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators.error_weights import USUAL_ERRORS
-from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.planning import confidence
+from ros_pose_stats.planning import confidence, pose_prior
 from ros_pose_stats.planning.confidence import best_method, estimate_bound, plain_bound
-from ros_pose_stats.statistics.posterior.fitted import BOUND_FACTORS
+from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +33,7 @@ def test_no_target_is_the_best_estimate_at_once(part):
 
 
 def test_an_estimate_that_is_sure_enough(part):
-    bound = estimate_bound(estimate(part, best_method(0.5)))
+    bound = estimate_bound(pose_prior(resting_poses(part), DropScene()))
     found = auto(part, 1.01 * bound)
     assert (found.method, found.drops) == (best_method(0.5), 0)
     assert "with 90 % confidence" in found.choice
@@ -71,7 +70,6 @@ def test_a_low_drop_is_estimated_where_the_estimate_knows_it(part):
 def test_a_low_drop_is_counted_where_the_estimate_does_not_know_it(part, monkeypatch):
     monkeypatch.setattr(sys.modules["ros_pose_stats.planning.auto"], "best_method",
                         lambda _: "combined")
-    monkeypatch.setattr("ros_pose_stats.planning.prior.FITTED_METHOD", "combined")
     found = auto(part, 0.03, seed=1, drop_height=1.5 * resting_poses(part).body.radius)
     assert found.drops > 0
     assert "so low a drop" in found.choice
@@ -98,7 +96,11 @@ def test_the_best_method_is_the_one_of_least_usual_error():
         assert USUAL_ERRORS[best_method(restitution)][at] == min(
             errors[at] for errors in USUAL_ERRORS.values())
     assert best_method(0.0) == best_method(0.2)
-    assert best_method(0.2) in ESTIMATORS and best_method(0.2) in BOUND_FACTORS
+
+
+@pytest.mark.parametrize("restitution", np.linspace(0.0, 0.99, 12))
+def test_the_prior_is_fitted_to_the_best_method(restitution):
+    assert best_method(restitution) == FITTED_METHOD
 
 
 def test_plain_counts_without_drops_bound_nothing():

@@ -82,7 +82,8 @@ class TestAnEstimate:
 
     def test_good_enough_is_judged_by_the_bound(self, client):
         best = estimate(library_part(WEDGE))
-        between = 0.5 * (best.expected_error + estimate_bound(best))
+        prior = pose_prior(resting_poses(library_part(WEDGE)), DropScene())
+        between = 0.5 * (best.expected_error + estimate_bound(prior))
         part_id = known_part(client)
         answer = client.good("estimate", part_id=part_id, target_error=between)
         ended = finished(client, job_named(answer.message)).statistics

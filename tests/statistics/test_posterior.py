@@ -173,20 +173,47 @@ class TestSticks:
         assert total == pytest.approx(1.0, abs=1e-9)
 
 
+def beta_moments(a, b):
+    return np.array(a) / np.add(a, b), beta.var(a, b)
+
+
 class TestShortest:
     @given(st.floats(1.01, 500.0), st.floats(1.01, 500.0), st.sampled_from((0.5, 0.9, 0.99)))
     def test_as_dense_at_both_ends(self, a, b, level):
-        (low,), (high,) = shortest_interval(np.array([a]), np.array([b]), level)
+        """Of one Beta distribution, against scipy's."""
+        mean, variance = beta_moments([[a]], [[b]])
+        (low,), (high,) = shortest_interval(np.ones((1, 1)), mean, variance, level)
         own = beta(a, b)
-        assert own.cdf(high) - own.cdf(low) == pytest.approx(level, abs=1e-6)
+        assert own.cdf(high) - own.cdf(low) == pytest.approx(level, abs=1e-4)
         width = high - low
         for below in np.linspace(0.0, 1.0 - level, 20):
-            assert own.ppf(min(below + level, 1.0)) - own.ppf(below) >= width * (1.0 - 1e-3)
+            assert own.ppf(min(below + level, 1.0)) - own.ppf(below) >= width * (1.0 - 3e-3)
 
     def test_a_density_that_falls_begins_at_nothing(self):
-        low, high = shortest_interval(np.array((0.5, 1.0, 9.0)), np.array((9.0, 9.0, 0.5)), 0.9)
-        assert low[:2].tolist() == [0.0, 0.0] and high[2] == 1.0
-        np.testing.assert_allclose(beta.cdf(high[:2], (0.5, 1.0), 9.0), 0.9)
+        moments = beta_moments([[0.5, 1.0, 9.0, 1e-3]], [[9.0, 9.0, 0.5, 2.0]])
+        low, high = shortest_interval(np.ones((1, 4)), *moments, 0.9)
+        assert low[[0, 1, 3]].tolist() == [0.0, 0.0, 0.0] and high[2] == 1.0
+        np.testing.assert_allclose(beta.cdf(high[:2], (0.5, 1.0), 9.0), 0.9, atol=1e-4)
+        assert high[3] < 1e-6
+
+    @given(st.floats(0.05, 0.95), st.floats(2.0, 40.0), st.floats(0.003, 0.5),
+           st.floats(1.5, 60.0))
+    def test_of_two_kinds(self, share, b, mean, times):
+        """A sure kind and an unsure one about the same mean: mass and length, against all
+        intervals between quantiles of the mixture."""
+        totals = np.array([b * times / mean, b / mean])
+        sure, unsure = (beta(total * mean, total * (1.0 - mean)) for total in totals)
+        weight = np.array([[share], [1.0 - share]])
+        means, variances = np.array([[mean], [mean]]), np.array([[sure.var()], [unsure.var()]])
+        (low,), (high,) = shortest_interval(weight, means, variances, 0.9)
+        x = np.sort(np.concatenate([kind.ppf(np.linspace(1e-9, 1.0 - 1e-9, 1500))
+                                    for kind in (sure, unsure)]))
+        cdf = share * sure.cdf(x) + (1.0 - share) * unsure.cdf(x)
+        held = np.interp(high, x, cdf) - np.interp(low, x, cdf)
+        assert held == pytest.approx(0.9, abs=2e-3)
+        begin = cdf <= cdf[-1] - 0.9
+        best = (np.interp(cdf[begin] + 0.9, cdf, x) - x[begin]).min()
+        assert high - low <= 1.01 * best
 
 
 class TestCalibration:

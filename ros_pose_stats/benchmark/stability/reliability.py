@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators.expected import expected_error
+from ...records import DropScene
 from ...statistics.errors import expected_error as error_of_drops
 from ...statistics.errors import standard_errors
 from ..dataset import Dataset
@@ -62,8 +63,9 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
     for restitution, told_by in scene_estimates(dataset, poses).items():
+        scene = DropScene(restitution, dataset.spec.drop_height, 0.0)
         for name, values in told_by.items():
-            told = [expected_error(name, one, some, restitution).here
+            told = [expected_error(name, one, some, scene).here
                     for one, some in zip(poses, np.split(values, ends), strict=True)]
             yield name, told, square_errors(values, dataset.simulated(restitution))
     for restitution in dataset.spec.restitutions:

@@ -16,17 +16,3 @@ FITTED: Final = (
     (-0.1398, 0.5084, 0.0002937, 0.07232, 0.2633),
 )
 """`PriorFit.center`, `spread`, `faint`, `sure` and `loose` at each."""
-
-BOUND_FACTORS: Final[dict[str, tuple[float, ...]]] = {
-    "area": (1.18, 1.13, 1.14),
-    "csae": (1.25, 1.19, 1.17),
-    "adre": (1.3, 1.23, 1.23),
-    "qse": (1.28, 1.21, 1.19),
-    "pqse": (1.38, 1.32, 1.26),
-    "nqse": (1.32, 1.23, 1.22),
-    "eae": (1.35, 1.34, 1.41),
-    "meae": (1.51, 1.49, 1.52),
-    "combined": (1.48, 1.43, 1.46),
-    "split": (1.46, 1.52, 1.61),
-}
-"""By which factor the error stays below the expected one in 90 % of the parts, at each."""

@@ -4,16 +4,34 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..intervals import DEFAULT_LEVEL
-from .bound import SquareError, beta_like, square_error
+from .bound import SquareError, square_error
 from .shortest import shortest_interval
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+WIDEST: Final = 1.0 - 1e-9
+NARROWEST: Final = 1e-12
+"""Variance of a unit over that of a single drop, where it is not certain."""
+
+
+class Kinds(NamedTuple):
+    """The units' distributions, each a mixture of K.
+
+    Attributes
+    ----------
+    share, mean, variance : (K, G) array
+    """
+
+    share: Array
+    mean: Array
+    variance: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +51,11 @@ class Posterior:
     _unit: Index
     _size: Index
     _error: SquareError
+    _kinds: Kinds
 
     @classmethod
     def mixed(cls, weight: Array, mean: Array, variance: Array, unit: Index,
-              size: Index) -> Posterior:
+              size: Index, kinds: Kinds) -> Posterior:
         """From the moments of the units at each of some strengths.
 
         Parameters
@@ -48,6 +67,8 @@ class Posterior:
             The unit that each pose belongs to.
         size : (G,) array of int
             Poses of each unit.
+        kinds : Kinds
+            The same, parted by which kind of estimate holds rather than by strength.
         """
         # The weights' sum is rounded; it shows where all agree, as on a pose that is the only one.
         middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
@@ -55,7 +76,7 @@ class Posterior:
         spread = weight @ (variance + away * away)
         share = 1.0 / size
         return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size,
-                   square_error(weight, mean, variance, away, size))
+                   square_error(weight, mean, variance, away, size), kinds)
 
     @property
     def expected_error(self) -> float:
@@ -72,17 +93,30 @@ class Posterior:
         """
         return math.sqrt(self._error.quantile(level))
 
-    def interval(self, level: float = DEFAULT_LEVEL) -> tuple[Array, Array]:
+    def interval(self, level: float = DEFAULT_LEVEL, drops: float = math.inf
+                 ) -> tuple[Array, Array]:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
 
-        A pose that is hardly ever met has a lower bound of 0. The distribution of a pose is
-        taken as the Beta distribution of its mean and standard deviation.
+        A pose that is hardly ever met has a lower bound of 0. Each kind of estimate that may
+        hold for a pose, sure or not, gets the Beta distribution of its mean and variance.
+
+        Parameters
+        ----------
+        level : float
+            0 < level < 1.
+        drops : float
+            The interval is for the share of a pose in so many other drops, with their noise;
+            infinite for the probability itself.
         """
-        whole = self._size[self._unit]
-        unsure = self.standard_error > 0.0
-        low, high = self.probability.copy(), self.probability.copy()
-        a, b = beta_like((self.probability * whole)[unsure],
-                         np.square(self.standard_error * whole)[unsure])
-        found = shortest_interval(a, b, level)
-        low[unsure], high[unsure] = (bound / whole[unsure] for bound in found)
-        return low, high
+        share, mean, variance = self._kinds
+        single = mean * (1.0 - mean)
+        noise = mean * (self._size - mean) / drops  # of one pose of the unit, times its size
+        spread = np.minimum(variance + noise, WIDEST * single)
+        unsure = (share * spread).sum(axis=0) > 0.0
+        low = (share * mean).sum(axis=0)
+        high = low.copy()
+        if unsure.any():
+            low[unsure], high[unsure] = shortest_interval(
+                share[:, unsure], mean[:, unsure],
+                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
+        return (low / self._size)[self._unit], (high / self._size)[self._unit]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import RequestError
-from .posterior import Posterior
+from .posterior import Kinds, Posterior
 from .prior_fit import PriorFit, prior_fit
 from .sticks import Sticks
 
@@ -70,6 +70,8 @@ class PosePrior:
         Probabilities of the units, summing to 1.
     strength : float
         Pseudo-drops that the estimate is typically worth.
+    known : bool
+        Whether there is an expected error.
 
     Raises
     ------
@@ -89,6 +91,7 @@ class PosePrior:
         together = np.bincount(self.unit, given).astype(np.float64)
         self.mean: Array = _thinned(together, self.size, how.faint)
         log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
+        self.known = not math.isnan(expected_error)
         self.strength = self._implied(expected_error) * math.exp(how.center)
         firm = 1.0 + how.sure * self.size / self.mean
         self._strength = np.exp(log_strength)[:, None] * np.vstack((firm, np.ones_like(firm)))[
@@ -125,7 +128,8 @@ class PosePrior:
         sticks, weight, _ = self._updated(pooled)
         back = np.argsort(self._order(pooled))
         mean, variance = (each[:, back] for each in sticks.moments())
-        return Posterior.mixed(weight, mean, variance, self.unit, self.size)
+        kinds = Kinds(*(each[:, back] for each in sticks.kinds(weight)))
+        return Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
 
     def _updated(self, pooled: Array) -> tuple[Sticks, Array, float]:
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""

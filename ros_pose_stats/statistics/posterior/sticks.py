@@ -9,13 +9,16 @@ and b_j = a_(j+1) + b_(j+1) throughout, it is the Dirichlet distribution.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaln
 
 Array = NDArray[np.float64]
+
+SMALLEST: Final = 1e-300
+RULED_OUT: Final = 1e-12
 
 
 class Sticks(NamedTuple):
@@ -64,18 +67,51 @@ class Sticks(NamedTuple):
 
     def moments(self) -> tuple[Array, Array]:
         """Means and variances (M, G) of the units."""
+        share, mean, square = self._kinds()
+        middle = (share * mean).sum(axis=0)
+        return middle, np.maximum((share * square).sum(axis=0) - middle * middle, 0.0)
+
+    def kinds(self, weight: Array) -> tuple[Array, Array, Array]:
+        """The units by which of the K distributions holds, over all strengths.
+
+        Parameters
+        ----------
+        weight : (M,) array
+            Of the strengths, summing to 1.
+
+        Returns
+        -------
+        share, mean, variance : (K, G) array
+            How likely each of the K is for the break of a unit, and the moments where it holds;
+            of one that cannot hold, the moments of the likeliest.
+        """
+        share, mean, square = self._kinds()
+        each = weight[:, None] * share
+        whole = each.sum(axis=1)
+        part = each / np.maximum(whole, SMALLEST)[:, None]
+        middle = (part * mean).sum(axis=1)
+        spread = np.maximum((part * square).sum(axis=1) - middle * middle, 0.0)
+        holds = np.where(whole > RULED_OUT, np.arange(len(whole))[:, None], whole.argmax(axis=0))
+        return (whole, np.take_along_axis(middle, holds, axis=0),
+                np.take_along_axis(spread, holds, axis=0))
+
+    def _kinds(self) -> tuple[Array, Array, Array]:
+        """Shares, means and mean squares (K, M, G) of the units; the last has no break."""
         share = np.exp(self.log_share)
         total = self.taken + self.left
-        first, rest = share * self.taken / total, share * self.left / total
+        first, rest = self.taken / total, self.left / total
         twice = first * (self.taken + 1.0) / (total + 1.0)
         rest_twice = rest * (self.left + 1.0) / (total + 1.0)
-        mean = _broken(first.sum(axis=0), rest.sum(axis=0))
-        return mean, np.maximum(_broken(twice.sum(axis=0), rest_twice.sum(axis=0)) - mean * mean,
-                                0.0)
+        before, before_twice = (_remaining((share * one).sum(axis=0))
+                                for one in (rest, rest_twice))
+        whole = np.ones((*first.shape[:-1], 1))
+        shares = np.broadcast_to(share, first.shape)
+        return (np.concatenate((shares, whole / len(first)), axis=-1),
+                np.concatenate((first, whole), axis=-1) * before,
+                np.concatenate((twice, whole), axis=-1) * before_twice)
 
 
-def _broken(share: Array, remaining: Array) -> Array:
-    """Products (..., G): each break's share of what all breaks before it left."""
-    one = np.ones((*share.shape[:-1], 1))
-    before = np.concatenate((one, np.cumprod(remaining, axis=-1)), axis=-1)
-    return np.asarray(np.concatenate((share, one), axis=-1) * before)
+def _remaining(rest: Array) -> Array:
+    """What all breaks before a unit left (..., G), on average."""
+    one = np.ones((*rest.shape[:-1], 1))
+    return np.asarray(np.concatenate((one, np.cumprod(rest, axis=-1)), axis=-1))

@@ -1,0 +1,1 @@
+"""Fit of the expected errors of the estimators, and how they come true."""

@@ -1,0 +1,84 @@
+"""The fit of the expected errors.
+
+The mean square error of each sample of `benchmarks/split/samples.npz`, over that of a single drop,
+is a smooth function of what is known without simulation (`estimators.error_fit`). A square error
+scatters about as much as it is large; so the likelihood is that of an exponential distribution
+whose mean is the expected square and the drops' own noise.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from ros_pose_stats.benchmark.dataset import shipped_datasets
+from ros_pose_stats.benchmark.estimates import restings, scene_estimates, square_errors
+from ros_pose_stats.estimators.bent import Bent
+from ros_pose_stats.estimators.error_fit import ErrorFit
+from ros_pose_stats.estimators.registry import ESTIMATORS
+
+from .samples import ErrorSamples
+
+Array = NDArray[np.float64]
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+BENDS, RIDGE, ITERATIONS = 6, 1e-4, 400
+"""Hyperbolic tangents; ridge of the squares of all coefficients for standardised inputs."""
+
+CONSTANT = 1e-6
+"""Scatter of an input below which it tells nothing."""
+
+
+def usual_errors() -> dict[str, Array]:
+    """Root mean square error (3,) over the parts of the reference datasets, by method."""
+    squares: dict[tuple[str, float], list[Array]] = {}
+    for dataset in shipped_datasets():
+        told = scene_estimates(dataset, restings(dataset))
+        for rho in RESTITUTIONS:
+            for name, values in told[rho].items():
+                squares.setdefault((name, rho), []).append(
+                    square_errors(values, dataset.simulated(rho)))
+    return {name: np.sqrt([np.concatenate(squares[name, rho]).mean() for rho in RESTITUTIONS])
+            for name in ESTIMATORS}
+
+
+def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
+    """The likeliest function of the inputs."""
+    lowest, highest = samples.inputs.min(axis=0), samples.inputs.max(axis=0)
+    mean, scale = samples.inputs.mean(axis=0), samples.inputs.std(axis=0)
+    scale[scale < CONSTANT] = 1.0  # of MEAE, say, the distance from itself
+    inputs = (samples.inputs - mean) / scale
+    columns, draw = inputs.shape[1], np.random.default_rng(seed)
+    start = np.concatenate((
+        [math.log(samples.square.mean() / samples.single.mean())], np.zeros(columns),
+        draw.normal(size=columns * BENDS) / math.sqrt(columns), 0.1 * draw.normal(size=BENDS),
+        np.zeros(BENDS)))
+    found = minimize(_objective, start, (samples, inputs), "L-BFGS-B", True,
+                     options={"maxiter": ITERATIONS, "maxcor": 20}).x
+    constant, slope, turns, offsets, bends = _parts(found, columns)
+    slope, turns = slope / scale, turns / scale[:, None]
+    return ErrorFit(lowest, highest, Bent(constant - float(mean @ slope), slope, turns,
+                                          offsets - mean @ turns, bends))
+
+
+def _parts(values: Array, columns: int) -> tuple[float, Array, Array, Array, Array]:
+    first, end = 1 + columns, 1 + columns * (1 + BENDS)
+    return (float(values[0]), values[1:first], values[first:end].reshape(columns, BENDS),
+            values[end:end + BENDS], values[end + BENDS:])
+
+
+def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:
+    """Mean negative log likelihood with the ridge, and its gradient."""
+    constant, slope, turns, offsets, bends = _parts(values, inputs.shape[1])
+    bent = np.tanh(inputs @ turns + offsets)
+    square = samples.single * np.exp(constant + inputs @ slope + bent @ bends)
+    whole = square + samples.noise
+    loss = np.mean(np.log(whole) + samples.square / whole)
+    back = (1.0 - samples.square / whole) * square / whole / len(square)
+    inner = (1.0 - bent * bent) * np.outer(back, bends)
+    change = np.concatenate(([back.sum()], inputs.T @ back, (inputs.T @ inner).ravel(),
+                             inner.sum(axis=0), bent.T @ back))
+    return float(loss + RIDGE * (values @ values)), change + 2.0 * RIDGE * values
