@@ -96,14 +96,14 @@ def test_a_low_drop_has_a_prior_of_its_own(part):
     assert np.abs(near.mean - far.mean).max() > 0.0005
 
 
-def test_a_low_drop_that_the_estimate_does_not_know_leaves_the_say_to_the_drops(
-        part, monkeypatch):
-    monkeypatch.setattr("ros_pose_stats.planning.prior.FITTED_METHOD", "combined")
-    low = 1.5 * resting_poses(part).body.radius
-    assert pose_prior(resting_poses(part), DropScene(0.5, low)).strength < 2.0
-    assert pose_prior(resting_poses(part), DropScene(0.5, None)).strength > 20.0
-    found, counted = (way(part, 500, 0.5, 4, low, workers=1) for way in (hybrid, simulate))
-    assert rms(by_index(found) - by_index(counted)) < 0.01
+def test_a_low_drop_that_the_estimate_does_not_know_leaves_the_say_to_the_drops(part):
+    resting = resting_poses(part)
+    low = 1.5 * resting.body.radius
+    prior = pose_prior(resting, DropScene(0.5, low), "combined")
+    assert prior.strength < 2.0
+    assert pose_prior(resting, DropScene(0.5, None), "combined").strength > 20.0
+    counted = simulate(part, 500, 0.5, 4, low, workers=1)
+    assert rms(by_index(hybrid_statistics(counted, prior)) - by_index(counted)) < 0.01
 
 
 def test_counts_at_any_moment(part):

@@ -27,6 +27,9 @@ RANDOM_BODY = 3
 THICK = 0.6
 """Thickness over width of the plate whose scene changes."""
 
+ROCKING_BODY = (11, 335, 1.0)
+"""Seed, number and shift of the random polyhedron that rocks over a low ridge."""
+
 NEAR = 0.3
 """Radians within which the poses of a disturbed body count as one of the undisturbed's."""
 
@@ -34,7 +37,7 @@ NEAR = 0.3
 def walks() -> list[Walk]:
     """All walks, in the order of the page."""
     return [_leaning(), _roof(), _cylinder(), _sphere(), _prism(), _broken_cube(),
-            _noisy(), _restitution(), _drop_height()]
+            _noisy(), _restitution(), _rocking(), _drop_height()]
 
 
 def _leaning() -> Walk:
@@ -117,6 +120,15 @@ def _restitution() -> Walk:
                 "coefficient of restitution", _even(0.0, 0.95, 20), False,
                 lambda value: Step(part, restitution=value), along(2),
                 "both square faces together")
+
+
+def _rocking() -> Walk:
+    part = random_polyhedron(*ROCKING_BODY).part()
+    x, y, z = resting_poses(part, 0.0).poses[1].down.tolist()
+    return Walk("rocking", "A part with two poses side by side falls on harder and harder ground",
+                "coefficient of restitution", _even(0.0, 0.95, 20), False,
+                lambda value: Step(part, restitution=value), towards((x, y, z), 0.1),
+                "the higher one of the two", 0.0)
 
 
 def _drop_height() -> Walk:
