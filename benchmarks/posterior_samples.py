@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -72,11 +73,12 @@ def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterat
 
 def _of_families(method: str, every: int) -> Iterator[Sample]:
     """Bodies of the families that are no random polyhedra, from the usual height."""
-    for row in read_samples():
-        if (row.seed == FIT_SEED and row.family in MADE and row.number % every == 0
-                and row.height == USUAL_RADII and row.restitution in RESTITUTIONS
-                and row.count.any()):
-            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
+    wanted = (row for row in read_samples() if row.seed == FIT_SEED and row.family in MADE
+              and row.number % every == 0 and row.height == USUAL_RADII
+              and row.restitution in RESTITUTIONS and row.count.any())
+    for key, rows in groupby(wanted, lambda row: row[:3]):
+        resting = resting_poses(family_part(*key), family_tolerance(key[0]))
+        for row in rows:
             yield sample_of(row.number, resting, row.restitution, method, row.count)
 
 

@@ -121,16 +121,29 @@ def _dropped(number: int, restitution: float) -> Case:
 def store(cases: Sequence[Case], file: Path) -> None:
     """Keep cases, which take the longest to make, for another run."""
     np.savez_compressed(
-        file, number=[one.number for one in cases], poses=[one.reference.size for one in cases],
+        file, number=[one.number for one in cases], family=[one.family for one in cases],
+        poses=[one.reference.size for one in cases],
         restitution=[one.restitution for one in cases],
         sequence=np.array([one.sequence for one in cases]),
         reference=np.concatenate([one.reference for one in cases]))
 
 
 def stored(file: Path) -> list[Case]:
-    """What `store` kept."""
+    """What `store` kept.
+
+    Raises
+    ------
+    ValueError
+        If the parts were of other families.
+    """
     with np.load(file) as found:
-        return list(_cases({name: found[name] for name in found.files}))
+        if "family" not in found.files:
+            raise ValueError(f"cases with families expected, {file} has none; remove it")
+        cases = list(_cases({name: found[name] for name in found.files}))
+        if [one.family for one in cases] != found["family"].tolist():
+            raise ValueError(f"parts of {KINDS[0]}, {KINDS[1]}, ... expected, {file} has others; "
+                             f"remove it")
+    return cases
 
 
 def _cases(found: dict[str, NDArray[np.generic]]) -> Iterator[Case]:

@@ -55,8 +55,9 @@ def _estimates(cases: Sequence[Case], target: float) -> list[Policy]:
         return _kept(cases, [ESTIMATORS[name].function(
             one.resting(), one.scene()) for one in cases], target)
 
-    best = max(ESTIMATORS, key=share)
-    return [Policy(best, share(best), lambda part, one: estimate(
+    shares = {name: share(name) for name in ESTIMATORS}
+    best = max(shares, key=lambda name: shares[name])
+    return [Policy(best, shares[best], lambda part, one: estimate(
         part, best, restitution=one.restitution, cluster_tolerance=one.tolerance), 0)]
 
 

@@ -130,7 +130,9 @@ def _kept(case: Case, prior: PosePrior, drops: int) -> bool:
     s = case.reference / case.reference.sum()
     noise = float(np.mean(s * (1.0 - s))) / case.reference.sum()
     apart = float(np.mean(np.square(after.probability - s)))
-    return apart <= after.error_quantile() ** 2 * (1.0 + noise / after.expected_error ** 2)
+    square = after.expected_error ** 2
+    scale = 1.0 + noise / square if square > 0.0 else 1.0
+    return apart <= after.error_quantile() ** 2 * scale + (noise if square == 0.0 else 0.0)
 
 
 def _off(shares: dict[str, float]) -> tuple[Target, ...]:

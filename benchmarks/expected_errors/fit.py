@@ -1,7 +1,7 @@
 """The fit of the expected errors.
 
-The mean square error of each sample of `benchmarks/split/samples.npz`, over that of a single drop,
-is a smooth function of what is known without simulation (`estimators.error_fit`). A square error
+The mean square error of each sample of `benchmarks/split/samples.npz`, over `expected.doubt`, is a
+smooth function of what is known without simulation (`estimators.error_fit`). A square error
 scatters about as much as it is large; so the likelihood is that of an exponential distribution
 whose mean is the expected square and the drops' own noise.
 """
@@ -53,7 +53,7 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     inputs = (samples.inputs - mean) / scale
     columns, draw = inputs.shape[1], np.random.default_rng(seed)
     start = np.concatenate((
-        [math.log(samples.square.mean() / samples.single.mean())], np.zeros(columns),
+        [math.log(samples.square.mean() / samples.doubt.mean())], np.zeros(columns),
         draw.normal(size=columns * BENDS) / math.sqrt(columns), 0.1 * draw.normal(size=BENDS),
         np.zeros(BENDS)))
     found = minimize(_objective, start, (samples, inputs), "L-BFGS-B", True,
@@ -74,7 +74,7 @@ def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[flo
     """Mean negative log likelihood with the ridge, and its gradient."""
     constant, slope, turns, offsets, bends = _parts(values, inputs.shape[1])
     bent = np.tanh(inputs @ turns + offsets)
-    square = samples.single * np.exp(constant + inputs @ slope + bent @ bends)
+    square = samples.doubt * np.exp(constant + inputs @ slope + bent @ bends)
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
     back = (1.0 - samples.square / whole) * square / whole / len(square)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
-from ros_pose_stats.estimators.expected import error_inputs, single_drop_square
+from ros_pose_stats.estimators.expected import doubt, error_inputs
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.records import DropScene
@@ -23,7 +23,7 @@ LEAST_DROPS = 50
 """Samples with fewer settled drops are left out."""
 
 DECIDED = 1e-6
-"""So are those whose single drops hardly err, since symmetry leaves one answer."""
+"""So are those with less doubt: symmetry leaves one answer."""
 
 
 class ErrorSamples(NamedTuple):
@@ -33,8 +33,8 @@ class ErrorSamples(NamedTuple):
     ----------
     inputs : (U, 17) array
         As from `expected.error_inputs`.
-    single : (U,) array
-        Mean p (1 - p) over the poses.
+    doubt : (U,) array
+        As from `expected.doubt`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     poses : (U,) array of int
@@ -44,7 +44,7 @@ class ErrorSamples(NamedTuple):
     """
 
     inputs: Array
-    single: Array
+    doubt: Array
     square: Array
     noise: Array
     poses: NDArray[np.int64]
@@ -81,8 +81,8 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
         noise = float(np.mean(share * (1.0 - share))) / (settled - 1)
         for name, entry in ESTIMATORS.items():
             told = blind[name] if name in blind else entry.function(resting, scene)
-            single = single_drop_square(resting, told)
-            if single > DECIDED:
-                yield name, (error_inputs(resting, told, scene), single,
+            unsure = doubt(resting, told)
+            if unsure > DECIDED:
+                yield name, (error_inputs(resting, told, scene), unsure,
                              float(np.mean(np.square(told - share))), noise, share.size,
                              row.height, row.family)

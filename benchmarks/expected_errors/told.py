@@ -16,6 +16,9 @@ from .samples import ErrorSamples
 
 Bools = NDArray[np.bool_]
 
+LEAST = 1e-4
+"""True error, a fraction, where the noise of the drops hides it."""
+
 MOST = 1.33
 """Factor that the expected error may be off, either way."""
 
@@ -54,7 +57,7 @@ def _families(fit: ErrorFit, samples: ErrorSamples) -> Iterator[Row]:
 
 
 def _method(name: str, fit: ErrorFit, samples: ErrorSamples) -> Row:
-    told, true = _told(fit, samples, np.ones(samples.single.shape, dtype=bool))
+    told, true = _told(fit, samples, np.ones(samples.doubt.shape, dtype=bool))
     cells: dict[str, Cell] = {"expected": told, "true": true}
     order = np.argsort(_squares(fit, samples))
     ratios = []
@@ -77,8 +80,8 @@ def _told(fit: ErrorFit, samples: ErrorSamples, where: Bools) -> tuple[float, fl
     some = samples.some(where)
     told = np.average(_squares(fit, some), weights=some.poses)
     true = np.average(some.square - some.noise, weights=some.poses)
-    return 100.0 * math.sqrt(told), 100.0 * math.sqrt(max(true, 0.0))
+    return 100.0 * math.sqrt(told), 100.0 * math.sqrt(max(true, LEAST ** 2))
 
 
 def _squares(fit: ErrorFit, samples: ErrorSamples) -> NDArray[np.float64]:
-    return np.asarray(samples.single * np.exp(fit(samples.inputs)))
+    return np.asarray(samples.doubt * np.exp(fit(samples.inputs)))

@@ -27,7 +27,7 @@ class ErrorFit(NamedTuple):
     bent: Bent
 
     def __call__(self, inputs: Array) -> Array:
-        """Logarithm (...) of the expected square error over that of a single drop.
+        """Logarithm (...) of the expected square error over `expected.doubt`.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """What error to expect of an estimate, from what is known of this very part and scene.
 
-A drop taken for an estimate errs by p (1 - p) in the square. Of how many drops an estimate is
-worth is read off the part: by how far the methods are apart on it (where they agree they are
+A drop taken for an estimate errs by p (1 - p) in the square. How many drops an estimate is worth
+is read off the part: by how far the methods are apart on it (where they agree they are
 mostly right), how many poses there are and how shallow, inertia and corners, restitution and drop
 height. The function (`ErrorFit`) was fitted to drops of many families of parts.
 """
@@ -25,13 +25,17 @@ UNUSUAL = 2.0
 """Expected error over the usual one from which on the methods disagree."""
 
 LEAST_APART = 1e-3
-"""Mean square distance of two methods, over the mean p (1 - p), that logarithms start from."""
+"""Mean square distance of two methods, over `doubt`, that logarithms start from."""
 
 SHALLOWEST = 1e-3
 """Barrier of a pose, in radii, that logarithms start from."""
 
+LEAST_SHARE = 0.05
+"""Of the square distance from MEAE: at least so much of it is taken to be the estimate's error.
+It matters where a method is certain of what others are not, which the fit has seldom seen."""
+
 DECIDED = 1e-12
-"""Mean p (1 - p) below which symmetry decides all."""
+"""Doubt below which symmetry decides all."""
 
 
 class ExpectedError(NamedTuple):
@@ -76,11 +80,11 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
     known = _known(resting)
-    single = single_drop_square(resting, probability)
-    square = 0.0
-    if single > DECIDED:
+    unsure, square = _doubt(resting, probability, known), 0.0
+    if unsure > DECIDED:
         inputs = _inputs(resting, probability, scene, known)
-        square = single * math.exp(float(ERROR_FITS[name](inputs)))
+        square = max(unsure * math.exp(float(ERROR_FITS[name](inputs))),
+                     LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     usual = np.square(USUAL_ERRORS[name])
     return ExpectedError(math.sqrt(square),
                          math.sqrt(np.interp(scene.restitution, USUAL_AT, usual)),
@@ -91,12 +95,13 @@ def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> A
     """Expected error (P,) of each pose, with the root mean square `expected`.
 
     It is shared as p (1 - p) is, which is what drops would have; poses that symmetry makes
-    equal share what they err together. Where symmetry decides all, nothing errs.
+    equal share what they err together. Where symmetry decides all, nothing errs; where an
+    estimate is certain and may be wrong, all poses may err alike.
     """
     spread = _spread(resting, probability)
     total = float(spread.sum())
-    if not total > 0.0:
-        return np.full(spread.shape, 0.0 if math.isfinite(expected) else math.nan)
+    if not total > DECIDED:
+        return np.full(spread.shape, expected)
     return np.asarray(expected * np.sqrt(spread * (spread.size / total)))
 
 
@@ -104,17 +109,30 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene) ->
     """Inputs (17,) of `ErrorFit`; the estimate must leave something undecided.
 
     Restitution and log of the drop height in radii; logs of the mean square distance of the
-    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean p (1 - p); logs of the
-    number of poses and of the sum of p (1 - p); means of the logs of the poses' barriers in
-    radii, weighed by p (1 - p) and by p; then body and corners as `split` has them. In p (1 - p)
-    poses that symmetry makes equal count as one, shared evenly: symmetry makes no errors.
+    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the doubt; logs of the number of
+    poses and of the doubt of all poses together; means of the logs of the poses' barriers in
+    radii, weighed by the poses' doubt and by p; then body and corners as `split` has them.
     """
     return _inputs(resting, probability, scene, _known(resting))
 
 
-def single_drop_square(resting: RestingPoses, probability: Array) -> float:
-    """Mean square error over the poses of a single drop: p (1 - p), symmetry allowed for."""
-    return float(np.mean(_spread(resting, probability)))
+def doubt(resting: RestingPoses, probability: Array) -> float:
+    """Mean over the poses of p (1 - p) and of the square distance from MEAE.
+
+    The first is the square error of a single drop, the second is for an estimate that is
+    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly:
+    symmetry makes no errors.
+    """
+    return _doubt(resting, probability, _known(resting))
+
+
+def _doubt(resting: RestingPoses, probability: Array, known: Array) -> float:
+    return float(np.mean(_doubts(resting, probability, known)))
+
+
+def _doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
+    """Of each pose (P,)."""
+    return np.asarray(_spread(resting, probability) + np.square(probability - known[1]))
 
 
 def _known(resting: RestingPoses) -> Array:
@@ -124,12 +142,12 @@ def _known(resting: RestingPoses) -> Array:
 
 def _inputs(resting: RestingPoses, probability: Array, scene: DropScene, known: Array) -> Array:
     energy, around, toppled = known
-    spread = _spread(resting, probability)
+    unsure = _doubts(resting, probability, known)
     apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
-    far = np.log(np.mean(apart * apart, axis=1) / spread.mean() + LEAST_APART)
+    far = np.log(np.mean(apart * apart, axis=1) / unsure.mean() + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (math.log(spread.size), math.log(spread.sum()), spread @ depth / spread.sum(),
+    poses = (math.log(unsure.size), math.log(unsure.sum()), unsure @ depth / unsure.sum(),
              probability @ depth)
     return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
                            corner_inputs(resting)))

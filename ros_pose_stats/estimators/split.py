@@ -2,9 +2,10 @@
 
 As in the energy absorption estimators the part loses energy, and its reachable set falls apart
 split by split. How a split is decided is not the ratio of two solid angles here: each component
-has a weight, the area of {r < E} times the exponential of a small function of its features
-(`kernels.split_features`), of the body and of the scene. Its coefficients were fitted to drop
-simulations of many kinds of bodies (`split_weights`).
+has a weight, the area of {r < E} and the solid angle of the faces that hold what lands on them,
+each times the exponential of a small function of its features (`kernels.split_features`), of the
+body and of the scene. Their coefficients were fitted to drop simulations of many kinds of bodies
+(`split_weights`).
 """
 
 from __future__ import annotations
@@ -26,11 +27,13 @@ HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
 
 LEAST_DEPTH = 1e-14
+"""Depth over level that logarithms start from."""
 
 FORGOTTEN = 30.0
 """Growth over the depth of a split at which a component keeps half of its parts' weights."""
 
 SHALLOWEST = 1e-14
+"""Depth, in radii, that growth is measured by at least."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
@@ -96,8 +99,8 @@ def component_weights(rows: NDArray[np.floating],
 def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
     """Logarithms (n,) of what the fitted factors multiply: the area, and the angle that holds.
 
-    The angle counts less for a component that is hardly deeper than its lowest face: it
-    vanishes with the depth.
+    The angle counts less where the level is hardly above the lowest face: it vanishes with the
+    depth.
     """
     depth = np.maximum(rows[:, 3], LEAST_DEPTH)
     return np.asarray(rows[:, 0]), np.asarray(rows[:, 7] + np.log(depth / (depth + HOLDING)))

@@ -72,7 +72,7 @@ def _marginal(poses: Sequence[StablePose]) -> str:
     least = math.degrees(min(pose.margin for pose in found))
     return (f"MARGINAL_POSE: {_named(found)} {_verb(found, 'topples', 'topple')} at a tilt of the "
             f"plate of {least:.2g} degrees; a small change of shape or plate ends it, and "
-            f"estimators other than eae and meae jump there.")
+            f"estimators other than eae, meae and split jump there.")
 
 
 def _shallow(poses: Sequence[StablePose]) -> str:

@@ -27,7 +27,7 @@ from .confidence import (
 )
 from .hybrid import METHOD as HYBRID
 from .hybrid import combined_progress, hybrid_statistics
-from .prior import pose_prior
+from .prior import prior_of
 from .time_limit import TimeLimit
 from .words import enough, not_enough, untargeted
 
@@ -84,18 +84,11 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     asked = _Asked(target_error, MOST_DROPS if drops is None else drops, seed, workers)
     drop_request(asked.drops, seed, target_error, workers, "random", None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    best, bound = best_method(restitution), 0.0
+    found = estimate(part, best_method(restitution), restitution=restitution,
+                     drop_height=drop_height, cluster_tolerance=cluster_tolerance)
+    choice = untargeted(found.method)
     if target_error > 0.0:
-        prior = pose_prior(resting_poses(part, cluster_tolerance), scene, best)
-        bound = estimate_bound(prior)
-    if bound > target_error:
-        found = _dropped(part, scene, asked, prior, on_progress, in_time)
-        choice = _why_drops(found, best, bound, target_error)
-    else:
-        found = estimate(part, best, restitution=restitution, drop_height=drop_height,
-                         cluster_tolerance=cluster_tolerance)
-        choice = (enough(f"{best} alone", bound, target_error) if target_error > 0.0
-                  else untargeted(best))
+        found, choice = _kept(found, part, scene, asked, on_progress, in_time)
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
 
@@ -107,6 +100,18 @@ class _Asked(NamedTuple):
     drops: int
     seed: int | None
     workers: int | None
+
+
+def _kept(best: PoseStatistics, part: Part, scene: DropScene, asked: _Asked,
+          on_progress: Callable[[DropProgress], object] | None,
+          in_time: TimeLimit) -> tuple[PoseStatistics, str]:
+    """The estimate if it keeps the target, else drops; and why."""
+    prior = prior_of(best, resting_poses(part, scene.cluster_tolerance), scene)
+    bound = estimate_bound(prior)
+    if bound <= asked.target_error:
+        return best, enough(f"{best.method} alone", bound, asked.target_error)
+    found = _dropped(part, scene, asked, prior, on_progress, in_time)
+    return found, _why_drops(found, best.method, bound, asked.target_error)
 
 
 def _dropped(part: Part, scene: DropScene, asked: _Asked, prior: PosePrior,

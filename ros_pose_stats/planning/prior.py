@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,17 @@ from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
 from ..statistics.posterior import PosePrior
 from ..statistics.posterior.fitted import FITTED_METHOD
+
+
+class Estimated(Protocol):
+    """Of an estimate, its method, its poses with `index`, `group` and `probability`, its error."""
+
+    @property
+    def method(self) -> str: ...  # noqa: D102 - as in PoseStatistics
+    @property
+    def poses(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def expected_error(self) -> float: ...  # noqa: D102
 
 
 def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_METHOD) -> PosePrior:
@@ -29,11 +42,26 @@ def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_MET
     method : str
         The estimator; how its errors scatter over parts was fitted for the default one.
     """
-    base = estimator(method)
-    estimate = estimated(base.name, resting, scene)
-    expected = expected_error(base.name, resting, estimate, scene).here
+    estimate = estimated(method, resting, scene)
+    expected = expected_error(method, resting, estimate, scene).here
     return PosePrior(estimate, [pose.group for pose in resting.poses],
-                     expected if knows(base.name, resting, scene) else math.nan, scene.restitution)
+                     expected if knows(method, resting, scene) else math.nan, scene.restitution)
+
+
+def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """The same from an estimate that was made before, or from its message.
+
+    Parameters
+    ----------
+    found : PoseStatistics
+        Of an estimator, of this part in this scene.
+    resting : RestingPoses
+    scene : DropScene
+    """
+    poses = sorted(found.poses, key=lambda pose: pose.index)
+    expected = found.expected_error if knows(found.method, resting, scene) else math.nan
+    return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses],
+                     expected, scene.restitution)
 
 
 def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ from ..geometry.poses import resting_poses
 from ..planning import pose_prior
 from ..planning.confidence import estimate_bound, plain_bound, prior_bound
 from ..planning.hybrid import METHOD as HYBRID
+from ..planning.prior import prior_of
 from ..records import DropScene, Part
 
 
@@ -29,7 +30,7 @@ def error_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
     """
     resting = resting_poses(part, scene.cluster_tolerance)
     if not message.drops:
-        return estimate_bound(pose_prior(resting, scene, message.method))
+        return estimate_bound(prior_of(message, resting, scene))
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count

@@ -65,6 +65,21 @@ class TestTheRun:
         assert np.mean(squares) == pytest.approx(0.0, abs=4.0 * noise / math.sqrt(400))
 
 
+    def test_old_cases_are_refused(self, few, tmp_path):
+        file = tmp_path / "cases.npz"
+        cases.store([one._replace(number=one.number + 1) for one in few], file)
+        with np.load(file) as found:
+            columns = dict(found) | {"family": np.array([one.family for one in few])}
+        np.savez(file, **columns)
+        with pytest.raises(ValueError, match="remove it"):
+            measure.cases_of(1, file, print)
+
+    def test_all_families_are_timed_at_all_restitutions(self):
+        order = [(number % len(cases.KINDS), rho) for number in range(200)
+                 for rho in cases.RESTITUTIONS]
+        assert set(order[::choosing.TIMED_EVERY]) == set(order)
+
+
 class TestFit:
     def test_the_shipped_numbers_are_about_the_likeliest(self, parts):
         """On a few of the bodies; any of the five moved by half its size or so is less likely.

@@ -13,7 +13,7 @@ from benchmarks.expected_errors.source import MODULE, source
 from benchmarks.split.samples import JUDGE_SEED, read_samples
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
 from ros_pose_stats.estimators.error_weights import ERROR_FITS, USUAL_ERRORS
-from ros_pose_stats.estimators.expected import error_inputs, expected_error, single_drop_square
+from ros_pose_stats.estimators.expected import doubt, error_inputs, expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
@@ -81,7 +81,7 @@ def test_an_unmeasured_method(polyhedron):
 def test_inputs_by_their_definition(polyhedron):
     resting, scene = resting_poses(polyhedron, 0.0), DropScene(0.4, None, 0.0)
     p = {name: entry.function(resting, scene) for name, entry in ESTIMATORS.items()}
-    single = p["adre"] * (1.0 - p["adre"])
+    single = p["adre"] * (1.0 - p["adre"]) + (p["adre"] - p["meae"]) ** 2
     pairs = (("adre", "meae"), ("meae", "nqse"), ("meae", "eae"), ("meae", "qse"))
     far = [math.log(np.mean((p[one] - p[other]) ** 2) / single.mean() + 1e-3)
            for one, other in pairs]
@@ -90,7 +90,18 @@ def test_inputs_by_their_definition(polyhedron):
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
     found = error_inputs(resting, p["adre"], scene)
     np.testing.assert_allclose(found[:len(expected)], expected)
-    assert single_drop_square(resting, p["adre"]) == pytest.approx(single.mean())
+    assert doubt(resting, p["adre"]) == pytest.approx(single.mean())
+
+
+def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not():
+    """PQSE gives all to one pose of a body, the others two or three hundredths to the other."""
+    part = random_polyhedron(11, 118, 1.0).part()
+    told = [estimate(part, method, cluster_tolerance=0.0) for method in ("pqse", "meae")]
+    assert told[0].poses[0].probability > 1.0 - 1e-9
+    apart = told[0].poses[0].probability - told[1].poses[0].probability
+    assert 0.2 * apart < told[0].expected_error < apart
+    errors = np.array([pose.standard_error for pose in told[0].poses])
+    assert math.sqrt(np.mean(errors ** 2)) == pytest.approx(told[0].expected_error)
 
 
 def test_methods_that_disagree_are_told():
@@ -115,7 +126,7 @@ class TestFit:
         """Four bins by what is expected; the true mean square is within a fifth of it and three
         standard errors, as they follow from its scatter over the bodies."""
         some = new_bodies[method]
-        expected = some.single * np.exp(ERROR_FITS[method](some.inputs))
+        expected = some.doubt * np.exp(ERROR_FITS[method](some.inputs))
         true = some.square - some.noise
         for part in np.array_split(np.argsort(expected), 4):
             scatter = math.sqrt(6.0) * true[part].std() / math.sqrt(len(part))  # six scenes each

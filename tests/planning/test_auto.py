@@ -15,6 +15,7 @@ from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.planning import confidence, pose_prior
 from ros_pose_stats.planning.confidence import best_method, estimate_bound, plain_bound
+from ros_pose_stats.planning.prior import prior_of
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 
@@ -73,6 +74,22 @@ def test_a_low_drop_is_counted_where_the_estimate_does_not_know_it(part, monkeyp
     found = auto(part, 0.03, seed=1, drop_height=1.5 * resting_poses(part).body.radius)
     assert found.drops > 0
     assert "so low a drop" in found.choice
+
+
+@pytest.mark.parametrize("method", ["split", "meae", "area"])
+def test_a_finished_estimate_says_as_much_as_a_new_one(part, method):
+    """Of the library, or as a message brings it."""
+    scene, resting = DropScene(0.4), resting_poses(part)
+    found = prior_of(estimate(part, method, restitution=0.4), resting, scene)
+    again = pose_prior(resting, scene, method)
+    np.testing.assert_allclose(found.mean, again.mean)
+    assert estimate_bound(found) == pytest.approx(estimate_bound(again))
+
+
+def test_symmetry_bounds_what_an_estimate_does_not_know():
+    resting = resting_poses(part_from_mesh(*shapes.box(1.0, 1.0, 1.0)))
+    low = DropScene(0.5, 1.2 * resting.body.radius)
+    assert estimate_bound(pose_prior(resting, low, "combined")) < 1e-6
 
 
 def test_symmetry_alone_may_answer():

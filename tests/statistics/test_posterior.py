@@ -216,6 +216,25 @@ class TestShortest:
         assert high - low <= 1.01 * best
 
 
+class TestIntervals:
+    def test_two_poses_complement_each_other(self):
+        """What one has not, the other has."""
+        for counts in ((0, 0), (20, 0), (300, 2)):
+            posterior = PosePrior((0.995, 0.005), range(2), 0.01, 0.5).updated(counts)
+            low, high = posterior.interval()
+            np.testing.assert_allclose(low, 1.0 - high[::-1], atol=1e-6)
+
+    def test_shares_of_other_drops_scatter_within_a_group(self):
+        """The poses of a cube have a sixth each; their shares in n drops the binomial error."""
+        posterior = PosePrior(np.full(6, 1.0 / 6.0), np.zeros(6, dtype=int), 0.0, 0.5).updated(
+            np.zeros(6, dtype=int))
+        low, high = posterior.interval()
+        np.testing.assert_allclose((low, high), 1.0 / 6.0)
+        low, high = posterior.interval(0.9, 20_000)
+        width = 2.0 * 1.6449 * math.sqrt(5.0 / 36.0 / 20_000)
+        np.testing.assert_allclose(high - low, width, rtol=1e-2)
+
+
 class TestCalibration:
     """Truths drawn from the prior, counts drawn from the truths: nine of ten must hold."""
 

@@ -48,11 +48,12 @@ LESSONS: Final = {
         "drops, but for the ups and downs on soft plates: give it, and simulate if they matter."),
     "rocking": (
         "Two neighbouring faces, a ridge of less than a hundred-thousandth of the radius between "
-        "the higher one and the lower. Whether the part rocks itself to rest on the higher face or "
-        "over the ridge is decided by a few impacts, and changes within a few hundredths of the "
-        "restitution. No estimator that is smooth in the scene and in the shape follows that; "
-        "the largest deviations of all methods are of this kind. MARGINAL_POSE and SHALLOW_POSE "
-        "warn of such poses: simulate, with the restitution of the real ground."),
+        "the higher one and the lower. Whether the part rocks itself to rest on the higher face "
+        "or over the ridge is decided by a few impacts, and changes within a few hundredths of "
+        "the restitution. No estimator that is smooth in the scene and in the shape follows that; "
+        "the largest deviations of all methods are of this kind. At cluster "
+        "tolerance 0, as here, MARGINAL_POSE and SHALLOW_POSE warn of it; at the default the two "
+        "are one pose. Where it matters, simulate with the restitution of the real ground."),
     "drop_height": (
         "Released low, the part stays where it is put: the simulation then follows the starting "
         "poses. Above a few radii the height hardly matters, and the paper's estimators are "

@@ -97,7 +97,8 @@ class Posterior:
                  ) -> tuple[Array, Array]:
         """Bounds (P,), each pair the shortest that holds this share of a pose's distribution.
 
-        A pose that is hardly ever met has a lower bound of 0. Each kind of estimate that may
+        A pose that is hardly ever met has a lower bound of 0; of a distribution as skewed as
+        that the mean may lie above both bounds. Each kind of estimate that may
         hold for a pose, sure or not, gets the Beta distribution of its mean and variance.
 
         Parameters
@@ -109,14 +110,24 @@ class Posterior:
             infinite for the probability itself.
         """
         share, mean, variance = self._kinds
-        single = mean * (1.0 - mean)
-        noise = mean * (self._size - mean) / drops  # of one pose of the unit, times its size
-        spread = np.minimum(variance + noise, WIDEST * single)
-        unsure = (share * spread).sum(axis=0) > 0.0
-        low = (share * mean).sum(axis=0)
-        high = low.copy()
-        if unsure.any():
-            low[unsure], high[unsure] = shortest_interval(
-                share[:, unsure], mean[:, unsure],
-                np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
-        return (low / self._size)[self._unit], (high / self._size)[self._unit]
+        if math.isinf(drops):
+            low, high = _bounds(share, mean, variance, level)
+            return (low / self._size)[self._unit], (high / self._size)[self._unit]
+        each = mean / self._size
+        noisy = variance / self._size ** 2 + each * (1.0 - each) / drops
+        low, high = _bounds(share, each, noisy, level)
+        return low[self._unit], high[self._unit]
+
+
+def _bounds(share: Array, mean: Array, variance: Array, level: float) -> tuple[Array, Array]:
+    """Of mixtures (K, G), where something is uncertain; else the mean twice."""
+    single = mean * (1.0 - mean)
+    spread = np.minimum(variance, WIDEST * single)
+    unsure = (share * spread).sum(axis=0) > 0.0
+    low = (share * mean).sum(axis=0)
+    high = low.copy()
+    if unsure.any():
+        low[unsure], high[unsure] = shortest_interval(
+            share[:, unsure], mean[:, unsure],
+            np.maximum(spread[:, unsure], NARROWEST * single[:, unsure]), level)
+    return low, high

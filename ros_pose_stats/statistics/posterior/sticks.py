@@ -96,7 +96,7 @@ class Sticks(NamedTuple):
                 np.take_along_axis(spread, holds, axis=0))
 
     def _kinds(self) -> tuple[Array, Array, Array]:
-        """Shares, means and mean squares (K, M, G) of the units; the last has no break."""
+        """Shares, means and mean squares (K, M, G) of the units; the last has the last break."""
         share = np.exp(self.log_share)
         total = self.taken + self.left
         first, rest = self.taken / total, self.left / total
@@ -104,14 +104,17 @@ class Sticks(NamedTuple):
         rest_twice = rest * (self.left + 1.0) / (total + 1.0)
         before, before_twice = (_remaining((share * one).sum(axis=0))
                                 for one in (rest, rest_twice))
-        whole = np.ones((*first.shape[:-1], 1))
         shares = np.broadcast_to(share, first.shape)
-        return (np.concatenate((shares, whole / len(first)), axis=-1),
-                np.concatenate((first, whole), axis=-1) * before,
-                np.concatenate((twice, whole), axis=-1) * before_twice)
+        if not first.shape[-1]:
+            whole = np.ones((*first.shape[:-1], 1))
+            return whole / len(first), whole, whole
+        return (np.concatenate((shares, shares[..., -1:]), axis=-1),
+                np.concatenate((first, rest[..., -1:]), axis=-1) * before,
+                np.concatenate((twice, rest_twice[..., -1:]), axis=-1) * before_twice)
 
 
 def _remaining(rest: Array) -> Array:
-    """What all breaks before a unit left (..., G), on average."""
+    """What all breaks before a unit's left (..., G), on average; the last two have one break."""
     one = np.ones((*rest.shape[:-1], 1))
-    return np.asarray(np.concatenate((one, np.cumprod(rest, axis=-1)), axis=-1))
+    before = np.concatenate((one, np.cumprod(rest[..., :-1], axis=-1)), axis=-1)
+    return np.asarray(np.concatenate((before, before[..., -1:]), axis=-1))
