@@ -1,9 +1,9 @@
 """The fit of the expected errors.
 
-The mean square error of each sample of `benchmarks/split/samples.npz`, over `expected.doubt`, is a
-smooth function of what is known without simulation (`estimators.error_fit`). A square error
-scatters about as much as it is large; so the likelihood is that of an exponential distribution
-whose mean is the expected square and the drops' own noise.
+The mean square error of each sample of `benchmarks/split/samples.npz`, over its doubt
+(`estimators.error_inputs`), is a smooth function of what is known without simulation
+(`estimators.error_fit`). A square error scatters about as much as it is large; so the likelihood
+is that of an exponential distribution whose mean is the expected square and the drops' own noise.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from scipy.optimize import minimize
 
 from ros_pose_stats.benchmark.dataset import shipped_datasets
 from ros_pose_stats.benchmark.estimates import restings, scene_estimates, square_errors
-from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.error_fit import ErrorFit
 from ros_pose_stats.estimators.registry import ESTIMATORS
 
+from ..bent_fit import bent_of, change, start, unscaled
 from .samples import ErrorSamples
 
 Array = NDArray[np.float64]
@@ -51,34 +51,21 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     mean, scale = samples.inputs.mean(axis=0), samples.inputs.std(axis=0)
     scale[scale < CONSTANT] = 1.0  # of MEAE, say, the distance from itself
     inputs = (samples.inputs - mean) / scale
-    columns, draw = inputs.shape[1], np.random.default_rng(seed)
-    start = np.concatenate((
-        [math.log(samples.square.mean() / samples.doubt.mean())], np.zeros(columns),
-        draw.normal(size=columns * BENDS) / math.sqrt(columns), 0.1 * draw.normal(size=BENDS),
-        np.zeros(BENDS)))
-    found = minimize(_objective, start, (samples, inputs), "L-BFGS-B", True,
+    columns = inputs.shape[1]
+    begin = start(columns, BENDS, np.random.default_rng(seed))
+    begin[0] = math.log(samples.square.mean() / samples.doubt.mean())
+    found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
-    constant, slope, turns, offsets, bends = _parts(found, columns)
-    slope, turns = slope / scale, turns / scale[:, None]
-    return ErrorFit(lowest, highest, Bent(constant - float(mean @ slope), slope, turns,
-                                          offsets - mean @ turns, bends))
-
-
-def _parts(values: Array, columns: int) -> tuple[float, Array, Array, Array, Array]:
-    first, end = 1 + columns, 1 + columns * (1 + BENDS)
-    return (float(values[0]), values[1:first], values[first:end].reshape(columns, BENDS),
-            values[end:end + BENDS], values[end + BENDS:])
+    return ErrorFit(lowest, highest, unscaled(bent_of(found, columns, BENDS), mean, scale))
 
 
 def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:
     """Mean negative log likelihood with the ridge, and its gradient."""
-    constant, slope, turns, offsets, bends = _parts(values, inputs.shape[1])
-    bent = np.tanh(inputs @ turns + offsets)
-    square = samples.doubt * np.exp(constant + inputs @ slope + bent @ bends)
+    bent = bent_of(values, inputs.shape[1], BENDS)
+    tangents = np.tanh(inputs @ bent.turns + bent.offsets)
+    square = samples.doubt * np.exp(bent.constant + inputs @ bent.slope + tangents @ bent.bends)
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
     back = (1.0 - samples.square / whole) * square / whole / len(square)
-    inner = (1.0 - bent * bent) * np.outer(back, bends)
-    change = np.concatenate(([back.sum()], inputs.T @ back, (inputs.T @ inner).ravel(),
-                             inner.sum(axis=0), bent.T @ back))
-    return float(loss + RIDGE * (values @ values)), change + 2.0 * RIDGE * values
+    slopes = np.asarray(change(bent, tangents, inputs, back), dtype=float)
+    return float(loss + RIDGE * (values @ values)), slopes + 2.0 * RIDGE * values

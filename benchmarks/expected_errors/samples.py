@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
-from ros_pose_stats.estimators.expected import doubt, error_inputs
+from ros_pose_stats.estimators.error_inputs import doubt, error_inputs, known_answers
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.records import DropScene
@@ -32,9 +32,9 @@ class ErrorSamples(NamedTuple):
     Attributes
     ----------
     inputs : (U, 17) array
-        As from `expected.error_inputs`.
+        As from `error_inputs.error_inputs`.
     doubt : (U,) array
-        As from `expected.doubt`.
+        As from `error_inputs.doubt`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     poses : (U,) array of int
@@ -71,6 +71,7 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
           ) -> Iterator[tuple[str, tuple[object, ...]]]:
     blind = {name: entry.function(resting, DropScene()) for name, entry in ESTIMATORS.items()
              if not entry.knows_restitution}
+    known = known_answers(resting)
     for row in scenes:
         settled = int(row.count.sum())
         if settled < LEAST_DROPS:
@@ -81,8 +82,8 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
         noise = float(np.mean(share * (1.0 - share))) / (settled - 1)
         for name, entry in ESTIMATORS.items():
             told = blind[name] if name in blind else entry.function(resting, scene)
-            unsure = doubt(resting, told)
+            unsure = doubt(resting, told, known)
             if unsure > DECIDED:
-                yield name, (error_inputs(resting, told, scene), unsure,
+                yield name, (error_inputs(resting, told, scene, known), unsure,
                              float(np.mean(np.square(told - share))), noise, share.size,
                              row.height, row.family)

@@ -47,7 +47,7 @@ from .error_fit import ErrorFit
 ERROR_FITS: Final[dict[str, ErrorFit]] = {{
 {}
 }}
-"""By method, of the inputs of `expected.error_inputs`."""
+"""By method, of the inputs of `error_inputs.error_inputs`."""
 
 USUAL_AT: Final = {}
 """Restitutions of the tuples below."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +12,7 @@ from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.split import component_bases, component_weights
 from ros_pose_stats.estimators.split_fit import SplitFit
 
+from ..bent_fit import bent_of, change, length, start, unscaled
 from .gradient import tree_loss
 from .table import Table
 
@@ -52,34 +52,19 @@ def fitted(table: Table, bends: tuple[int, int], ridge: float, iterations: int,
     inputs = (table.inputs - mean) / scale
     columns = inputs.shape[1]
     draw = np.random.default_rng(seed)
-    start = np.concatenate([part for many in bends for part in (
-        [0.0], np.zeros(columns), draw.normal(size=columns * many) / math.sqrt(columns),
-        0.1 * draw.normal(size=many), np.zeros(many))])
+    begin = np.concatenate([start(columns, many, draw) for many in bends])
     bases = np.stack(component_bases(table.inputs)).astype(np.float32)
     bases[1] += np.float32(HELD_SELDOM)
-    found = minimize(_objective, start, (table, inputs, bases, bends, ridge), "L-BFGS-B", True,
+    found = minimize(_objective, begin, (table, inputs, bases, bends, ridge), "L-BFGS-B", True,
                      options={"maxiter": iterations, "maxcor": 20}).x
-    left, held = (_unscaled(part, mean, scale) for part in _parts(found, columns, bends))
+    left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, bends))
     return SplitFit(left, held._replace(constant=held.constant + HELD_SELDOM))
 
 
 def _parts(values: Array, columns: int, bends: tuple[int, int]) -> tuple[Bent, Bent]:
-    first = 1 + columns + (columns + 2) * bends[0]
-    return (_bent(values[:first], columns, bends[0]), _bent(values[first:], columns, bends[1]))
-
-
-def _bent(values: Array, columns: int, bends: int) -> Bent:
-    end = 1 + columns * (1 + bends)
-    return Bent(float(values[0]), values[1:1 + columns],
-                values[1 + columns:end].reshape(columns, bends), values[end:end + bends],
-                values[end + bends:])
-
-
-def _unscaled(bent: Bent, mean: Single, scale: Single) -> Bent:
-    """The same function of inputs that are not standardised."""
-    slope, turns = bent.slope / scale, bent.turns / scale[:, None]
-    return Bent(bent.constant - float(mean @ slope), slope, turns, bent.offsets - mean @ turns,
-                bent.bends)
+    first = length(columns, bends[0])
+    return (bent_of(values[:first], columns, bends[0]),
+            bent_of(values[first:], columns, bends[1]))
 
 
 def _objective(values: Array, table: Table, inputs: Single, bases: Single,
@@ -98,18 +83,11 @@ def _objective(values: Array, table: Table, inputs: Single, bases: Single,
     whole = np.logaddexp(*told)
     loss, slopes, _ = _loss(table, whole.astype(float), gradient=True)
     back = slopes.astype(np.float32) * np.exp(told - whole)
-    change = np.concatenate([
-        np.sum([_change(part, bent[k][block], inputs[block], back[k, block])
+    slope = np.concatenate([
+        np.sum([change(part, bent[k][block], inputs[block], back[k, block])
                 for block in blocks], axis=0, dtype=float)
         for k, part in enumerate(parts)])
-    return loss + ridge * float(values @ values), change + 2.0 * ridge * values
-
-
-def _change(part: Bent, bent: Single, inputs: Single, back: Single) -> Single:
-    """Gradient by the coefficients of one function, from that by its values."""
-    inner = (1.0 - bent * bent) * np.outer(back, part.bends)
-    return np.concatenate(([back.sum()], inputs.T @ back, (inputs.T @ inner).ravel(),
-                           inner.sum(axis=0), bent.T @ back))
+    return loss + ridge * float(values @ values), slope + 2.0 * ridge * values
 
 
 def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:

@@ -27,11 +27,11 @@ class ErrorFit(NamedTuple):
     bent: Bent
 
     def __call__(self, inputs: Array) -> Array:
-        """Logarithm (...) of the expected square error over `expected.doubt`.
+        """Logarithm (...) of the expected square error over `error_inputs.doubt`.
 
         Parameters
         ----------
         inputs : (..., K) array
-            As from `expected.error_inputs`.
+            As from `error_inputs.error_inputs`.
         """
         return self.bent(np.clip(inputs, self.lowest, self.highest))

@@ -381,7 +381,7 @@ ERROR_FITS: Final[dict[str, ErrorFit]] = {
             bends=np.array([
                 -1.381, -1.3744, -2.319, 1.314, 1.5076, -1.6434]))),
 }
-"""By method, of the inputs of `expected.error_inputs`."""
+"""By method, of the inputs of `error_inputs.error_inputs`."""
 
 USUAL_AT: Final = (0.2, 0.5, 0.8)
 """Restitutions of the tuples below."""

@@ -15,20 +15,12 @@ import numpy as np
 
 from ..geometry.poses import RestingPoses
 from ..records import DropScene
-from .energy_absorption import eae, meae
+from .error_inputs import doubt, error_inputs, known_answers, single_drop
 from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
-from .estimator import Array, normalized
-from .quasi_static import nonlinear, qse
-from .scene_inputs import body_inputs, corner_inputs, scene_inputs
+from .estimator import Array
 
 UNUSUAL = 2.0
 """Expected error over the usual one from which on the methods disagree."""
-
-LEAST_APART = 1e-3
-"""Mean square distance of two methods, over `doubt`, that logarithms start from."""
-
-SHALLOWEST = 1e-3
-"""Barrier of a pose, in radii, that logarithms start from."""
 
 LEAST_SHARE = 0.05
 """Of the square distance from MEAE: at least so much of it is taken to be the estimate's error.
@@ -79,10 +71,10 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     """
     if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
-    known = _known(resting)
-    unsure, square = _doubt(resting, probability, known), 0.0
+    known = known_answers(resting)
+    unsure, square = doubt(resting, probability, known), 0.0
     if unsure > DECIDED:
-        inputs = _inputs(resting, probability, scene, known)
+        inputs = error_inputs(resting, probability, scene, known)
         square = max(unsure * math.exp(float(ERROR_FITS[name](inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     usual = np.square(USUAL_ERRORS[name])
@@ -98,64 +90,8 @@ def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> A
     equal share what they err together. Where symmetry decides all, nothing errs; where an
     estimate is certain and may be wrong, all poses may err alike.
     """
-    spread = _spread(resting, probability)
+    spread = single_drop(resting, probability)
     total = float(spread.sum())
     if not total > DECIDED:
         return np.full(spread.shape, expected)
     return np.asarray(expected * np.sqrt(spread * (spread.size / total)))
-
-
-def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene) -> Array:
-    """Inputs (17,) of `ErrorFit`; the estimate must leave something undecided.
-
-    Restitution and log of the drop height in radii; logs of the mean square distance of the
-    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the doubt; logs of the number of
-    poses and of the doubt of all poses together; means of the logs of the poses' barriers in
-    radii, weighed by the poses' doubt and by p; then body and corners as `split` has them.
-    """
-    return _inputs(resting, probability, scene, _known(resting))
-
-
-def doubt(resting: RestingPoses, probability: Array) -> float:
-    """Mean over the poses of p (1 - p) and of the square distance from MEAE.
-
-    The first is the square error of a single drop, the second is for an estimate that is
-    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly:
-    symmetry makes no errors.
-    """
-    return _doubt(resting, probability, _known(resting))
-
-
-def _doubt(resting: RestingPoses, probability: Array, known: Array) -> float:
-    return float(np.mean(_doubts(resting, probability, known)))
-
-
-def _doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
-    """Of each pose (P,)."""
-    return np.asarray(_spread(resting, probability) + np.square(probability - known[1]))
-
-
-def _known(resting: RestingPoses) -> Array:
-    """Answers (3, P) of EAE, MEAE and QSE."""
-    return np.stack([eae(resting), meae(resting), qse(resting)])
-
-
-def _inputs(resting: RestingPoses, probability: Array, scene: DropScene, known: Array) -> Array:
-    energy, around, toppled = known
-    unsure = _doubts(resting, probability, known)
-    apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
-                      around - energy, around - toppled])
-    far = np.log(np.mean(apart * apart, axis=1) / unsure.mean() + LEAST_APART)
-    depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (math.log(unsure.size), math.log(unsure.sum()), unsure @ depth / unsure.sum(),
-             probability @ depth)
-    return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
-                           corner_inputs(resting)))
-
-
-def _spread(resting: RestingPoses, probability: Array) -> Array:
-    """P (1 - p) of each pose; those that symmetry makes equal count as one, shared evenly."""
-    group = np.array([pose.group for pose in resting.poses])
-    together = np.bincount(group, probability)[group]
-    size = np.bincount(group)[group]
-    return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))

@@ -1,0 +1,78 @@
+"""What the expected error of an estimate goes by."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..geometry.poses import RestingPoses
+from ..records import DropScene
+from .energy_absorption import eae, meae
+from .estimator import Array, normalized
+from .quasi_static import nonlinear, qse
+from .scene_inputs import body_inputs, corner_inputs, scene_inputs
+
+LEAST_APART = 1e-3
+"""Mean square distance of two methods, over `doubt`, that logarithms start from."""
+
+SHALLOWEST = 1e-3
+"""Barrier of a pose, in radii, that logarithms start from."""
+
+
+def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
+                 known: Array) -> Array:
+    """Inputs (17,) of `ErrorFit`; the estimate must leave some doubt.
+
+    Restitution and log of the drop height in radii; logs of the mean square distance of the
+    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the doubt; logs of the number of
+    poses and of the doubt of all poses together; means of the logs of the poses' barriers in
+    radii, weighed by the poses' doubt and by p; then body and corners as `split` has them.
+
+    Parameters
+    ----------
+    resting : RestingPoses
+    probability : (P,) array
+        The estimate.
+    scene : DropScene
+    known : (3, P) array
+        From `known_answers`.
+    """
+    energy, around, toppled = known
+    unsure = _doubts(resting, probability, known)
+    apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
+                      around - energy, around - toppled])
+    far = np.log(np.mean(apart * apart, axis=1) / unsure.mean() + LEAST_APART)
+    depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
+    poses = (math.log(unsure.size), math.log(unsure.sum()), unsure @ depth / unsure.sum(),
+             probability @ depth)
+    return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
+                           corner_inputs(resting)))
+
+
+def doubt(resting: RestingPoses, probability: Array, known: Array) -> float:
+    """Mean over the poses of p (1 - p) and of the square distance from MEAE.
+
+    The first is the square error of a single drop, the second is for an estimate that is
+    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly:
+    symmetry makes no errors. Parameters as for `error_inputs`.
+    """
+    return float(np.mean(_doubts(resting, probability, known)))
+
+
+def known_answers(resting: RestingPoses) -> Array:
+    """Answers (3, P) of EAE, MEAE and QSE."""
+    return np.stack([eae(resting), meae(resting), qse(resting)])
+
+
+def single_drop(resting: RestingPoses, probability: Array) -> Array:
+    """P (1 - p) of each pose; those that symmetry makes equal count as one, shared evenly."""
+    group = np.array([pose.group for pose in resting.poses])
+    together = np.bincount(group, probability)[group]
+    size = np.bincount(group)[group]
+    return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))
+
+
+def _doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
+    """Of each pose (P,)."""
+    return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))
