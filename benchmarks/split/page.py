@@ -9,6 +9,8 @@ from ros_pose_stats.geometry.poses import CORNER_REACHES
 from ros_pose_stats.kernels.component_features import FAR, NEAR, SHALLOWEST
 
 from .judge import BENDS, FOLDS, ITERATIONS, STARTS, Score
+from .real_parts import DROPS as PART_DROPS
+from .real_parts import PartScore
 from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
 
 Found = dict[str, Any]
@@ -16,6 +18,15 @@ Found = dict[str, Any]
 HEADER = ("bodies", "height, radii", "split", "at 0.2", "at 0.5", "at 0.8", "combined",
           "at 0.2", "at 0.5", "at 0.8", "ratio", "expected", "largest", "combined's",
           "1 in 1000", "combined's")
+
+PART_HEADER = ("part", "poses", "height, radii", "split", "combined", "expected", "largest",
+               "combined's")
+
+PARTS = """### Demo parts
+
+The parts of the command `shapes`, as a designer draws them, {drops} drops at each of the three
+restitutions; `python -m benchmarks.split parts FILE ...` prints the same of one's own.
+"""
 
 SAID = {
     "new bodies": "Bodies that the fit never saw; of fine ellipsoids (100 to 2000 points) it saw "
@@ -42,9 +53,26 @@ def page(found: Found) -> str:
                          reaches=reaches, shallowest=SHALLOWEST, near=NEAR, far=FAR)]
     for name, rows in found["scores"].items():
         parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
+    parts.append(PARTS.format(drops=PART_DROPS) + f"\n{part_table(found['parts'])}\n")
     told = ", ".join(f"{key} {value}" for key, value in found["machine"].items())
     parts.append(f"Run on: {told}.\n")
     return "\n".join(parts)
+
+
+def plain_parts(scores: list[PartScore]) -> list[Found]:
+    """Plain values for JSON."""
+    return [one._asdict() for one in scores]
+
+
+def part_table(rows: list[Found]) -> str:
+    """Of `PartScore`s."""
+    lines = ["| " + " | ".join(PART_HEADER) + " |", "|---" * len(PART_HEADER) + "|"]
+    for row in rows:
+        cells = [row["part"], f"{row['poses']}", f"{row['height']:g}",
+                 *(f"{row[name]:.2f}" for name in ("split", "combined", "expected")),
+                 *(f"{row[name]:.0f}" for name in ("largest", "combined_largest"))]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def _table(rows: list[Found]) -> str:
