@@ -114,7 +114,7 @@ class TestTopics:
         bag, told = run
         published = [whole(deserialize_message(data, PoseStatistics)) for data in told.published]
         assert sorted(map(whole, messages(bag, "pose_statistics"))) == sorted(published)
-        assert len(published) >= 7
+        assert len(published) >= 6  # five estimates, and the drops of "flat", which are surer
 
     def test_answers_are_what_was_answered(self, run):
         bag, told = run
