@@ -21,7 +21,7 @@ LEAST_CROWDING = 1e-4
 
 def body_inputs(resting: RestingPoses) -> Array:
     """Trace of the inertia, its smallest and largest share; highest split, lowest pose; (5,)."""
-    moments = np.linalg.eigvalsh(resting.inertia)
+    moments = resting.moments
     levels = resting.equilibria.arrays.tree.level[resting.clusters.split]
     return np.array([moments.sum(), moments[0] / moments.sum(), moments[2] / moments.sum(),
                      levels.max(initial=0.0), resting.equilibria.heights.min()])

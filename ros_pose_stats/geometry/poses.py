@@ -57,6 +57,11 @@ class RestingPoses:
         return self.equilibria.body
 
     @cached_property
+    def moments(self) -> Array:
+        """Principal moments (3,) of `inertia`, rising."""
+        return np.asarray(np.linalg.eigvalsh(self.inertia))
+
+    @cached_property
     def passage_r(self) -> tuple[Array, Array]:
         """Component areas and node probabilities for r; see `split_probabilities`."""
         return self._passage(False)
