@@ -65,11 +65,12 @@ class Client:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._clients = {}
+        self._open = True
         self._thread = threading.Thread(target=self._spin)
         self._thread.start()
 
     def _spin(self):
-        while self.context.ok():
+        while self._open:
             try:
                 self.executor.spin_once(timeout_sec=0.5)
             except ExternalShutdownException:
@@ -78,10 +79,12 @@ class Client:
                 continue
 
     def close(self):
-        self.context.try_shutdown()
+        self._open = False  # first of all: spinning in a context that ends meanwhile fails
+        self.executor.wake()
         self._thread.join()
         self.executor.shutdown()
         self.node.destroy_node()
+        self.context.try_shutdown()
 
     def __enter__(self):
         return self
