@@ -66,8 +66,8 @@ def _families(cases: Sequence[Case], kept: NDArray[np.bool_]) -> Section:
         where = family == name
         shares = {f"{100.0 * target:g} points": 100.0 * float(each[where].mean())
                   for target, each in zip(TARGETS, kept, strict=True)}
-        rows.append(Row(name, {"cases": int(where.sum()),
-                               "error": 100.0 * math.sqrt(0.09 / where.sum()), **shares,
+        error = math.sqrt(KEPT * (1.0 - KEPT) / where.sum())
+        rows.append(Row(name, {"cases": int(where.sum()), "error": 100.0 * error, **shares,
                                "all": 100.0 * float(kept[:, where].mean())}))
     return Section("auto_families", "Targets kept by family", FAMILIES, tuple(rows))
 

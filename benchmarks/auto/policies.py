@@ -41,7 +41,7 @@ def spent_on(case: Case, run: Run) -> tuple[PoseStatistics, float]:
 
 
 def best_policy(cases: Sequence[Case], priors: Sequence[PosePrior], some: Sequence[Case],
-          target: float) -> tuple[Policy, float]:
+                target: float) -> tuple[Policy, float]:
     """The fastest of the policies that keep the target often enough."""
     timed = [(policy, float(np.mean([spent_on(one, policy.run)[1] for one in some])))
              for policy in (*_estimates(cases, target), *_drops(cases, priors, target))

@@ -16,14 +16,12 @@ from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.records import DropScene
 
 from ..split.samples import Sample
+from ..split.table import LEAST_DROPS
 
 Array = NDArray[np.float64]
 
-LEAST_DROPS = 50
-"""Samples with fewer settled drops are left out."""
-
 DECIDED = 1e-6
-"""So are those with less doubt: symmetry leaves one answer."""
+"""Samples with less doubt are left out: symmetry leaves one answer."""
 
 
 class ErrorSamples(NamedTuple):
