@@ -13,6 +13,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
+from rclpy.service import Service
 from ros_pose_stats_msgs.msg import JobEvent, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
@@ -27,6 +28,7 @@ from .interrupted import interrupted_job
 from .job_reports import JobReports, job_event
 from .jobs import Jobs
 from .latching import LatchedPublishers
+from .late_answers import LateAnswers
 from .mesh_topics import mesh_topics
 from .parameters import Parameters
 from .part_lines import count_problem, counts_of_bytes, named, part_line
@@ -56,6 +58,7 @@ class PoseStatsNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
+        self.late_answers = LateAnswers(lambda line: self.get_logger().warning(line))
         super().__init__("pose_stats", **options)
         self.table = Parameters(self, self._on_change)
         settings = self._settings()
@@ -80,6 +83,14 @@ class PoseStatsNode(Node):
         self.intake.start()
         self.jobs.start()
 
+    def create_service(self, *arguments: Any, **options: Any) -> Service:
+        """Make a service whose answers reach clients that are still being discovered."""
+        service = super().create_service(*arguments, **options)
+        send = service.send_response
+        service.send_response = lambda response, header: self.late_answers.send(
+            service.srv_name, partial(send, response, header))
+        return service
+
     def _settings(self) -> Settings:
         return self.table.settings
 
@@ -94,7 +105,8 @@ class PoseStatsNode(Node):
         self.services_of_node = Services(self, self._settings, self.results, self.requests,
                                          self.refinement, self.jobs, self.reports,
                                          self._note_forgotten)
-        self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports)
+        self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports,
+                                          self.late_answers)
         health = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         diagnostics = Diagnostics(
             (self._mesh_status, self._job_status, self._recording_status), health.publish)
@@ -251,6 +263,7 @@ class PoseStatsNode(Node):
         self.intake.close()
         self.jobs.close("the node ended")
         self.action.wait_until_told()
+        self.late_answers.close()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")

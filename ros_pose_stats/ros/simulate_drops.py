@@ -6,7 +6,7 @@ import threading
 import time
 from typing import Any
 
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -15,6 +15,8 @@ from ros_pose_stats_msgs.action import SimulateDrops
 from ..errors import PoseStatsError
 from .job_reports import JobReports
 from .jobs import Job, Jobs, State
+from .late_answers import LateAnswers
+from .patient_action_server import PatientActionServer
 from .requests import Requests
 from .service_quality import SERVICE_QUALITY
 
@@ -42,9 +44,11 @@ class SimulateDropsServer:
     requests : Requests
     jobs : Jobs
     reports : JobReports
+    late_answers : LateAnswers
     """
 
-    def __init__(self, node: Node, requests: Requests, jobs: Jobs, reports: JobReports) -> None:
+    def __init__(self, node: Node, requests: Requests, jobs: Jobs, reports: JobReports,
+                 late_answers: LateAnswers) -> None:
         self._node = node
         self._requests = requests
         self._jobs = jobs
@@ -57,8 +61,8 @@ class SimulateDropsServer:
         self._next_feedback = 0.0
         reports.on_started, reports.on_progress = self._begin, self._feedback
         reports.on_end = self._complete
-        self._server = ActionServer(
-            node, SimulateDrops, "~/simulate_drops", execute_callback=self._refuse,
+        self._server = PatientActionServer(
+            late_answers, node, SimulateDrops, "~/simulate_drops", execute_callback=self._refuse,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,

@@ -78,14 +78,14 @@ class Reports(Listener):
 @pytest.fixture
 def meeting(monkeypatch):
     """The action around a queue, without ROS."""
-    monkeypatch.setattr(simulate_drops, "ActionServer", lambda *args, **kwargs: None)
+    monkeypatch.setattr(simulate_drops, "PatientActionServer", lambda *args, **kwargs: None)
     reports = Reports()
     reports.hook = lambda event, job: Reports.hook(reports, event, job)
     with queue_of(monkeypatch, reports, started=False) as (jobs, simulation):
         requests = SimpleNamespace(start=lambda request: submit(jobs))
         node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=print))
         yield SimpleNamespace(
-            server=SimulateDropsServer(node, requests, jobs, reports), jobs=jobs,
+            server=SimulateDropsServer(node, requests, jobs, reports, None), jobs=jobs,
             simulation=simulation, requests=requests)
 
 
