@@ -40,12 +40,12 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     """
     energy, around, toppled = known
     unsure = _doubts(resting, probability, known)
-    apart = np.stack([probability - around, around - normalized(nonlinear(toppled)),
+    total = float(unsure.sum())
+    apart = np.array([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
-    far = np.log(np.mean(apart * apart, axis=1) / unsure.mean() + LEAST_APART)
+    far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (math.log(unsure.size), math.log(unsure.sum()), unsure @ depth / unsure.sum(),
-             probability @ depth)
+    poses = (math.log(unsure.size), math.log(total), unsure @ depth / total, probability @ depth)
     return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
                            corner_inputs(resting)))
 
@@ -62,12 +62,12 @@ def doubt(resting: RestingPoses, probability: Array, known: Array) -> float:
 
 def known_answers(resting: RestingPoses) -> Array:
     """Answers (3, P) of EAE, MEAE and QSE."""
-    return np.stack([eae(resting), meae(resting), qse(resting)])
+    return np.array([eae(resting), meae(resting), qse(resting)])
 
 
 def single_drop(resting: RestingPoses, probability: Array) -> Array:
     """P (1 - p) of each pose; those that symmetry makes equal count as one, shared evenly."""
-    group = np.array([pose.group for pose in resting.poses])
+    group = resting.group
     together = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
     return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))

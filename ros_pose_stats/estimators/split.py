@@ -61,7 +61,9 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     rows = features.reshape(-1, features.shape[2])
     about = np.concatenate((body_inputs(resting), scene_inputs(resting, scene),
                             corner_inputs(resting)))
-    return np.hstack((rows, np.broadcast_to(about, (rows.shape[0], about.shape[0]))))
+    inputs = np.empty((rows.shape[0], rows.shape[1] + about.shape[0]))
+    inputs[:, :rows.shape[1]], inputs[:, rows.shape[1]:] = rows, about
+    return inputs
 
 
 def kept_shares(resting: RestingPoses) -> Array:
@@ -93,7 +95,7 @@ def component_weights(rows: NDArray[np.floating],
     """
     left, held = component_bases(rows)
     told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]
-    return np.asarray(np.mean(told, axis=0))
+    return np.asarray(sum(told) / len(fits))
 
 
 def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:

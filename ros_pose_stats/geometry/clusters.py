@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.regions import merge_regions
 from ..tolerances import SAME_HEIGHT
 from .equilibria import Equilibria, ties
 
@@ -59,41 +60,27 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     tolerance : float
         Barrier below which regions merge, as a fraction of the radius; 0 merges nothing.
     """
-    tree = found.arrays.tree
-    leaves = found.order.shape[0]
-    bottom = np.empty(2 * leaves - 1)
-    bottom[:leaves] = found.heights[found.rank]
-    merged = np.zeros(2 * leaves - 1, dtype=np.bool_)
-    merged[:leaves] = True
-    parent = np.full(2 * leaves - 1, -1, dtype=np.int64)
-    for j, (a, b) in enumerate(tree.child.tolist()):
-        parent[a] = parent[b] = leaves + j
-        bottom[leaves + j] = min(bottom[a], bottom[b])
-        shallow = tree.level[j] - bottom[leaves + j] < tolerance
-        merged[leaves + j] = tolerance > 0.0 and shallow and merged[a] and merged[b]
-    nodes = np.flatnonzero(merged & ((parent < 0) | ~merged[parent]))
-    return _number(found, tolerance, nodes, parent, ~merged[leaves:])
-
-
-def _number(found: Equilibria, tolerance: float, nodes: Index, parent: Index,
-            split: NDArray[np.bool_]) -> Clusters:
-    """Pick each node's lowest stable face and number the poses by it."""
-    tree = found.arrays.tree
-    leaves = found.order.shape[0]
-    owner = np.empty(leaves, dtype=np.int64)
-    for i, (begin, end) in enumerate(tree.leaf_range[nodes].tolist()):
-        owner[found.rank[tree.leaf_order[begin:end]]] = i
-    # By rising height, then falling area, then number; heights and areas with a tolerance.
-    areas = found.body.arrays.area[found.faces]
-    rank = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
-    preferred = np.argsort(rank, kind="stable")
-    first = np.full(nodes.shape[0], -1, dtype=np.int64)
-    first[owner[preferred[::-1]]] = preferred[::-1]
-    order = np.argsort(first, kind="stable")
+    node, above, owner, split = merge_regions(
+        found.arrays.tree, found.heights[found.rank], tolerance)
+    owner = owner[found.order]
+    order, lowest = _by_lowest(found, owner, node.shape[0])
     number = np.empty_like(order)
     number[order] = np.arange(order.shape[0])
-    above = parent[nodes[order]]
-    saddle = np.array([tree.level[k - leaves] if k >= 0 else math.inf for k in above.tolist()])
-    lowest = first[order]
-    return Clusters(tolerance, nodes[order], lowest, number[owner],
-                    saddle - found.heights[lowest], split)
+    level = np.append(found.arrays.tree.level, math.inf)  # the last, over the root
+    return Clusters(tolerance, node[order], lowest, number[owner],
+                    level[above[order]] - found.heights[lowest], split)
+
+
+def _by_lowest(found: Equilibria, owner: Index, count: int) -> tuple[Index, Index]:
+    """Order (P,) of the groups of stable faces by the face that stands for each, and that face.
+
+    Lower faces go first, larger ones of equal height, then smaller numbers; heights and areas
+    are compared with a tolerance.
+    """
+    areas = found.body.arrays.area[found.faces]
+    rank = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
+    preferred = np.argsort(rank, kind="stable")[::-1]
+    first = np.empty(count, dtype=np.int64)
+    first[owner[preferred]] = preferred
+    order = np.argsort(first, kind="stable")
+    return order, first[order]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.equilibria import EquilibriumArrays, find_equilibria
+from ..kernels.ties import number_ties
 from ..records import Part
 from ..tolerances import SAME_DOWN, SAME_HEIGHT
 from .convex_body import ConvexBody, convex_body
@@ -39,17 +40,17 @@ class Equilibria:
     arrays: EquilibriumArrays
     order: Index
 
-    @property
+    @cached_property
     def faces(self) -> Index:
         """Face (S,) of each stable face, by rising height."""
         return self.arrays.stable[self.order]
 
-    @property
+    @cached_property
     def heights(self) -> Array:
         """Height (S,) of the centre of mass on each stable face, in radii."""
         return self.body.arrays.distance[self.faces]
 
-    @property
+    @cached_property
     def downs(self) -> Array:
         """Direction (S, 3) that points down on each stable face."""
         return self.body.arrays.normal[self.faces]
@@ -132,30 +133,12 @@ def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
     -------
     (S,) array of int
     """
-    count = keys[0][0].shape[0]
-    group = np.zeros(count, dtype=np.int64) if within is None else within
+    size = keys[0][0].shape[0]
+    group = np.zeros(size, dtype=np.int64) if within is None else within
+    count = 1 if within is None else int(within.max()) + 1
     for values, tolerance in keys:
-        if int(group.max()) + 1 == count:  # nothing is tied any more
+        if count == size:  # nothing is tied any more
             break
-        group = _divide(values, tolerance, group)
+        plain = np.ascontiguousarray(values)
+        group, count = number_ties(plain, tolerance, group, np.lexsort((plain, group)))
     return group
-
-
-def _divide(values: Array, tolerance: float, group: Index) -> Index:
-    """Split groups into ties of one key."""
-    order = np.lexsort((values, group))
-    ranked, grouped = values[order], group[order]
-    opens = np.ones(values.shape[0], dtype=np.bool_)
-    opens[1:] = (ranked[1:] - ranked[:-1] > tolerance) | (grouped[1:] > grouped[:-1])
-    starts = np.flatnonzero(opens)
-    ends = np.concatenate([starts[1:], [values.shape[0]]])
-    wide = ranked[ends - 1] - ranked[starts] > tolerance
-    if wide.any():
-        for begin, end in zip(starts[wide].tolist(), ends[wide].tolist(), strict=True):
-            while begin < end:
-                opens[begin] = True
-                begin += int(np.searchsorted(ranked[begin:end], ranked[begin] + tolerance,
-                                             "right"))
-    numbers = np.empty(values.shape[0], dtype=np.int64)
-    numbers[order] = np.cumsum(opens) - 1
-    return numbers

@@ -57,6 +57,11 @@ class RestingPoses:
         return self.equilibria.body
 
     @cached_property
+    def group(self) -> Index:
+        """Symmetry group (P,) of each pose."""
+        return np.array([pose.group for pose in self.poses])
+
+    @cached_property
     def moments(self) -> Array:
         """Principal moments (3,) of `inertia`, rising."""
         return np.asarray(np.linalg.eigvalsh(self.inertia))
@@ -149,8 +154,7 @@ def resting_poses(part: Part,
 
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
     body = found.body
-    every_down = found.downs
-    downs = every_down[grouped.lowest]
+    downs = found.downs[grouped.lowest]
     heights = found.heights[grouped.lowest] * body.radius
     quaternions = resting_quaternions(downs)
     rotations = rotation_matrices(quaternions)
@@ -158,28 +162,30 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = _margins(found, grouped)
-    members = _members(grouped)
     groups = symmetry_groups(part, found, grouped.pose)
     faces = found.faces[grouped.lowest]
     barriers = grouped.barrier * body.radius
     for array in (downs, quaternions, positions):
         array.flags.writeable = False
+    rows = zip(groups.tolist(), downs, heights.tolist(), top.tolist(), margins.tolist(),
+               barriers.tolist(), _members(grouped), quaternions, positions, faces.tolist(),
+               rotations, strict=True)
     return tuple(
         StablePose(
-            index=i, group=int(groups[i]), down=downs[i], height=float(heights[i]),
-            top=float(top[i]), margin=float(margins[i]), barrier=float(barriers[i]),
-            spread=_spread(every_down[members[i]]), members=tuple(members[i].tolist()),
-            orientation=quaternions[i], position=positions[i],
-            shape=PoseShape(body, int(faces[i]), rotations[i]),
+            index=i, group=group, down=down, height=height, top=highest, margin=margin,
+            barrier=barrier, spread=_spread(found.downs, members), members=tuple(members),
+            orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
         )
-        for i in range(heights.shape[0])
+        for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
+                face, rotation) in enumerate(rows)
     )
 
 
-def _members(grouped: Clusters) -> list[Index]:
-    order = np.argsort(grouped.pose, kind="stable")
-    starts = np.flatnonzero(np.diff(grouped.pose[order])) + 1
-    return np.split(order, starts)
+def _members(grouped: Clusters) -> list[list[int]]:
+    """Stable faces of each pose, rising."""
+    members = np.argsort(grouped.pose, kind="stable").tolist()
+    ends = np.cumsum(np.bincount(grouped.pose)).tolist()
+    return [members[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 def _margins(found: Equilibria, grouped: Clusters) -> Array:
@@ -195,12 +201,13 @@ def _margins(found: Equilibria, grouped: Clusters) -> Array:
     return margins
 
 
-def _spread(downs: Array) -> float:
-    """Largest angle between two of the directions, radians."""
-    if downs.shape[0] == 1:
+def _spread(downs: Array, members: list[int]) -> float:
+    """Largest angle between two of the members' directions, radians."""
+    if len(members) == 1:
         return 0.0
+    chosen = downs[members]
     # The farthest from a direction is the nearest to its opposite.
-    gap, partner = cKDTree(downs).query(-downs)
+    gap, partner = cKDTree(chosen).query(-chosen)
     first = int(np.argmin(gap))
-    chord = float(np.linalg.norm(downs[first] - downs[partner[first]]))
+    chord = float(np.linalg.norm(chosen[first] - chosen[partner[first]]))
     return 2.0 * math.asin(min(1.0, 0.5 * chord))

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats.geometry.orientation import POLE, resting_quaternions, rotation_matrices
+from ros_pose_stats.geometry.orientation import resting_quaternions, rotation_matrices
 from ros_pose_stats.geometry.shapes import sphere_points
+from ros_pose_stats.kernels.orientation import POLE
 
 DOWN = np.array((0.0, 0.0, -1.0))
 
