@@ -98,7 +98,7 @@ def joined_soon(found: Array, tree: MergeTree, wanted: NDArray[np.bool_], of: in
 
 @kernel
 def holding_faces(body: BodyArrays, stable: Index, basin: Index, tree: MergeTree,
-          inertia: Array) -> tuple[Array, Array]:
+                  inertia: Array) -> tuple[Array, Array]:
     """Running sums (F + 1,) over `face_order` of the solid angle of the faces that hold.
 
     A face holds what lands on it if the foot of the centre of mass lies inside, less the

@@ -55,7 +55,7 @@ class SquareError(NamedTuple):
 
 
 def square_error(weight: Array, mean: Array, variance: Array, away: Array,
-                  size: NDArray[np.int64]) -> SquareError:
+                 size: NDArray[np.int64]) -> SquareError:
     """Distribution of the mean square error of the middle of a mixture.
 
     Within a component the units are taken as normal with the correlations of a multinomial
