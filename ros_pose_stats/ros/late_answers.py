@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from rclpy.exceptions import InvalidHandle
+
+from .lost_answers import catch_losses, losses
 
 PAUSES = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
 """Seconds before each further attempt: lost packets of discovery are repeated within three."""
@@ -18,42 +17,11 @@ PAUSES = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
 REST = 0.4
 """Seconds after a failed attempt, which holds the interpreter for a tenth of a second."""
 
-MOST_WAITING = 20
+MOST_WAITING = 50
 """Answers kept for later; a client that will never hear must not use up the node."""
 
-UNDELIVERED = "failed to send response"
-"""How the warning begins by which rclpy tells of an answer that it has thrown away."""
-
-_of_thread = threading.local()
-_show_others = warnings.showwarning
-
-
-def _show(message: Warning | str, category: type[Warning], *others: Any, **named: Any) -> None:
-    lost: list[str] | None = getattr(_of_thread, "lost", None)
-    if lost is not None and str(message).startswith(UNDELIVERED):
-        lost.append(str(message))
-    else:
-        _show_others(message, category, *others, **named)
-
-
-def catch_losses() -> None:
-    """Have `losses` catch from now on what else is shown on standard error, once a line."""
-    global _show_others
-    if warnings.showwarning is not _show:
-        _show_others, warnings.showwarning = warnings.showwarning, _show
-    warnings.filterwarnings("always", message=UNDELIVERED, category=RuntimeWarning)
-
-
-@contextmanager
-def losses() -> Iterator[list[str]]:
-    """What rclpy says of answers that this thread sends meanwhile and that are thrown away."""
-    outer = getattr(_of_thread, "lost", None)
-    lost: list[str] = []
-    _of_thread.lost = lost
-    try:
-        yield lost
-    finally:
-        _of_thread.lost = outer
+QUIET = 60.0
+"""Seconds in which answers of one service that are given up are told of once."""
 
 
 @dataclass(slots=True)
@@ -80,6 +48,7 @@ class LateAnswers:
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
+        self._said: dict[str, float] = {}
         self._waiting: list[Answer] = []
         self._news = threading.Condition()
         self._thread: threading.Thread | None = None
@@ -96,16 +65,25 @@ class LateAnswers:
     def send_later(self, what: str, send: Callable[[], object]) -> None:
         """Send an answer that could not be delivered just now."""
         with self._news:
-            full = len(self._waiting) >= MOST_WAITING
-            if not full and not self._closed:
-                self._waiting.append(Answer(what, send, time.monotonic() + PAUSES[0]))
-                self._news.notify()
-                if self._thread is None:
-                    self._thread = threading.Thread(target=self._run, name="late answers",
-                                                    daemon=True)
-                    self._thread.start()
-        if full:
-            self._give_up(what)
+            if self._closed:
+                return
+            out = self._make_room()
+            self._waiting.append(Answer(what, send, time.monotonic() + PAUSES[0]))
+            self._news.notify()
+            if self._thread is None or not self._thread.is_alive():
+                self._thread = threading.Thread(target=self._run, name="late answers",
+                                                daemon=True)
+                self._thread.start()
+        if out is not None:
+            self._give_up(out.what)
+
+    def _make_room(self) -> Answer | None:
+        """Drop the answer that has been tried most often, if too many wait."""
+        if len(self._waiting) < MOST_WAITING:
+            return None
+        out = max(self._waiting, key=lambda answer: answer.attempts)
+        self._waiting.remove(out)
+        return out
 
     def close(self) -> None:
         """Give up what still waits."""
@@ -135,7 +113,7 @@ class LateAnswers:
         return None
 
     def _attempt(self, answer: Answer) -> bool:
-        """Send once more; False if that was in vain and another attempt may be made."""
+        """Send once more; False if that was in vain."""
         try:
             with losses() as lost:
                 answer.send()
@@ -157,6 +135,10 @@ class LateAnswers:
         return False
 
     def _give_up(self, what: str) -> None:
-        self._say(f"{what}: an answer could not be delivered: expected a client that listens "
-                  f"with the node's quality of service (reliable, volatile), got one that "
-                  f"cannot be reached; check its quality of service and call again")
+        now = time.monotonic()
+        if now < self._said.get(what, now):
+            return
+        self._said[what] = now + QUIET
+        self._say(f"{what}: an answer could not be delivered: expected a client whose quality of "
+                  f"service fits the node's (reliable, volatile), got one that cannot be reached; "
+                  f"check its quality of service and call again")

@@ -8,12 +8,14 @@ import warnings
 
 import pytest
 from rclpy.action import ActionClient
+from rclpy.exceptions import InvalidHandle
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.action import SimulateDrops
 
 from ros_pose_stats.ros import late_answers
-from ros_pose_stats.ros.late_answers import MOST_WAITING, LateAnswers, losses
+from ros_pose_stats.ros.late_answers import MOST_WAITING, PAUSES, LateAnswers
+from ros_pose_stats.ros.lost_answers import losses
 
 from .harness_cell import cell_of
 from .harness_client import until, wait_for
@@ -86,6 +88,28 @@ def test_a_deaf_client_does_not_hold_up_the_others(answers):
     answers.send("~/estimate", deaf)
     answers.send("~/estimate", late)
     assert late.delivered.wait(60.0)
+    assert len(deaf.attempts) < len(PAUSES)
+
+
+def test_a_deaf_client_leaves_the_interpreter_to_others(answers, monkeypatch):
+    monkeypatch.setattr(late_answers, "PAUSES", len(PAUSES) * (0.0,))
+    deaf = Send(1000)
+    answers.send("~/estimate", deaf)
+    start = time.monotonic()
+    until(lambda: len(deaf.attempts) == 1 + 3, "three attempts")
+    assert time.monotonic() - start >= 2 * late_answers.REST
+
+
+def test_a_service_that_has_ended_needs_no_word(answers, said):
+    def ended():
+        if threading.current_thread().name == "late answers":
+            raise InvalidHandle("destroyed")
+        warnings.warn(LOST, RuntimeWarning, stacklevel=1)
+
+    late = Send(1)
+    answers.send("~/forget_part", ended)
+    answers.send("~/estimate", late)
+    assert late.delivered.wait(60.0) and not said
 
 
 def test_an_error_ends_one_answer_only(hurried, answers, said):
@@ -103,11 +127,29 @@ def test_an_error_ends_one_answer_only(hurried, answers, said):
 
 
 def test_deaf_clients_cannot_fill_the_memory(answers, said, monkeypatch):
-    monkeypatch.setattr(late_answers, "PAUSES", (3600.0,))
-    for _ in range(MOST_WAITING):
-        answers.send("~/estimate", Send(1000))
+    """The one that was tried most often goes, so that a client that is late has its turn."""
+    monkeypatch.setattr(late_answers, "PAUSES", (0.0, 3600.0, 3600.0))
+    deaf = [Send(1000) for _ in range(MOST_WAITING)]
+    answers.send("~/estimate", deaf[0])
+    until(lambda: len(deaf[0].attempts) == 2, "the first one's attempt")
+    monkeypatch.setattr(late_answers, "PAUSES", (3600.0, 3600.0, 3600.0))
+    for send in deaf[1:]:
+        answers.send("~/estimate", send)
     assert not said
-    answers.send("~/estimate", Send(1000))
+    monkeypatch.setattr(late_answers, "PAUSES", (0.0, 3600.0, 3600.0))
+    late = Send(1)
+    answers.send("~/get_statistics", late)
+    line, = said
+    assert line.startswith("~/estimate: ")
+    assert late.delivered.wait(60.0)
+
+
+def test_a_deaf_client_that_polls_does_not_fill_the_log(hurried, answers, said):
+    polls = [Send(1000) for _ in range(5)]
+    for send in polls:
+        answers.send("~/estimate", send)
+    until(lambda: all(len(send.attempts) == 1 + 3 for send in polls), "the end of all")
+    answers.close()
     assert len(said) == 1
 
 
@@ -124,7 +166,6 @@ def test_close_gives_up_what_waits(said):
 def test_other_warnings_are_shown_as_ever(answers):
     with warnings.catch_warnings(record=True) as shown, losses() as lost:
         warnings.simplefilter("always")
-        late_answers.catch_losses()
         warnings.warn("of something else", RuntimeWarning, stacklevel=1)
         other = threading.Thread(target=Send(1))
         other.start()
@@ -132,6 +173,25 @@ def test_other_warnings_are_shown_as_ever(answers):
         Send(1)()
     assert lost == [LOST]
     assert [str(one.message) for one in shown] == ["of something else", LOST]
+
+
+def test_a_loss_is_noticed_while_another_thread_catches_warnings(answers):
+    """As numba does while it compiles; that holds for the whole process."""
+    catching, end = threading.Event(), threading.Event()
+
+    def catch():
+        with warnings.catch_warnings(record=True):
+            catching.set()
+            end.wait(60.0)
+
+    other = threading.Thread(target=catch)
+    other.start()
+    catching.wait(60.0)
+    send = Send(1)
+    answers.send("~/estimate", send)
+    end.set()
+    other.join()
+    assert send.delivered.wait(60.0)
 
 
 def test_clients_that_cannot_hear(domain, tmp_path):
@@ -146,8 +206,8 @@ def test_clients_that_cannot_hear(domain, tmp_path):
         asked = asks.call_async(srv.GetStatistics.Request())
         goal = drops.send_goal_async(SimulateDrops.Goal(part_id="wedge", drops=10))
         jobs = until(lambda: client.call("list_drop_simulations").job_id, "the goal's job")
-        for about in ("~/get_statistics", "simulate_drops"):
-            node.says(f"{about}: an answer could not be delivered")
+        for about in ("~/get_statistics", "~/simulate_drops"):
+            node.says(f"]: {about}: an answer could not be delivered")
             assert wait_for(client.send("get_statistics")).success
         assert client.call("list_drop_simulations").job_id == jobs
         assert not asked.done() and not goal.done()
