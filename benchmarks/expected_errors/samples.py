@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.benchmark.families import family_part, family_tolerance
-from ros_pose_stats.estimators.error_inputs import doubt, error_inputs, known_answers
+from ros_pose_stats.estimators.error_inputs import doubts, error_inputs, known_answers
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.geometry.poses import RestingPoses, resting_poses
 from ros_pose_stats.records import DropScene
@@ -32,7 +32,7 @@ class ErrorSamples(NamedTuple):
     inputs : (U, 17) array
         As from `error_inputs.error_inputs`.
     doubt : (U,) array
-        As from `error_inputs.doubt`.
+        Mean of `error_inputs.doubts`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     poses : (U,) array of int
@@ -80,8 +80,8 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
         noise = float(np.mean(share * (1.0 - share))) / (settled - 1)
         for name, entry in ESTIMATORS.items():
             told = blind[name] if name in blind else entry.function(resting, scene)
-            unsure = doubt(resting, told, known)
-            if unsure > DECIDED:
-                yield name, (error_inputs(resting, told, scene, known), unsure,
-                             float(np.mean(np.square(told - share))), noise, share.size,
-                             row.height, row.family)
+            unsure = doubts(resting, told, known)
+            if unsure.mean() > DECIDED:
+                yield name, (error_inputs(resting, told, scene, known, unsure),
+                             float(unsure.mean()), float(np.mean(np.square(told - share))), noise,
+                             share.size, row.height, row.family)

@@ -27,7 +27,7 @@ class ErrorFit(NamedTuple):
     bent: Bent
 
     def __call__(self, inputs: Array) -> Array:
-        """Logarithm (...) of the expected square error over `error_inputs.doubt`.
+        """Logarithm (...) of the expected square error over the mean of `doubts`.
 
         Parameters
         ----------

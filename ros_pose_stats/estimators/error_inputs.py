@@ -14,14 +14,14 @@ from .quasi_static import nonlinear, qse
 from .scene_inputs import body_inputs, corner_inputs, scene_inputs
 
 LEAST_APART = 1e-3
-"""Mean square distance of two methods, over `doubt`, that logarithms start from."""
+"""Mean square distance of two methods, over the mean of `doubts`, that logarithms start from."""
 
 SHALLOWEST = 1e-3
 """Barrier of a pose, in radii, that logarithms start from."""
 
 
 def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
-                 known: Array) -> Array:
+                 known: Array, unsure: Array) -> Array:
     """Inputs (17,) of `ErrorFit`; the estimate must leave some doubt.
 
     Restitution and log of the drop height in radii; logs of the mean square distance of the
@@ -37,9 +37,10 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     scene : DropScene
     known : (3, P) array
         From `known_answers`.
+    unsure : (P,) array
+        From `doubts`.
     """
     energy, around, toppled = known
-    unsure = _doubts(resting, probability, known)
     total = float(unsure.sum())
     apart = np.array([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
@@ -50,14 +51,14 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
                            corner_inputs(resting)))
 
 
-def doubt(resting: RestingPoses, probability: Array, known: Array) -> float:
-    """Mean over the poses of p (1 - p) and of the square distance from MEAE.
+def doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
+    """Of each pose (P,): p (1 - p) and the square distance from MEAE.
 
     The first is the square error of a single drop, the second is for an estimate that is
     certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly:
     symmetry makes no errors. Parameters as for `error_inputs`.
     """
-    return float(np.mean(_doubts(resting, probability, known)))
+    return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))
 
 
 def known_answers(resting: RestingPoses) -> Array:
@@ -71,8 +72,3 @@ def single_drop(resting: RestingPoses, probability: Array) -> Array:
     together = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]
     return np.asarray(together * np.maximum(1.0 - together, 0.0) / (size * size))
-
-
-def _doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
-    """Of each pose (P,)."""
-    return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..geometry.poses import RestingPoses
 from ..records import DropScene
-from .error_inputs import doubt, error_inputs, known_answers, single_drop
+from .error_inputs import doubts, error_inputs, known_answers, single_drop
 from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
 from .estimator import Array
 
@@ -72,10 +72,11 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
     known = known_answers(resting)
-    unsure, square = doubt(resting, probability, known), 0.0
-    if unsure > DECIDED:
-        inputs = error_inputs(resting, probability, scene, known)
-        square = max(unsure * math.exp(float(ERROR_FITS[name](inputs))),
+    unsure = doubts(resting, probability, known)
+    doubt, square = float(unsure.mean()), 0.0
+    if doubt > DECIDED:
+        inputs = error_inputs(resting, probability, scene, known, unsure)
+        square = max(doubt * math.exp(float(ERROR_FITS[name](inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     usual = np.square(USUAL_ERRORS[name])
     return ExpectedError(math.sqrt(square),

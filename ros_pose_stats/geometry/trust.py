@@ -99,14 +99,12 @@ def _near_tie(resting: RestingPoses) -> str:
 def _smallest_gap(resting: RestingPoses) -> float:
     """Smallest difference in level of a split and the next one below it, in radii."""
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
-    leaves = tree.child.shape[0] + 1
-    joins = np.flatnonzero(wanted)
-    below = tree.child[joins] - leaves
-    within = (below >= 0) & wanted[np.maximum(below, 0)]
-    gaps = tree.level[joins][:, None] - tree.level[np.maximum(below, 0)]
+    below = tree.child[wanted] - tree.level.shape[0] - 1
+    split = np.maximum(below, 0)
+    gaps = tree.level[wanted][:, None] - tree.level[split]
     # Exact ties come from symmetry, and change nothing.
-    open_gaps = gaps[within & (gaps > EXACT_TIE)]
-    return float(open_gaps.min()) if open_gaps.size else math.inf
+    open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > EXACT_TIE)]
+    return float(open_gaps.min(initial=math.inf))
 
 
 def _facet_angles(resting: RestingPoses) -> list[float]:

@@ -12,7 +12,7 @@ from benchmarks.expected_errors.samples import ErrorSamples, error_samples
 from benchmarks.expected_errors.source import MODULE, source
 from benchmarks.split.samples import JUDGE_SEED, read_samples
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.estimators.error_inputs import doubt, error_inputs, known_answers
+from ros_pose_stats.estimators.error_inputs import doubts, error_inputs, known_answers
 from ros_pose_stats.estimators.error_weights import ERROR_FITS, USUAL_ERRORS
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
@@ -89,9 +89,11 @@ def test_inputs_by_their_definition(polyhedron):
     depth = [math.log(pose.barrier / resting.body.radius + 1e-3) for pose in resting.poses]
     expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
-    found = error_inputs(resting, p["adre"], scene, known_answers(resting))
+    known = known_answers(resting)
+    unsure = doubts(resting, p["adre"], known)
+    found = error_inputs(resting, p["adre"], scene, known, unsure)
     np.testing.assert_allclose(found[:len(expected)], expected)
-    assert doubt(resting, p["adre"], known_answers(resting)) == pytest.approx(single.mean())
+    np.testing.assert_allclose(unsure, single)
 
 
 def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not():
