@@ -78,7 +78,8 @@ def test_a_change_of_the_parameter_refines_known_parts(client):
     part_id = known_part(client)
     client.set(refine_drops=2000)
     with client.late_joiner() as joiner:
-        assert joiner.wait(part_id, lambda message: message.drops).drops == 2000
+        final = joiner.wait(part_id, lambda message: message.drops and message.final)
+    assert final.drops == 2000
 
 
 def test_a_copy_of_the_mesh_is_not_refined_again(client):
