@@ -78,10 +78,14 @@ class Client:
             except InvalidHandle:  # of a subscription that a test has just ended
                 continue
 
-    def close(self):
-        self._open = False  # first of all: spinning in a context that ends meanwhile fails
+    def stop_spinning(self):
+        """End the executor's thread, so that nothing that is destroyed is in its hands."""
+        self._open = False
         self.executor.wake()
         self._thread.join()
+
+    def close(self):
+        self.stop_spinning()  # first of all: spinning in a context that ends meanwhile fails
         self.executor.shutdown()
         self.node.destroy_node()
         self.context.try_shutdown()

@@ -96,8 +96,11 @@ class Witness:
         self._over.set()
         for thread in self._threads:
             thread.join()
+        # In this order: the executor would have the action in hand, and without its node it has
+        # crashed once.
+        self._client.stop_spinning()
+        self._actions.destroy()
         self._client.close()
-        self._actions.destroy()  # not before, for the executor would have it in hand
         assert not self._failures, self._failures
 
     def _go(self, act, chance):

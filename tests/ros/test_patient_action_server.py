@@ -88,6 +88,7 @@ def actions(other_domain):
             send=lambda uuid=None, **fields: wait_for(client.run(
                 lambda: found.send_goal_async(SimulateDrops.Goal(**fields), goal_uuid=uuid))),
             ask=client.run, begun=begun)
+        client.stop_spinning()
         found.destroy()
     late.close()
     executor.shutdown()
