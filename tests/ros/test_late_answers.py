@@ -41,6 +41,16 @@ class Send:
             self.delivered.set()
 
 
+def failing_later(error):
+    """An answer that is lost at first and cannot be sent any more then."""
+    def send():
+        if threading.current_thread().name == "late answers":
+            raise error
+        warnings.warn(LOST, RuntimeWarning, stacklevel=1)
+
+    return send
+
+
 @pytest.fixture
 def said():
     return []
@@ -101,25 +111,15 @@ def test_a_deaf_client_leaves_the_interpreter_to_others(answers, monkeypatch):
 
 
 def test_a_service_that_has_ended_needs_no_word(answers, said):
-    def ended():
-        if threading.current_thread().name == "late answers":
-            raise InvalidHandle("destroyed")
-        warnings.warn(LOST, RuntimeWarning, stacklevel=1)
-
     late = Send(1)
-    answers.send("~/forget_part", ended)
+    answers.send("~/forget_part", failing_later(InvalidHandle("destroyed")))
     answers.send("~/estimate", late)
     assert late.delivered.wait(60.0) and not said
 
 
 def test_an_error_ends_one_answer_only(hurried, answers, said):
-    def broken():
-        if threading.current_thread().name == "late answers":
-            raise RuntimeError("no such thing")
-        warnings.warn(LOST, RuntimeWarning, stacklevel=1)
-
     late = Send(1)
-    answers.send("~/forget_part", broken)
+    answers.send("~/forget_part", failing_later(RuntimeError("no such thing")))
     answers.send("~/estimate", late)
     assert late.delivered.wait(60.0)
     assert until(lambda: list(said), "the error") == [
