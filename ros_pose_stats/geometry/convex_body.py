@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..kernels.body import BodyArrays, build_body
 from ..kernels.cap_areas import areas_below
+from ..kernels.principal_axes import principal_axes
 from ..records import Part
 from ..tolerances import (
     COPLANAR,
@@ -24,6 +25,7 @@ from ..tolerances import (
     COPLANAR_ROUNDINGS,
 )
 from .hull import hull_of_part
+from .vectors import lengths, scatter
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -137,13 +139,13 @@ def _build(part: Part) -> ConvexBody:
     hull, shift, scale = hull_of_part(part)
     used = hull.vertices
     points = hull.points[used] + (shift - part.center_of_mass) / scale
-    radius = float(np.sqrt((points * points).sum(axis=1).max()))
+    radius = float(lengths(points).max())
     points /= radius
     number = np.empty(hull.points.shape[0], dtype=np.int64)
     number[used] = np.arange(used.shape[0])
     triangles = number[hull.simplices]
     neighbors = hull.neighbors.astype(np.int64)
-    moment = np.linalg.eigvalsh(np.cov(points.T))
+    moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
     rounding = min(COPLANAR_ROUNDINGS * part.rounding / (radius * scale), COPLANAR_MOST)
     widest = min(max(COPLANAR, rounding), COPLANAR_OF_THICKNESS * thickness)

@@ -3,7 +3,8 @@
 A closed surface is split into tetrahedra from one common apex; their signed volumes,
 first and second moments are polynomials in the vertices and add up exactly (divergence
 theorem). The apex is the centre of the bounding box and the size is scaled to one, so
-neither the place of the part nor its unit costs digits.
+neither the place of the part nor its unit costs digits. Powers are written as
+products, for the C library's round differently on other processors.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError
 from ..kernels.extents import bounds
-from ..kernels.tetrahedra import weighted_corners
+from ..kernels.principal_axes import principal_axes
+from ..kernels.tetrahedra import solid_moments
 from ..tolerances import TRIANGLE_INEQUALITY
 from .given_numbers import NOT_NUMBERS, real_array, real_number
 
@@ -60,16 +62,17 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
     """
     low, high = bounds(vertices)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
-    six_volumes, corners, weighted = weighted_corners((vertices - shift) / scale, triangles)
-    volume = float(six_volumes.sum()) / 6.0
+    volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()
     if volume == 0.0:
         return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
-    centroid = six_volumes @ corners[3] / (24.0 * volume)
-    second = sum(weighted[k].T @ corners[k] for k in range(4)) / 120.0
-    second = second - volume * np.outer(centroid, centroid)
-    inertia = np.trace(second) * np.eye(3) - second
-    return Solid(volume * scale**3, shift + scale * centroid,
-                 0.5 * (inertia + inertia.T) * scale**5)
+    x, y, z = (first / volume for first in moments[:3])
+    xx, yy, zz, xy, xz, yz = moments[3:]
+    xx, yy, zz = xx - volume * x * x, yy - volume * y * y, zz - volume * z * z
+    xy, xz, yz = xy - volume * x * y, xz - volume * x * z, yz - volume * y * z
+    inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
+    cube = scale * scale * scale
+    return Solid(volume * cube, shift + scale * np.array([x, y, z]),
+                 inertia * (cube * scale * scale))
 
 
 def given_mass(mass: float | None) -> float | None:
@@ -169,7 +172,7 @@ def _check_physical(tensor: NDArray[np.float64]) -> None:
         raise MassPropertiesError("a symmetric inertia tensor",
                                   f"opposite entries that differ by {lopsided:.2g} of the largest",
                                   "products of inertia appear twice with the same sign")
-    moments = np.linalg.eigvalsh((tensor + tensor.T) / (2.0 * size))
+    moments, _ = principal_axes((tensor + tensor.T) / (2.0 * size))
     # A needle of 1 : 1e-7 has moments of 1 : 1e-14; eigenvalues are good to 1e-16.
     if moments[0] <= 1e-15 * moments[2]:
         raise MassPropertiesError("positive principal moments of inertia",

@@ -101,6 +101,17 @@ def _check_integers(given: NDArray[np.float64]) -> None:
                         "give integers")
 
 
+def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles (T, 3) from their smallest corners on, and in the order of their corners.
+
+    The order in which a modeller or a hull emits triangles then leaves no trace in a digest or
+    in the rounding of a sum.
+    """
+    first = triangles.argmin(axis=1)[:, None]
+    turned = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
+    return np.asarray(turned[np.lexsort(turned.T[::-1])], dtype=np.int64)
+
+
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
     """By how much coordinates may be off for the way they were stored.
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshFileError, RequestError
 from .given_numbers import NOT_NUMBERS, real_number
+from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
@@ -179,8 +180,9 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         points = np.array(mesh.vertices, dtype=np.float64)
         corners = np.array(corners, dtype=np.int64)
         if not np.array_equal(transform, np.eye(4)):
-            points = points @ transform[:3, :3].T + transform[:3, 3]
-            if np.linalg.det(transform[:3, :3]) < 0.0:
+            points = turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+            a, b, c = transform[:3, :3]
+            if float((np.cross(a, b) * c).sum()) < 0.0:  # a reflection
                 corners = corners[:, ::-1]
         vertices.append(points)
         triangles.append(corners + offset)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError, MeshError, RequestError
 from ..kernels.extents import bounds, thinness
+from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
 from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
 from .hull import Hull, hull_of, keep_hull
@@ -22,9 +22,10 @@ from .mass_properties import (
     given_mass,
     solid_of,
 )
-from .mesh_arrays import checked_mesh, coordinate_rounding
+from .mesh_arrays import checked_mesh, coordinate_rounding, in_standard_order
 from .mesh_files import metres_per_unit, read_mesh
 from .shells import oriented_outward
+from .vectors import lengths
 from .welding import weld, without_unused
 from .winding import closed_shells
 
@@ -186,10 +187,10 @@ def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sur
 
 def _is_solid(solid: Solid, hull: Hull) -> bool:
     """Whether volume, centroid and inertia are such as a solid in this hull can have."""
-    whole = hull.qhull.volume * hull.scale**3
+    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
     return bool(solid.volume > HOLLOW * whole
                 and _beyond_hull(solid.centroid, hull) < 0.0
-                and np.linalg.eigvalsh(solid.inertia)[0] > 0.0)
+                and principal_axes(solid.inertia)[0][0] > 0.0)
 
 
 def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
@@ -197,11 +198,11 @@ def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int
     triangles = hull.qhull.simplices.astype(np.int64)
     shells = closed_shells(vertices, triangles)
     if shells is not None:
-        return np.ascontiguousarray(oriented_outward(vertices, shells)[0])
+        return in_standard_order(oriented_outward(vertices, shells)[0])
     # Qhull has split a merged facet into slivers that fold; its normals are right still.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.qhull.equations[:, :3]) < 0.0
-    return np.where(inward[:, None], triangles[:, ::-1], triangles)
+    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
+    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
 
 
 def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
@@ -231,7 +232,7 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
 
 def _reach(center: NDArray[np.float64], surface: Surface) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
-    return math.sqrt(float(((surface.vertices - center) ** 2).sum(axis=1).max()))
+    return float(lengths(surface.vertices - center).max())
 
 
 def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
@@ -259,8 +260,9 @@ def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
                      surface: Surface) -> tuple[str, ...]:
     """Warn about an inertia that no material inside the convex hull can have."""
-    limit = mass * _reach(center, surface) ** 2
-    largest = float(np.linalg.eigvalsh(inertia)[-1])
+    reach = _reach(center, surface)
+    limit = mass * reach * reach
+    largest = float(principal_axes(inertia)[0][-1])
     if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):
         return ()
     return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from ..errors import RequestError
 from ..kernels.corner_crowding import corner_crowding
 from ..kernels.equilibria import ways_out
+from ..kernels.principal_axes import principal_axes
 from ..kernels.silhouette import silhouette, tops
 from ..kernels.split_features import split_features
 from ..kernels.splits import split_probabilities
@@ -64,7 +65,7 @@ class RestingPoses:
     @cached_property
     def moments(self) -> Array:
         """Principal moments (3,) of `inertia`, rising."""
-        return np.asarray(np.linalg.eigvalsh(self.inertia))
+        return principal_axes(self.inertia)[0]
 
     @cached_property
     def passage_r(self) -> tuple[Array, Array]:
@@ -148,7 +149,8 @@ def resting_poses(part: Part,
         grouped = clusters(found, cluster_tolerance)
         poses = _records(part, found, grouped)
         resting = known[cluster_tolerance] = RestingPoses(
-            found, grouped, poses, part.inertia / (part.mass * found.body.radius ** 2))
+            found, grouped, poses,
+            part.inertia / (part.mass * found.body.radius * found.body.radius))
     return resting
 
 

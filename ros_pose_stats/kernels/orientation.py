@@ -22,7 +22,7 @@ def quaternions_down(downs: Array2) -> Array:
     found = np.zeros((downs.shape[0], 4))
     for i in range(downs.shape[0]):
         x, y, z = downs[i]
-        if z > 0.0 and math.hypot(x, y) < POLE:
+        if z > 0.0 and math.sqrt(x * x + y * y) < POLE:
             # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
             found[i, 0], found[i, 2], found[i, 3] = 1.0 + z, -x, -y
         else:

@@ -97,7 +97,61 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
         if walked != border[f] or h != entry[f] or corners < 3:
             return False, face_start, first, side_of
         face_start[f + 1] = size
-    return True, face_start, first[:size].copy(), side_of
+    return _in_standard_order(triangles, face_start, first[:size], side_of, points)
+
+
+@kernel
+def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_of: Index,
+                       points: int) -> tuple[bool, Index, Index, Index]:
+    """Begin each loop at its smallest corner and order the loops by their first two corners.
+
+    What comes later then depends on the faces alone, not on how the hull was cut into triangles;
+    a sum over corners rounds differently in another order.
+    """
+    faces = face_start.shape[0] - 1
+    begin, after = np.empty(faces, np.int64), np.empty(faces, np.int64)
+    place = np.zeros(points + 1, np.int64)
+    for f in range(faces):
+        low = face_start[f]
+        for k in range(face_start[f], face_start[f + 1]):
+            if _origin(triangles, first[k]) < _origin(triangles, first[low]):
+                low = k
+        begin[f] = low
+        after[f] = _origin(triangles, first[low + 1 if low + 1 < face_start[f + 1]
+                                            else face_start[f]])
+        place[_origin(triangles, first[low]) + 1] += 1
+    for v in range(points):
+        place[v + 1] += place[v]
+    order, filled = np.empty(faces, np.int64), place[:points].copy()
+    for f in range(faces):
+        v = _origin(triangles, first[begin[f]])
+        k = filled[v]
+        filled[v] += 1
+        while k > place[v] and after[order[k - 1]] > after[f]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = f
+    starts, sides = np.zeros(faces + 1, np.int64), np.empty(first.shape[0], np.int64)
+    renumbered = np.empty(first.shape[0], np.int64)
+    size = 0
+    for i in range(faces):
+        f = order[i]
+        k = begin[f]
+        for _ in range(face_start[f], face_start[f + 1]):
+            sides[size], renumbered[k] = first[k], size
+            size += 1
+            k = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
+        starts[i + 1] = size
+    for h in range(side_of.shape[0]):
+        if side_of[h] >= 0:
+            side_of[h] = renumbered[side_of[h]]
+    return True, starts, sides, side_of
+
+
+@inlined
+def _origin(triangles: Index, h: int) -> int:
+    """Hull point where half-edge h starts."""
+    return int(triangles[h // 3, (h + 1) % 3])
 
 
 @kernel

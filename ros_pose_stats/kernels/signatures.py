@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, get_type_hints
 
-from numba import types
+from numba.core import types
 
 SCALARS = {float: types.float64, int: types.int64, bool: types.boolean}
 

@@ -53,7 +53,14 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Array2) -> Array:
         if facing >= -10.0 * COPLANAR and turned <= 10.0 * COPLANAR:
             on_outline[body.corner[k]] = True
             on_outline[body.corner[body.twin[k]]] = True
-    seen = points[on_outline] @ np.ascontiguousarray(rotation[:2].T)
+    seen = np.empty((on_outline.sum(), 2))
+    k = 0
+    for i in range(points.shape[0]):
+        if on_outline[i]:
+            for c in range(2):
+                seen[k, c] = (points[i, 0] * rotation[c, 0] + points[i, 1] * rotation[c, 1]
+                              + points[i, 2] * rotation[c, 2])
+            k += 1
     return _hull_2d(seen)
 
 

@@ -25,6 +25,7 @@ from .component_features import (
     write_row,
 )
 from .merge_tree import MergeTree
+from .vectors import inverse_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -56,7 +57,7 @@ def split_features(points: Fixed2, body: BodyArrays, stable: Index1, basin: Inde
     found = np.zeros((joins, 3, FEATURES))
     if not wanted.any():
         return found
-    inverse: Array = np.linalg.inv(inertia).astype(np.float64)
+    inverse = inverse_of(inertia)
     arcs = make_arcs(points, body, inertia, inverse)
     held, turned = holding_faces(body, stable, basin, tree, inertia)
     lowest = lowest_faces(body, stable, tree)

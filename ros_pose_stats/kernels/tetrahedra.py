@@ -31,35 +31,49 @@ def tetrahedra(points: Array2, triangles: Index2) -> Array:
 
 
 @entry_kernel
-def weighted_corners(points: Array2, triangles: Index2) -> tuple[Array, Array, Array]:
-    """What the volume integrals over the tetrahedra are sums of.
+def solid_moments(points: Array2, triangles: Index2) -> Array:
+    """Integrals of 1, x, y, z, xx, yy, zz, xy, xz and yz over the inside of a closed surface.
 
     Parameters
     ----------
     points : (V, 3) array
+        Of size one, about the middle.
     triangles : (T, 3) array
+        Wound outward; what inward ones enclose counts negative.
 
     Returns
     -------
-    volumes : (T,) array
-        Six times the signed volumes.
-    corners : (4, T, 3) array
-        First, second and third corners of the triangles, and the sums of the three.
-    weighted : (4, T, 3) array
-        These times `volumes`.
+    (10,) array
+        The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with
+        the number of triangles.
     """
-    count = triangles.shape[0]
-    volumes = np.empty(count)
-    corners, weighted = np.empty((4, count, 3)), np.empty((4, count, 3))
-    for t in range(count):
+    total, lost, term = np.zeros(10), np.zeros(10), np.empty(10)
+    for t in range(triangles.shape[0]):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        volume = _six_volumes(points, a, b, c)
-        volumes[t] = volume
-        for k in range(3):
-            p, q, r = points[a, k], points[b, k], points[c, k]
-            total = p + q + r
-            corners[0, t, k], corners[1, t, k] = p, q
-            corners[2, t, k], corners[3, t, k] = r, total
-            weighted[0, t, k], weighted[1, t, k] = p * volume, q * volume
-            weighted[2, t, k], weighted[3, t, k] = r * volume, total * volume
-    return volumes, corners, weighted
+        volume = _six_volumes(points, a, b, c) / 6.0
+        term[0] = volume
+        _moments(volume, points[a, 0], points[b, 0], points[c, 0], points[a, 1], points[b, 1],
+                 points[c, 1], points[a, 2], points[b, 2], points[c, 2], term)
+        for k in range(10):
+            grown = total[k] + term[k]
+            if abs(total[k]) >= abs(term[k]):
+                lost[k] += (total[k] - grown) + term[k]
+            else:
+                lost[k] += (term[k] - grown) + total[k]
+            total[k] = grown
+    return total + lost
+
+
+@inlined
+def _moments(volume: float, ax: float, bx: float, cx: float, ay: float, by: float, cy: float,
+             az: float, bz: float, cz: float, term: Array) -> None:
+    """First and second moments of the tetrahedron of three corners and the origin."""
+    sx, sy, sz = ax + bx + cx, ay + by + cy, az + bz + cz
+    first, second = 0.25 * volume, 0.05 * volume
+    term[1], term[2], term[3] = first * sx, first * sy, first * sz
+    term[4] = second * (ax * ax + bx * bx + cx * cx + sx * sx)
+    term[5] = second * (ay * ay + by * by + cy * cy + sy * sy)
+    term[6] = second * (az * az + bz * bz + cz * cz + sz * sz)
+    term[7] = second * (ax * ay + bx * by + cx * cy + sx * sy)
+    term[8] = second * (ax * az + bx * bz + cx * cz + sx * sz)
+    term[9] = second * (ay * az + by * bz + cy * cz + sy * sz)

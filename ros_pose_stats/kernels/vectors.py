@@ -25,6 +25,21 @@ def norm(a: Array) -> float:
 
 
 @kernel
+def inverse_of(matrix: Array) -> Array:
+    """Inverse (3, 3) of a regular matrix (3, 3), by cofactors."""
+    cofactors = np.empty((3, 3))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for c in range(3):
+            d, e = (c + 1) % 3, (c + 2) % 3
+            cofactors[c, i] = matrix[j, d] * matrix[k, e] - matrix[j, e] * matrix[k, d]
+    determinant = (matrix[0, 0] * cofactors[0, 0] + matrix[0, 1] * cofactors[1, 0]
+                   + matrix[0, 2] * cofactors[2, 0])
+    cofactors /= determinant
+    return cofactors
+
+
+@kernel
 def area_vector(p: Array, q: Array, r: Array) -> tuple[float, float, float]:
     """Half the cross product of two sides: the triangle's area along its normal."""
     ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]

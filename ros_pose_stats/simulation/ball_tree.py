@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.vectors import lengths
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -59,12 +61,13 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
 
 def _ball(points: Array) -> tuple[float, ...]:
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = float(np.sqrt(((points - center) ** 2).sum(axis=1).max())) + ROUNDING
-    return (*center.tolist(), radius, float(np.linalg.norm(center)))
+    radius = float(lengths(points - center).max()) + ROUNDING
+    return (*center.tolist(), radius, float(lengths(center[None])[0]))
 
 
 def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
     axis = int(np.argmax(np.ptp(points[inside], axis=0)))
     middle = inside.shape[0] // 2
-    ranked = inside[np.argpartition(points[inside, axis], middle)]
+    # Stable, for a partition leaves its halves in an order that depends on the processor.
+    ranked = inside[np.argsort(points[inside, axis], kind="stable")]
     return ranked[:middle], ranked[middle:]

@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from ..geometry.hull import hull_of
 from ..geometry.poses import RestingPoses, resting_poses
+from ..geometry.vectors import lengths, turn_vectors
+from ..kernels.body import build_body
 from ..kernels.drops.layout import DropBody
 from ..kernels.drops.motion import TURN
+from ..kernels.principal_axes import principal_axes
 from ..records import Part
 from .ball_tree import LEAF, ball_tree
 
@@ -24,6 +27,9 @@ CROWD = 8
 
 The best for 100 to 5 000 corners; looking at one of them costs a tenth of a step or less.
 """
+
+FLAT = 1e-12
+"""Corners this close to a plane lie on it but for rounding, in radii; touching is 1e-9."""
 
 THINNEST = 1e-12
 """Smallest principal moment of inertia, relative to the largest: a rod of points has 0."""
@@ -71,43 +77,44 @@ def drop_body(part: Part, cluster_tolerance: float) -> PreparedBody:
 
 def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
     body = resting.body
-    moment, axes = _principal(part.inertia / (part.mass * body.radius ** 2))
+    moment, axes = principal_axes(resting.inertia)
+    moment = np.maximum(moment, THINNEST * moment[2])
     used = np.unique(body.arrays.corner)
-    points = body.points[used] @ axes
+    points = turn_vectors(body.points[used], axes)
     order, ball, ball_range = ball_tree(points)
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     found, grouped = resting.equilibria, resting.clusters
     way_out = grouped.barrier + found.heights[grouped.lowest]
-    arrays = DropBody(x, y, z, np.linalg.norm(points, axis=1), moment, ball, ball_range,
+    arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
                       *_neighbours(points), *_sides(resting, corner), way_out,
                       min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 
 
-def _principal(inertia: Array) -> tuple[Array, Array]:
-    """Principal moments (3,), rising, and right-handed axes (3, 3) as columns."""
-    moment, axes = np.linalg.eigh(inertia)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] *= -1.0
-    return np.maximum(moment, THINNEST * moment[2]), np.ascontiguousarray(axes)
-
-
 def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     """Where each corner's neighbours start, the neighbours and their distances.
 
-    From the triangles of the hull, which are convex to rounding; merged faces are not.
+    Along the edges between faces that are flat, and so convex, to rounding; the merged faces of
+    the body are not. The diagonals of the hull's triangles within a flat face are left out: which
+    ones there are depends on how the hull was computed.
     """
     count = points.shape[0]
     if count <= LEAF:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    triangles = hull_of(points).qhull.simplices.astype(np.int64)
-    pairs = np.concatenate([triangles[:, [i, j]] for i in range(3) for j in range(3) if i != j])
+    hull = hull_of(points).qhull
+    triangles = hull.simplices.astype(np.int64)
+    valid, flat = build_body(points, triangles, hull.neighbors.astype(np.int64), FLAT)
+    if valid and np.bincount(flat.corner, minlength=count).all():
+        pairs = np.stack((flat.corner, flat.corner[flat.twin]), axis=1)
+    else:
+        pairs = np.concatenate([triangles[:, [i, j]] for i in range(3) for j in range(3)
+                                if i != j])
     code = np.unique(pairs[:, 0] * count + pairs[:, 1])
     first, second = np.divmod(code, count)
     start = np.zeros(count + 1, dtype=np.int64)
     np.cumsum(np.bincount(first, minlength=count), out=start[1:])
-    return start, second, np.linalg.norm(points[first] - points[second], axis=1)
+    return start, second, lengths(points[first] - points[second])
 
 
 def _sides(resting: RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.vectors import turn_vectors
 from ..kernels.drops.drop import run_drops
 from ..kernels.drops.layout import (
     DURATION,
@@ -113,8 +114,7 @@ def run(body: PreparedBody, rules: DropRules, downs: Array, tape: Array = NO_TAP
     tape : (T, 14) array
         For the last drop; see `kernels.drops.layout`.
     """
-    # By components: a matrix product may round otherwise for another number of drops.
-    ups = np.ascontiguousarray(-sum(downs[:, i, None] * body.axes[i] for i in range(3)))
+    ups = np.ascontiguousarray(-turn_vectors(downs, body.axes))
     outcome = np.empty((ups.shape[0], 5), dtype=np.int64)
     measure = np.empty((ups.shape[0], 2))
     run_drops(body.arrays, rules, ups, outcome, measure, tape)

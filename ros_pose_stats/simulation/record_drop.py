@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..geometry.orientation import resting_quaternions
+from ..geometry.vectors import lengths, turn_vectors
 from ..kernels.drops.layout import (
     EDGE,
     FLIGHT,
@@ -99,8 +100,8 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         release_height(scene, body.radius), down[0], int(outcomes.pose[0]),
         int(outcomes.impacts[0]), bool(not outcomes.trapped[0] and outcomes.pose[0] >= 0),
         _events(body, tape, unit), times * unit, states[:, Z] * body.radius,
-        states[:, V] * body.radius / unit, states[:, P:P + 3] @ body.axes.T,
-        states[:, W:W + 3] @ body.axes.T / unit, turns, energy)
+        states[:, V] * body.radius / unit, turn_vectors(states[:, P:P + 3], body.axes.T),
+        turn_vectors(states[:, W:W + 3], body.axes.T) / unit, turns, energy)
 
 
 def _one(start: ArrayLike | None) -> ArrayLike | None:
@@ -138,8 +139,8 @@ def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ..
             float(row[TAPE_TIME]) * unit, EVENTS[int(row[TAPE_EVENT])],
             int(body.corner[vertex]) if vertex >= 0 else -1, MODES[int(row[TAPE_MODE])],
             tuple(int(body.corner[j]) for j in held if j >= 0), float(state[Z]) * body.radius,
-            float(state[V]) * speed, body.axes @ state[P:P + 3],
-            body.axes @ state[W:W + 3] / unit))
+            float(state[V]) * speed, *turn_vectors(
+                np.stack((state[P:P + 3], state[W:W + 3] / unit)), body.axes.T)))
     return tuple(found)
 
 
@@ -152,13 +153,15 @@ def _samples(body: PreparedBody, tape: Array, down: Array,
         begin, span = before[TAPE_TIME], after[TAPE_TIME] - before[TAPE_TIME]
         if span > 0.0:
             inner = np.append(np.arange(1, math.ceil(span / frame)) * frame, span)
+            np.minimum(inner, span, out=inner)
             state, orientation = np.empty((inner.size, STATE)), np.empty((inner.size, 4))
             mode = int(before[TAPE_MODE])
             sample_motion(body.arrays.moment, body.axes, mode if mode <= EDGE else FLIGHT,
                           _contact(body, before), before[TAPE_STATE:9].copy(), turn, inner, state,
                           orientation)
             turn = orientation[-1]
-            times.append(begin + inner)
+            # The sum may round up beyond the event.
+            times.append(np.minimum(begin + inner, after[TAPE_TIME]))
             states.append(state)
             turns.append(orientation)
         times.append(after[None, TAPE_TIME])
@@ -177,11 +180,12 @@ def _contact(body: PreparedBody, row: Array) -> Array:
         contact[:3] = arrays.x[first], arrays.y[first], arrays.z[first]
     if second >= 0:
         edge = np.array([arrays.x[second], arrays.y[second], arrays.z[second]]) - contact[:3]
-        contact[6] = np.linalg.norm(edge)
+        contact[6] = lengths(edge[None])[0]
         contact[3:6] = edge / contact[6]
     return contact
 
 
 def _energy(moment: Array, states: Array) -> Array:
-    spin = 0.5 * (states[:, W:W + 3] ** 2 @ moment)
-    return np.asarray(states[:, Z] + 0.5 * states[:, V] ** 2 + spin)
+    x, y, z = states[:, W:W + 3].T
+    spin = moment[0] * x * x + moment[1] * y * y + moment[2] * z * z
+    return np.asarray(states[:, Z] + 0.5 * (states[:, V] * states[:, V] + spin))

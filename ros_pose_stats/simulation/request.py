@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
+from ..geometry.vectors import lengths
 from .starts import SAMPLINGS
 
 Array = NDArray[np.float64]
@@ -109,7 +110,7 @@ def _directions(starts: ArrayLike) -> Array:
         raise RequestError("starts that are directions", f"{given[bad[0]]} in row {bad[0]}",
                            "no row may be zero, infinite or NaN")
     scaled = given / largest[:, None]  # whose squares neither overflow nor vanish
-    return np.asarray(scaled / np.linalg.norm(scaled, axis=1)[:, None])
+    return np.asarray(scaled / lengths(scaled)[:, None])
 
 
 def _real_array(values: ArrayLike) -> Array:

@@ -7,13 +7,16 @@ whose stream is the same in all versions of numpy (its distributions are not pro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
+from ..kernels.elementary import sines_cosines
 from ..statistics.blocks import BLOCK
 
 Array = NDArray[np.float64]
@@ -28,7 +31,7 @@ _RANDOM_STREAM: Final = 1
 _LATTICE_STREAM: Final = 2
 """Second words of the key: the two samplings of one seed have nothing in common."""
 
-_GOLDEN: Final = (5.0 ** 0.5 - 1.0) / 2.0
+_GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
 
 _ORDER: Final = (
     17, 47, 32, 28, 8, 59, 10, 48, 60, 1, 29, 46, 31, 14, 58, 12, 26, 43, 11, 49, 45, 7, 57, 27,
@@ -101,8 +104,9 @@ def lattice_starts(seed: int, first: int, count: int) -> Array:
     """
     begin, end = first // BLOCK, -(-(first + count) // BLOCK)
     turns = _rotations(_uniforms(seed, _LATTICE_STREAM, begin, _WORDS * (end - begin)))
-    # By components: a matrix product may round otherwise for another number of blocks.
-    blocks = sum(turns[:, None, :, j] * _PATTERN[None, :, j, None] for j in range(3))
+    pattern = _pattern()
+    # By components, as in geometry.vectors.
+    blocks = sum(turns[:, None, :, j] * pattern[None, :, j, None] for j in range(3))
     skipped = first - begin * BLOCK
     return np.asarray(blocks).reshape(-1, 3)[skipped:skipped + count]
 
@@ -119,8 +123,9 @@ def _on_sphere(u: Array, v: Array) -> Array:
     azimuth = (2.0 * np.pi) * v
     radius = 2.0 * np.sqrt(u * (1.0 - u))
     points = np.empty((len(u), 3))
-    points[:, 0] = radius * np.cos(azimuth)
-    points[:, 1] = radius * np.sin(azimuth)
+    sine, cosine = sines_cosines(azimuth)
+    points[:, 0] = radius * cosine
+    points[:, 1] = radius * sine
     points[:, 2] = 2.0 * u - 1.0
     return points
 
@@ -131,19 +136,17 @@ def _rotations(uniforms: Array) -> Array:
     The uniform quaternion of Shoemake, "Uniform random rotations", Graphics Gems III (1992).
     """
     u, v, w = uniforms.reshape(-1, _WORDS).T[:3]
-    a, b = (2.0 * np.pi) * v, (2.0 * np.pi) * w
-    x, y = np.sqrt(1.0 - u) * np.sin(a), np.sqrt(1.0 - u) * np.cos(a)
-    z, s = np.sqrt(u) * np.sin(b), np.sqrt(u) * np.cos(b)
+    sines, cosines = sines_cosines((2.0 * np.pi) * np.concatenate((v, w)))
+    x, z = np.sqrt(1.0 - u) * sines[:len(v)], np.sqrt(u) * sines[len(v):]
+    y, s = np.sqrt(1.0 - u) * cosines[:len(v)], np.sqrt(u) * cosines[len(v):]
     return 2.0 * np.stack((
         0.5 - y * y - z * z, x * y - z * s, x * z + y * s,
         x * y + z * s, 0.5 - x * x - z * z, y * z - x * s,
         x * z - y * s, y * z + x * s, 0.5 - x * x - y * y), axis=1).reshape(-1, 3, 3)
 
 
-def _fibonacci() -> Array:
-    """The pattern of a block, (64, 3)."""
+@lru_cache(maxsize=1)
+def _pattern() -> Array:
+    """The points of a block, (64, 3)."""
     point = np.array(_ORDER)
     return _on_sphere((point + 0.5) / BLOCK, (point * _GOLDEN) % 1.0)
-
-
-_PATTERN: Final = _fibonacci()

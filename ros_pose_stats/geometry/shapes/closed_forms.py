@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ...errors import MeshError, RequestError
+from ..mesh_arrays import in_standard_order
 from .polytopes import (
     Surface,
     axis_ends,
@@ -110,7 +111,8 @@ def hull_mesh(points: NDArray[np.float64]) -> Surface:
     vertices : (V, 3) array
         The points on the hull, in the order given.
     triangles : (T, 3) array
-        Coplanar faces come triangulated.
+        Coplanar faces come triangulated; each triangle begins at its smallest corner, and
+        triangles rise by their corners.
 
     Raises
     ------
@@ -130,9 +132,9 @@ def hull_mesh(points: NDArray[np.float64]) -> Surface:
     vertices = points[used]
     triangles = triangles.reshape(-1, 3).astype(np.int64)
     normals = _triangle_normals(vertices, triangles)
-    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return vertices, triangles
+    return vertices, in_standard_order(triangles)
 
 
 def sphere_points(n: int, seed: int) -> NDArray[np.float64]:

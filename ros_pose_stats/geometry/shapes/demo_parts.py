@@ -11,6 +11,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
 
+from ..mesh_arrays import in_standard_order
 from . import closed_forms
 from .polytopes import Surface
 from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
@@ -123,7 +124,4 @@ def _canonical(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     """
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)
-    corners = index.reshape(-1)[triangles]
-    first = corners.argmin(axis=1)[:, None]
-    corners = np.take_along_axis(corners, (first + np.arange(3)) % 3, axis=1)
-    return merged, corners[np.lexsort(corners.T[::-1])].astype(np.int64)
+    return merged, in_standard_order(index.reshape(-1)[triangles])

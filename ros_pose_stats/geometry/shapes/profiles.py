@@ -10,6 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...kernels.elementary import sines_cosines
+
 Outline = NDArray[np.float64]
 """Corners of a closed polygon, (N, 2), counter-clockwise."""
 
@@ -32,8 +34,9 @@ def unit_circle(sides: int) -> Outline:
     within = np.where(octant % 2 == 1, sides - within, within)
     angle = within * (np.pi / 4.0 / sides)
     diagonal = within == sides
-    near = np.where(diagonal, np.sqrt(0.5), np.cos(angle))
-    far = np.where(diagonal, np.sqrt(0.5), np.sin(angle))
+    sine, cosine = sines_cosines(angle)
+    near = np.where(diagonal, np.sqrt(0.5), cosine)
+    far = np.where(diagonal, np.sqrt(0.5), sine)
     steep = np.isin(octant, (1, 2, 5, 6))
     x = np.where(steep, far, near) * np.where(np.isin(octant, (2, 3, 4, 5)), -1.0, 1.0)
     y = np.where(steep, near, far) * np.where(octant >= 4, -1.0, 1.0)

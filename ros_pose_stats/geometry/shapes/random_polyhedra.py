@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MassPropertiesError, MeshError, RequestError
+from ...kernels.principal_axes import principal_axes
 from ...records import Part
 from ..parts import part_from_mesh
 from ..poses import resting_poses
+from ..vectors import lengths, turn_vectors
 from .closed_forms import hull_mesh
-from .random_stream import failures, normal, uniforms
+from .random_stream import failures, normals, uniforms
 
 Array = NDArray[np.float64]
 
@@ -112,14 +114,14 @@ def _drawn(numbers: Iterator[float], shift: float, shift_moment: str,
            attempt: int) -> RandomPolyhedron | None:
     """A body from uniform numbers in [0, 1); None where it is to be drawn anew."""
     count_of_points = _FEWEST_POINTS + failures(numbers, _LAST_POINT)
-    points = np.array([[normal(numbers) for _ in range(3)] for _ in range(count_of_points)])
+    points = normals(numbers, 3 * count_of_points).reshape(count_of_points, 3)
     moves = np.array([2.0 * next(numbers) - 1.0 for _ in range(3)])
     try:
         vertices, triangles = hull_mesh(points)
         plain = part_from_mesh(vertices, triangles)
         vertices = vertices - plain.center_of_mass
-        scale = float(np.linalg.norm(vertices, axis=1).max())
-        moved = _shifted(plain.inertia / (plain.mass * scale ** 2), moves, shift, shift_moment)
+        scale = float(lengths(vertices).max())
+        moved = _shifted(plain.inertia / (plain.mass * scale * scale), moves, shift, shift_moment)
         body = RandomPolyhedron(vertices / scale, triangles, moved, attempt)
         poses = resting_poses(body.part(), 0.0).poses
     except (MeshError, MassPropertiesError):  # too flat, or the centre outside the hull
@@ -129,9 +131,8 @@ def _drawn(numbers: Iterator[float], shift: float, shift_moment: str,
 
 def _shifted(inertia: Array, moves: Array, shift: float, shift_moment: str) -> Array:
     """The moved centre of mass (3,) from the inertia over the mass and moves in (-1, 1)."""
-    moments, axes = np.linalg.eigh(inertia)
+    moments, axes = principal_axes(inertia)
     if shift_moment == "second":
         moments = 0.5 * moments.sum() - moments
-    # The sign of an eigenvector is a matter of the library; the moves are symmetric anyway.
-    axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0.0, -1.0, 1.0)
-    return np.asarray(axes @ (shift * moves * np.sqrt(np.maximum(moments, 0.0))))
+    steps = shift * moves * np.sqrt(np.maximum(moments, 0.0))
+    return np.asarray(turn_vectors(steps[None], axes.T)[0])

@@ -7,11 +7,10 @@ over products of the earlier ones.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..compilation import inlined
+from ..elementary import rough_root
 from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, Array, P, V, W, Z
 
 
@@ -79,7 +78,7 @@ def shorten(series: Array, last: int, truncation: float) -> float:
             tail = max(tail, abs(series[k, i]))
     if tail <= 4.0 * truncation:
         return 1.0
-    fraction = 0.9 * math.exp(math.log(truncation / tail) / last)
+    fraction = 0.9 * rough_root(truncation / tail, last)
     power = 1.0
     for k in range(last + 1):
         for i in range(3):

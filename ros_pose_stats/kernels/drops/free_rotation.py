@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 from ..compilation import inlined, kernel
+from ..elementary import arctangent, exponential, sine_cosine
 from .layout import Array, P, W
 
 NOME = 0.35
@@ -39,7 +40,9 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
     scale = 1.0
     for _ in range(12):
         ratio = b / a
-        turned = math.atan(ratio * math.tan(phase))
+        sine, cosine = sine_cosine(phase)
+        side = math.copysign(1.0, cosine)
+        turned = arctangent(ratio * side * sine, side * cosine)
         phase += turned + math.pi * math.floor((phase - turned) / math.pi + 0.5)
         scale *= 2.0
         a, b = 0.5 * (a + b), math.sqrt(a * b)
@@ -51,8 +54,8 @@ def arithmetic_geometric(b: float, phase: float) -> tuple[float, float]:
 @kernel
 def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
     """Elliptic sn, cn and dn at u = 2K z / pi, by theta functions (DLMF 22.2)."""
-    c2, s2 = math.cos(2.0 * z), math.sin(2.0 * z)
-    one_s, one_c = math.sin(z), math.cos(z)
+    one_s, one_c = sine_cosine(z)
+    c2, s2 = one_c * one_c - one_s * one_s, 2.0 * one_s * one_c
     even_c, even_s = 1.0, 0.0
     t1, t2, t3, t4 = one_s, one_c, 0.5, 0.5
     n2, n3, n4 = 1.0, 0.5, 0.5
@@ -82,7 +85,7 @@ def theta_ratios(z: float, nome: float) -> tuple[float, float, float]:
 @kernel
 def theta_turn(z: float, nome: float, growth: float) -> float:
     """Argument of theta4(z + i y), `growth` = exp(2 y)."""
-    c2, s2 = math.cos(2.0 * z), math.sin(2.0 * z)
+    s2, c2 = sine_cosine(2.0 * z)
     c, s = 1.0, 0.0
     real, imaginary = 0.5, 0.0
     plus = minus = step = 1.0
@@ -97,7 +100,7 @@ def theta_turn(z: float, nome: float, growth: float) -> float:
         imaginary -= 0.5 * sign * (plus - minus) * s
         if plus < 1e-18:
             break
-    return math.atan2(imaginary, real)
+    return arctangent(imaginary, real)
 
 
 @kernel
@@ -147,12 +150,12 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
         return False
     turning = math.copysign(1.0, parity * (i3 - i1) * top3)
     speed = abs(top3) * math.sqrt((i3 - i1) * (i3 - i2) / (i1 * i2))
-    mean, z0 = arithmetic_geometric(math.sqrt(1.0 - m), math.atan2(turning * w2 / top2, w1 / top1))
-    other, y = arithmetic_geometric(math.sqrt(m), math.atan2(sine, cosine))
-    nome = math.exp(-math.pi * mean / other) if other > 0.0 else 0.0
+    mean, z0 = arithmetic_geometric(math.sqrt(1.0 - m), arctangent(turning * w2 / top2, w1 / top1))
+    other, y = arithmetic_geometric(math.sqrt(m), arctangent(sine, cosine))
+    nome = exponential(-math.pi * mean / other) if other > 0.0 else 0.0
     if not nome < NOME:
         return False
-    growth = math.exp(2.0 * y * mean / other)
+    growth = exponential(2.0 * y * mean / other)
     z1 = z0 + mean * speed * time
     sn, cn, dn = theta_ratios(z1, nome)
     swing = (theta_turn(z1, nome, growth) - theta_turn(z0, nome, growth)
@@ -164,8 +167,8 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     state[W + one] = top1 * cn
     state[W + 1] = turning * top2 * sn
     state[W + three] = top3 * dn
-    turn = math.atan2(across, along) - angle
-    _place_up(state, moment, three, math.cos(turn), math.sin(turn))
+    sine, cosine = sine_cosine(arctangent(across, along) - angle)
+    _place_up(state, moment, three, cosine, sine)
     return True
 
 

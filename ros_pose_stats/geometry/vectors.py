@@ -1,0 +1,32 @@
+"""Products and lengths of 3-vectors, component by component.
+
+A matrix product rounds differently from one processor to the next, and with the number of
+rows; single additions and multiplications do not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def turn_vectors(vectors: Array, matrix: Array) -> Array:
+    """Product of rows (n, 3) with a matrix (3, 3) from the right: `vectors @ matrix`."""
+    x, y, z = vectors[:, :1], vectors[:, 1:2], vectors[:, 2:]
+    return np.asarray(x * matrix[0] + y * matrix[1] + z * matrix[2])
+
+
+def lengths(vectors: Array) -> Array:
+    """Lengths (n,) of vectors (n, 3)."""
+    x, y, z = vectors.T
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def scatter(points: Array) -> Array:
+    """Mean products (3, 3) of the components of points (n, 3) about their mean."""
+    x, y, z = (points - points.sum(axis=0) / len(points)).T
+    xx, yy, zz, xy, xz, yz = (float((a * b).sum()) / len(points) for a, b in (
+        (x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
