@@ -60,6 +60,7 @@ def test_they_hold_for_ten_thousand(watched, kind):
     assert_sound(watched, kind, [Job(kind, seed, False) for seed in range(FEW, MESHES)])
 
 
+@pytest.mark.long
 def test_large_bad_inputs_end():
     # Each under a time limit, which shows as a fault.
     outcomes = list(large_outcomes())
