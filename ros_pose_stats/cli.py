@@ -14,6 +14,7 @@ from .commands import (
     animate,
     bag,
     benchmark,
+    compile,
     dataset,
     estimate,
     node,
@@ -49,8 +50,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=VERSION)
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
                                   parser_class=Parser)
-    for module in (estimate, simulate, report, animate, shapes, dataset, benchmark, bag, node,
-                   publish):
+    for module in (estimate, simulate, report, animate, shapes, dataset, compile, benchmark, bag,
+                   node, publish):
         module.register(commands)
     return top
 

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Array1, Array2, Index1, Index2
 from .compilation import entry_kernel, kernel
 from .coplanar import orient, planar_regions, twins
 from .polygons import corner_loops, pair_sides, planes
@@ -32,23 +33,23 @@ Index = NDArray[np.int64]
 class BodyArrays(NamedTuple):
     """A convex body about its centre of mass; lengths in units of the caller's points."""
 
-    face_start: Index  # (F + 1,) first side of each face
-    corner: Index      # (N,) hull point where a side starts, counter-clockwise
-    face: Index        # (N,) face of a side
-    twin: Index        # (N,) the same edge seen from the neighbour
-    normal: Array      # (F, 3) outward
-    distance: Array    # (F,) of the face's plane
-    area: Array        # (F,)
-    angle: Array       # (F,) centroid solid angle, steradians
-    inset: Array       # (N,) s
-    start: Array       # (N,) a at the side's first corner
-    stop: Array        # (N,) a at its last corner
-    reach: Array       # (N,) q
-    radius: Array      # (H,) |v| of every hull point
+    face_start: Index1  # (F + 1,) first side of each face
+    corner: Index1      # (N,) hull point where a side starts, counter-clockwise
+    face: Index1        # (N,) face of a side
+    twin: Index1        # (N,) the same edge seen from the neighbour
+    normal: Array2      # (F, 3) outward
+    distance: Array1    # (F,) of the face's plane
+    area: Array1        # (F,)
+    angle: Array1       # (F,) centroid solid angle, steradians
+    inset: Array1       # (N,) s
+    start: Array1       # (N,) a at the side's first corner
+    stop: Array1        # (N,) a at its last corner
+    reach: Array1       # (N,) q
+    radius: Array1      # (H,) |v| of every hull point
 
 
 @entry_kernel
-def build_body(points: Array, simplices: Index, adjacent: Index,
+def build_body(points: Array2, simplices: Index2, adjacent: Index2,
                tolerance: float) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 

@@ -1,72 +1,139 @@
-"""How kernels are compiled and where the machine code is kept.
-
-numba's own cache keys a function by the time stamp of the file that defines it and does
-not notice an edit in a helper or a constant imported from elsewhere. The cache directory
-is therefore named after a digest of every source that a kernel can depend on.
-"""
+"""How kernels are compiled: each for one signature, that of its annotations, and only once."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import tempfile
+import pickle
 import warnings
-from collections.abc import Callable
-from functools import lru_cache, wraps
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any, TypeVar
 
-import numba
-from numba import njit
 from numba.core import config as _config
+from numba.core import event
+from numba.core.compiler import CompileResult
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.serialize import dumps
+
+from . import code_cache
+from .signatures import signature_of
+from .target import KernelDispatcher, baseline
 
 config: Any = _config  # its names are made at import and unknown to type checkers
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # No fastmath: "no event" is infinity, and it would be assumed away.
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "nopython": True,
+                           "boundscheck": None}
 
 # Without the run time of numba a helper counts no references, and can make no arrays.
 INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
 
 
-def source_digest() -> str:
-    """Digest of the sources that the compiled code depends on, and of the compiler."""
-    package = Path(__file__).resolve().parent
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted([*package.rglob("*.py"), package.parent / "tolerances.py"]):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+class Helper(KernelDispatcher):
+    """A function that becomes part of the kernels that call it."""
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        super().__init__(function, targetoptions={**OPTIONS, **options,
+                                                  "no_cpython_wrapper": True})
+
+    @cached_property
+    def _alone(self) -> KernelDispatcher:
+        options = {**self.targetoptions, "no_cpython_wrapper": False}
+        return KernelDispatcher(self.py_func, targetoptions=options)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compile and call it by itself, for whatever it is handed."""
+        return self._alone(*arguments)
 
 
-@lru_cache(maxsize=1)
-def cache_directory() -> Path:
-    """Directory of the machine code: `$NUMBA_CACHE_DIR` or the user's cache, by digest.
+class EntryKernel(KernelDispatcher):
+    """An outermost kernel: one signature, its machine code on disk.
 
-    Where none can be written, a folder for this process alone is used. The code is unpickled,
-    so a directory that somebody else owns is not taken.
+    Arguments of other types are refused, for to compile anew takes as long as a thousand runs.
     """
-    name = source_digest()
-    roots = [os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"]
-    for root in roots:
-        if not root:
-            continue
-        directory = Path(root).expanduser() / "ros_pose_stats" / name
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function, targetoptions=dict(OPTIONS))
+        self._cache = KernelFile(function)
+
+    @cached_property
+    def declared(self) -> tuple[Any, ...]:
+        """Types of the arguments."""
+        return signature_of(self.py_func)
+
+    @property
+    def name(self) -> str:
+        return str(self.py_func.__name__)
+
+    def is_stored(self) -> bool:
+        """Whether sound machine code lies on the disk."""
+        return self._cache.read() is not None
+
+    def prepare(self) -> None:
+        """Load the machine code, or compile it where there is none."""
+        with global_compiler_lock:
+            if not self.overloads:
+                self.compile(self.declared)
+                self.disable_compile()
+
+    def _compile_for_args(self, *_: Any) -> EntryKernel:
+        """What numba calls for types that it has not met."""
+        self.prepare()
+        return self
+
+
+class KernelFile:
+    """Cache of one kernel, in the form that numba's dispatchers expect."""
+
+    cache_path = None
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._name = f"{function.__module__}.{function.__qualname__}"
+
+    @cached_property
+    def file(self) -> Path:
+        vectors = "-svml" if config.USING_SVML else ""
+        folder = code_cache.cache_directory() / f"{baseline()}{vectors}"
+        return folder / f"{self._name}.code"
+
+    def read(self) -> tuple[Any, ...] | None:
+        """A compiled kernel in pieces; None where there is none or only a damaged one."""
         try:
-            directory.mkdir(parents=True, exist_ok=True)
-        except (OSError, RuntimeError):
-            continue
-        if os.access(directory, os.W_OK) and directory.stat().st_uid == os.getuid():
-            return directory
-    return Path(tempfile.mkdtemp(prefix="ros_pose_stats_"))
+            stored = code_cache.read_sealed(self.file)
+            return None if stored is None else pickle.loads(stored)
+        except Exception as error:
+            self._warn("read", error)
+            return None
+
+    def load_overload(self, _: Any, context: Any) -> CompileResult | None:
+        context.refresh()
+        stored = self.read()
+        return None if stored is None else CompileResult._rebuild(context, *stored)
+
+    def save_overload(self, _: Any, compiled: CompileResult) -> None:
+        if compiled.library.has_dynamic_globals:
+            raise ValueError(f"{self._name} holds addresses of this process")
+        try:
+            code_cache.write_sealed(self.file, dumps(compiled._reduce()))
+        except OSError as error:
+            self._warn("written", error)
+
+    def _warn(self, done: str, error: Exception) -> None:
+        warnings.warn(f"machine code of {self._name} in {self.file.parent} cannot be {done} "
+                      f"({type(error).__name__}: {error})", RuntimeWarning, stacklevel=2)
+
+
+_entry_kernels: list[EntryKernel] = []
 
 
 def kernel(function: Function) -> Function:
     """Compile a helper into the kernels that call it."""
-    compiled: Function = njit(**OPTIONS)(function)
-    return compiled
+    return function if config.DISABLE_JIT else Helper(function)  # type: ignore[return-value]
 
 
 def inlined(function: Function) -> Function:
@@ -75,32 +142,43 @@ def inlined(function: Function) -> Function:
     Counting their references would cost more than a short helper's arithmetic. It cannot
     make arrays of its own.
     """
-    compiled: Function = njit(**INLINED, **OPTIONS)(function)
-    return compiled
+    if config.DISABLE_JIT:
+        return function
+    return Helper(function, **INLINED)  # type: ignore[return-value]
 
 
 def entry_kernel(function: Function) -> Function:
     """Compile an outermost kernel and keep its machine code on disk."""
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(cache_directory())
-    try:
-        compiled: Function = njit(cache=True, **OPTIONS)(function)
-    finally:
-        config.CACHE_DIR = previous
+    if config.DISABLE_JIT:
+        return function
+    made = EntryKernel(function)
+    _entry_kernels.append(made)
+    return made  # type: ignore[return-value]
 
-    @wraps(function)
-    def call(*arguments: Any) -> Any:
-        nonlocal compiled
-        try:
-            return compiled(*arguments)
-        except Exception as error:
-            # Kernels raise nothing: what comes here is a damaged cache or a full disk. A real
-            # fault comes again below.
-            warnings.warn(f"kernel cache in {cache_directory()} is of no use "
-                          f"({type(error).__name__}: {error}); delete it",
-                          RuntimeWarning, stacklevel=2)
-            compiled = njit(**OPTIONS)(function)
-            return compiled(*arguments)
 
-    kept: Function = call  # type: ignore[assignment]
-    return kept
+def all_kernels() -> list[EntryKernel]:
+    """Every outermost kernel of the package; none where numba is told not to compile."""
+    package = import_module(__package__)
+    for module in walk_packages(package.__path__, f"{__package__}."):
+        import_module(module.name)
+    return [one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)]
+
+
+@contextmanager
+def watch_compilations(tell: Callable[[str], object]) -> Iterator[None]:
+    """Call `tell` with the name of each kernel of the package that begins to be compiled."""
+    with event.install_listener("numba:compile", _Watcher(tell)):
+        yield
+
+
+class _Watcher(event.Listener):  # type: ignore[misc]
+    def __init__(self, tell: Callable[[str], object]) -> None:
+        self._tell = tell
+
+    def on_start(self, one: Any) -> None:
+        compiled = one.data["dispatcher"]
+        if isinstance(compiled, EntryKernel):
+            self._tell(compiled.name)
+
+    def on_end(self, _: Any) -> None:
+        """Nothing to say."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Index2
 from .compilation import entry_kernel, inlined
 
 Index = NDArray[np.int64]
@@ -30,7 +31,7 @@ def join(link: Index, a: int, b: int) -> None:
 
 
 @entry_kernel
-def component_labels(count: int, pairs: Index) -> Index:
+def component_labels(count: int, pairs: Index2) -> Index:
     """Component label of each node.
 
     Parameters

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Array2, Index2
 from .compilation import entry_kernel, inlined, kernel
 from .sorting import falling_order
 from .vectors import area_vector
@@ -234,6 +235,6 @@ def _near_plane(points: Array, triangles: Index, plane: Array, t: int, tolerance
 
 
 @entry_kernel
-def surface_regions(points: Array, triangles: Index, neighbors: Index, tolerance: float) -> Index:
+def surface_regions(points: Array2, triangles: Index2, neighbors: Index2, tolerance: float) -> Index:
     """`planar_regions` of any closed surface, convex or not, for callers outside the kernels."""
     return planar_regions(points, triangles, neighbors, tolerance)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import TIP_MARGIN
+from .array_types import Array1, Array2, Fixed2, Index1, Index2
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .descent import basins, descend, faces_beyond, without_barrier
@@ -33,7 +34,7 @@ class EquilibriumArrays(NamedTuple):
 
 
 @entry_kernel
-def find_equilibria(points: Array, body: BodyArrays) -> EquilibriumArrays:
+def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
     """Find the equilibria of a convex body (sections 2.C, 4.B and 4.D).
 
     Parameters
@@ -87,13 +88,13 @@ def unstable_points(body: BodyArrays) -> Index:
 
 
 @entry_kernel
-def settle_on_stable(initial: Array, target: Index, share: Array) -> Array:
+def settle_on_stable(initial: Array1, target: Index2, share: Array2) -> Array:
     """`settle` for callers outside the kernels."""
     return settle(initial, target, share)
 
 
 @entry_kernel
-def ways_out(body: BodyArrays, basin: Index, pose: Index) -> Index:
+def ways_out(body: BodyArrays, basin: Index1, pose: Index1) -> Index:
     """Polygon sides (k,) of stable faces that lead out of their pose.
 
     Parameters

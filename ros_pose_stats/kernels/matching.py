@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Array2, Index1, Slots1
 from .compilation import entry_kernel, inlined
 from .grid import WIDTH, Slots, cube, insert, slot_of, slots_for
 
@@ -21,16 +22,16 @@ Index = NDArray[np.int64]
 class FeatureGrid(NamedTuple):
     """Features in a grid of cubes by their places."""
 
-    rows: Array   # (N, 3) or (N, 7)
-    head: Slots   # see `grid`
-    chain: Slots  # (N,)
-    reach: float  # largest distance of like features
-    taken: Index  # (N,) scratch: the last trial in which a feature was matched
-    trials: Index  # (1,) number of trials so far
+    rows: Array2   # (N, 3) or (N, 7)
+    head: Slots1   # see `grid`
+    chain: Slots1  # (N,)
+    reach: float   # largest distance of like features
+    taken: Index1  # (N,) scratch: the last trial in which a feature was matched
+    trials: Index1  # (1,) number of trials so far
 
 
 @entry_kernel
-def feature_grid(rows: Array, reach: float) -> FeatureGrid:
+def feature_grid(rows: Array2, reach: float) -> FeatureGrid:
     """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
     count = rows.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
@@ -44,7 +45,7 @@ def feature_grid(rows: Array, reach: float) -> FeatureGrid:
 
 
 @entry_kernel
-def first_unmatched(grid: FeatureGrid, rotation: Array, chosen: Index) -> int:
+def first_unmatched(grid: FeatureGrid, rotation: Array2, chosen: Index1) -> int:
     """First of the chosen features with no feature of its own where the rotation puts it.
 
     Parameters

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import SAME_LEVEL
+from .array_types import Array1, Index1, Index2
 from .body import BodyArrays
 from .compilation import kernel
 from .components import root
 from .descent import side_level
+from .sorting import stable_order
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -25,13 +27,13 @@ Index = NDArray[np.int64]
 class MergeTree(NamedTuple):
     """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
 
-    child: Index       # (S - 1, 2) nodes joined
-    level: Array       # (S - 1,) distance from the centre of mass at which they join
-    side: Index        # (S - 1,) polygon side where they join
-    leaf_order: Index  # (S,) leaves from left to right: each node covers a range of it
-    leaf_range: Index  # (2S - 1, 2) that range
-    face_order: Index  # (F,) faces, gathered by leaf in that order
-    face_range: Index  # (S + 1,) start of each position's faces
+    child: Index2       # (S - 1, 2) nodes joined
+    level: Array1       # (S - 1,) distance from the centre of mass at which they join
+    side: Index1        # (S - 1,) polygon side where they join
+    leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
+    leaf_range: Index2  # (2S - 1, 2) that range
+    face_order: Index1  # (F,) faces, gathered by leaf in that order
+    face_range: Index1  # (S + 1,) start of each position's faces
 
 
 @kernel
@@ -45,7 +47,7 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     link = np.arange(leaves)
     node = np.arange(leaves)
     bottom = body.distance[stable]
-    order = np.argsort(levels, kind="mergesort")
+    order = stable_order(levels)
     tie = 0
     joins = 0
     for place in range(order.shape[0]):
@@ -87,7 +89,7 @@ def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, 
             k = sides[order[j]]
             depth[j - begin] = -min(bottom[root(link, basin[body.face[k]])],
                                     bottom[root(link, basin[body.face[body.twin[k]]])])
-        order[begin:end] = order[begin:end][np.argsort(depth, kind="mergesort")]
+        order[begin:end] = order[begin:end][stable_order(depth)]
     return end
 
 

@@ -9,11 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .array_types import Array, Fixed2
 from .compilation import entry_kernel, kernel
-
-Array = NDArray[np.float64]
 
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""
@@ -25,7 +23,7 @@ _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
 
 
 @entry_kernel
-def principal_axes(tensor: Array) -> tuple[Array, Array]:
+def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
     """Eigenvalues and eigenvectors of a symmetric tensor by Jacobi's rotations.
 
     Golub and Van Loan, Matrix Computations, section 8.5.

@@ -6,14 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import COPLANAR, SAME_POINT
+from .array_types import Array2, Fixed2
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
+from .sorting import stable_order
 
 Array = NDArray[np.float64]
 
 
 @entry_kernel
-def tops(points: Array, downs: Array) -> Array:
+def tops(points: Fixed2, downs: Array2) -> Array:
     """Extent (P,) of the points against each direction (P, 3) from the origin."""
     result = np.empty(downs.shape[0])
     for p in range(downs.shape[0]):
@@ -26,7 +28,7 @@ def tops(points: Array, downs: Array) -> Array:
 
 
 @entry_kernel
-def silhouette(points: Array, body: BodyArrays, rotation: Array) -> Array:
+def silhouette(points: Fixed2, body: BodyArrays, rotation: Array2) -> Array:
     """Convex outline seen along the plate's normal.
 
     Parameters
@@ -66,8 +68,8 @@ def silhouette(points: Array, body: BodyArrays, rotation: Array) -> Array:
 def _hull_2d(points: Array) -> Array:
     """Counter-clockwise hull by Andrew's monotone chain, exact first, then thinned out."""
     count = points.shape[0]
-    by_y = points[np.argsort(points[:, 1], kind="mergesort")]
-    ordered = by_y[np.argsort(by_y[:, 0], kind="mergesort")]
+    by_y = points[stable_order(points[:, 1])]
+    ordered = by_y[stable_order(by_y[:, 0])]
     chain = np.empty((2 * count, 2))
     size = 0
     for sweep in range(2):

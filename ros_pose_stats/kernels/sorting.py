@@ -1,4 +1,4 @@
-"""Stable sorting by counting digits: time grows with the number of keys, and nothing else."""
+"""Stable sorting: whole numbers by counting digits, others by merging."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ Index = NDArray[np.int64]
 
 DIGIT = 11
 """Bits looked at in one pass: the counters of a digit stay in the fastest memory."""
+
+RUN = 16
+"""Values that are sorted by insertion before runs are merged."""
 
 
 @kernel
@@ -55,3 +58,32 @@ def falling_order(values: Array) -> Index:
     for i in range(bits.shape[0]):
         largest = max(largest, bits[i])
     return rising_order(largest - bits)
+
+
+@kernel
+def stable_order(values: Array) -> Index:
+    """Order (N,) that sorts values (N,) without NaN; equal ones stay as they were."""
+    count = values.shape[0]
+    order, other = np.arange(count), np.empty(count, np.int64)
+    for begin in range(0, count, RUN):
+        for i in range(begin + 1, min(begin + RUN, count)):
+            k = order[i]
+            while i > begin and values[k] < values[order[i - 1]]:
+                order[i] = order[i - 1]
+                i -= 1
+            order[i] = k
+    width = RUN
+    while width < count:
+        for begin in range(0, count, 2 * width):
+            middle, end = min(begin + width, count), min(begin + 2 * width, count)
+            left, right = begin, middle
+            for k in range(begin, end):
+                if right == end or left < middle and values[order[left]] <= values[order[right]]:
+                    other[k] = order[left]
+                    left += 1
+                else:
+                    other[k] = order[right]
+                    right += 1
+        order, other = other, order
+        width *= 2
+    return order

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Flags1
 from .body import BodyArrays
 from .cap_areas import faces_below
 from .compilation import entry_kernel, kernel
@@ -29,8 +30,8 @@ LONG_PATH = 96
 
 
 @entry_kernel
-def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: NDArray[np.bool_], of_R: bool,
-                        long_path: int = LONG_PATH) -> tuple[Array, Array]:
+def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: Flags1,
+                        of_R: bool) -> tuple[Array, Array]:
     """Solid angles of the components at each split, and the probabilities that follow.
 
     Parameters
@@ -41,8 +42,6 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: NDArray[np.bo
         node is then a leaf.
     of_R : bool
         Whether the reachable set is that of R (Eq. 7) or of r.
-    long_path : int
-        Shortest path that is measured by `level_sums`.
 
     Returns
     -------
@@ -66,7 +65,7 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: NDArray[np.bo
             continue
         length = _follow(tree, wanted, larger, top, path)
         on_path[path[:length]] = True
-        _measure(body, flags, tree, larger, path[:length], of_R, long_path, areas)
+        _measure(body, flags, tree, larger, path[:length], of_R, areas)
     for j in range(joins - 1, -1, -1):
         both = areas[j, 0] + areas[j, 1]
         for c in range(2):
@@ -109,14 +108,14 @@ def _follow(tree: MergeTree, wanted: NDArray[np.bool_], larger: Index, top: int,
 
 @kernel
 def _measure(body: BodyArrays, flags: Flags, tree: MergeTree, larger: Index, path: Index,
-             of_R: bool, long_path: int, areas: Array) -> None:
+             of_R: bool, areas: Array) -> None:
     """Areas of both children of every join on a path."""
     for j in path:
         c = 1 - larger[j]
         begin, end = _faces_of(tree, tree.child[j, c])
         areas[j, c] = max(faces_below(tree.face_order, begin, end, body, flags, tree.level[j],
                                       of_R), 0.0)
-    if path.shape[0] >= long_path:
+    if path.shape[0] >= LONG_PATH:
         sums = _grown(body, flags, tree, larger, path, of_R)
         for k in range(path.shape[0]):
             areas[path[k], larger[path[k]]] = max(sums[k], 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .array_types import Array1, Index1
 from .compilation import entry_kernel
 
 Array = NDArray[np.float64]
@@ -12,7 +13,7 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def number_ties(values: Array, tolerance: float, group: Index, order: Index) -> tuple[Index, int]:
+def number_ties(values: Array1, tolerance: float, group: Index1, order: Index1) -> tuple[Index, int]:
     """Split groups into ties, each of which opens at its smallest value.
 
     Parameters

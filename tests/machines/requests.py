@@ -1,6 +1,6 @@
 """Requests whose answers must be the same on every machine, and what was answered.
 
-`python -m tests.machines.requests FILE` writes what the machine that it runs on answers; written to
+`python -m tests.machines.requests FILE` writes what the machine answers that it runs on; written to
 `tests/machines/answers.json` that is what others are compared with.
 """
 

@@ -13,6 +13,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Array1, Array2, Index1, Index2
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -89,21 +91,21 @@ TAPE: Final = 14
 class DropBody(NamedTuple):
     """What a drop needs of a part; corners in the order of the ball tree's leaves."""
 
-    x: Array            # (C,) corners in principal axes about the centre of mass, in radii
-    y: Array
-    z: Array
-    reach: Array        # (C,) distance from the centre of mass
-    moment: Array       # (3,) principal moments of inertia of unit mass, rising
-    ball: Array         # (B, 5) centre, radius and the centre's distance from the origin
-    ball_range: Index   # (B, 3) first and last + 1 corner, node that follows the subtree
-    beside_start: Index  # (C + 1,) neighbours of each corner, along edges
-    beside: Index       # (E,) corner; both are empty for bodies of one ball
-    beside_length: Array  # (E,) distance to it
-    side_start: Index   # (C + 1,) sides that leave a corner
-    side_end: Index     # (N,) corner at the far end
-    side_left: Index    # (N,) pose that the face to the left of a side descends to
-    side_right: Index   # (N,)
-    way_out: Array      # (P,) level of the saddle that leads out of each pose
+    x: Array1            # (C,) corners in principal axes about the centre of mass, in radii
+    y: Array1
+    z: Array1
+    reach: Array1        # (C,) distance from the centre of mass
+    moment: Array1       # (3,) principal moments of inertia of unit mass, rising
+    ball: Array2         # (B, 5) centre, radius and the centre's distance from the origin
+    ball_range: Index2   # (B, 3) first and last + 1 corner, node that follows the subtree
+    beside_start: Index1  # (C + 1,) neighbours of each corner along edges
+    beside: Index1       # (E,) corner; both are empty for bodies of one ball
+    beside_length: Array1  # (E,) distance to it
+    side_start: Index1   # (C + 1,) sides that leave a corner
+    side_end: Index1     # (N,) corner at the far end
+    side_left: Index1    # (N,) pose that the face to the left of a side descends to
+    side_right: Index1   # (N,)
+    way_out: Array1      # (P,) level of the saddle that leads out of each pose
     turn: float         # radians by which a step near the plate turns the body at most
 
 

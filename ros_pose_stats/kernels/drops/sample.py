@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ...tolerances import TRUNCATION
+from ..array_types import Array1, Array2
 from ..compilation import entry_kernel, inlined
 from .free_motion import free_series, shorten
 from .layout import COLUMNS, EDGE, FLIGHT, ORDER, STATE, WS, Array, W
@@ -19,8 +20,8 @@ from .sliding_motion import sliding_series
 
 
 @entry_kernel
-def sample_motion(moment: Array, axes: Array, mode: int, contact: Array, start: Array,
-                  turned: Array, times: Array, states: Array, turns: Array) -> None:
+def sample_motion(moment: Array1, axes: Array2, mode: int, contact: Array1, start: Array1,
+                  turned: Array1, times: Array1, states: Array2, turns: Array2) -> None:
     """States at given times of one smooth phase.
 
     Parameters

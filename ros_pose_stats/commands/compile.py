@@ -1,0 +1,97 @@
+"""`compile`: machine code of every kernel, so that nothing else has to wait for it."""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import signal
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, wait
+from typing import TYPE_CHECKING
+
+from .progress_bar import ProgressBar
+
+if TYPE_CHECKING:
+    from ..kernels.compilation import EntryKernel
+
+TOGETHER = (
+    ("drops.drop", "drops.sample"),
+    ("splits", "split_features", "cap_areas", "corner_crowding"),
+    ("body", "coplanar", "features"),
+)
+"""Modules whose kernels share helpers, which are compiled once a process; longest first."""
+
+GLANCE = 0.1
+"""Seconds between looks at what has been stored."""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "compile", help="compile all kernels, once for this user",
+        description="Compile all kernels, on all cores, and keep their machine code. Without "
+        "it, every command compiles the kernels that it is the first to need.")
+    command.set_defaults(run=run)
+
+
+def run(_: argparse.Namespace) -> int:
+    """Compile what is missing, telling of each kernel, and say where all of them are."""
+    from ..kernels.code_cache import cache_directory
+    from ..kernels.compilation import all_kernels
+
+    kernels = all_kernels()
+    missing = [one for one in kernels if not one.is_stored()]
+    if missing:
+        begin = time.monotonic()
+        _compile_all(missing)
+        print(f"compiled in {time.monotonic() - begin:.0f} s")
+    lost = [one for one in missing if not one.is_stored()]
+    if lost:
+        raise OSError(f"{len(lost)} kernels into {cache_directory()}")
+    print(f"all {len(kernels)} kernels are in {cache_directory()}")
+    return 0
+
+
+def _compile_all(missing: list[EntryKernel]) -> None:
+    families = _families(missing)
+    workers = min(len(families), os.cpu_count() or 1)
+    left, done = list(missing), 0
+    with (ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _end_quietly) as pool,
+          ProgressBar(sys.stderr) as bar):
+        pending = {pool.submit(compile_family, family) for family in families}
+        while pending:
+            finished, pending = wait(pending, GLANCE)
+            for future in finished:
+                future.result()
+            for one in [one for one in left if one.is_stored()]:
+                left.remove(one)
+                done += 1
+                if not sys.stderr.isatty():
+                    print(f"{one.name} ({done} of {len(missing)})", flush=True)
+            bar.draw(done / len(missing), f"{done} of {len(missing)} kernels")
+
+
+def _families(kernels: list[EntryKernel]) -> list[list[str]]:
+    """Names of the kernels that one process is to compile, those that take longest first."""
+    families: list[list[str]] = [[] for _ in (*TOGETHER, "all others")]
+    for one in kernels:
+        module = one.py_func.__module__.partition(".kernels.")[2]
+        place = next((k for k, modules in enumerate(TOGETHER) if module in modules), -1)
+        families[place].append(one.name)
+    return [family for family in families if family]
+
+
+def compile_family(names: list[str]) -> None:
+    """Compile kernels in this process."""
+    from ..kernels.compilation import all_kernels
+
+    for one in all_kernels():
+        if one.name in names:
+            one.prepare()
+
+
+def _end_quietly() -> None:
+    """On Ctrl-C a worker ends without a word: the command has one."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -1,0 +1,25 @@
+"""Arrays by number of dimensions, as kernels and their tuples declare them.
+
+A type checker sees NumPy arrays; `signatures` finds what numba is to compile for. Those named
+`Fixed` are read-only: their writable kin is taken, too, but not the other way about.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+Array1 = Annotated[Array, types.Array(types.float64, 1, "C")]
+Array2 = Annotated[Array, types.Array(types.float64, 2, "C")]
+Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
+Index1 = Annotated[Index, types.Array(types.int64, 1, "C")]
+Index2 = Annotated[Index, types.Array(types.int64, 2, "C")]
+Flags1 = Annotated[NDArray[np.bool_], types.Array(types.boolean, 1, "C")]
+Slots1 = Annotated[NDArray[np.int32], types.Array(types.int32, 1, "C")]
+Corners2 = Annotated[NDArray[np.uint32], types.Array(types.uint32, 2, "C")]
