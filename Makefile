@@ -1,4 +1,4 @@
-.PHONY: setup demo test lint clean
+.PHONY: setup demo test test-all lint clean
 
 READY := .venv/.ready
 PYTHON ?= python3
@@ -13,8 +13,13 @@ demo: $(READY)
 	bash .ci/demo
 
 # One worker more than cores: the tests of nodes wait for most of their time.
+PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
+
 test: lint
-	.venv/bin/python -m pytest -n $$(($$(nproc) + 1))
+	$(PYTEST) -m "not long"
+
+test-all: test
+	$(PYTEST) -m long
 
 lint: $(READY)
 	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks setup.py

@@ -110,10 +110,9 @@ def fanned(surface, seed):
 
 @lru_cache(maxsize=1)
 def convex_parts():
-    """Parts of many kinds by name: regular, random, leaning, loaded, thin."""
+    """Parts by name, one of a kind: regular, loaded, leaning, real, thin, random."""
     return {
-        **{name: part_from_mesh(*surface) for name, surface in REGULAR_SOLIDS.items()},
-        "box": part_from_mesh(*shapes.box(1.0, 2.0, 3.0)),
+        "cube": part_from_mesh(*REGULAR_SOLIDS["cube"]),
         "box, shifted centre": part_from_mesh(*shapes.box(1.0, 2.0, 3.0),
                                               center_of_mass=(0.1, -0.6, 1.2)),
         "prism": part_from_mesh(*shapes.prism(7, 1.0, 0.4)),
@@ -121,7 +120,7 @@ def convex_parts():
         "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
         "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
         **{f"random {seed}": part_from_mesh(*random_polyhedron(5 + 2 * seed, seed))
-           for seed in range(8)},
+           for seed in (0, 6)},
     }
 
 

@@ -9,12 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .array_types import Fixed2
+from .array_types import Array, Fixed2
 from .compilation import entry_kernel, kernel
-
-Array = NDArray[np.float64]
 
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""

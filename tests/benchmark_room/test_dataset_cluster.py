@@ -91,6 +91,7 @@ def wait_for_a_piece(file, running):
         time.sleep(0.005)
 
 
+@pytest.mark.long
 class TestLosses:
     @pytest.mark.parametrize("again", ["0", "3"])
     def test_a_worker_is_killed_midway(self, whole, tmp_path, elsewhere, again):

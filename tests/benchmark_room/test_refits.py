@@ -88,6 +88,7 @@ def data():
     return simulated_of(shipped())
 
 
+@pytest.mark.long
 class TestAnOptimizer:
     """On the reference dataset without shift."""
 

@@ -66,6 +66,7 @@ class TestTable:
         assert "10000 drops" in out
         assert out.count("| body ") == 3
 
+    @pytest.mark.long
     def test_a_reference_dataset_by_its_shift(self, capsys):
         assert run("table", "--shift", "0.65", "--shift-moment", "second", "--no-rerun") == 0
         assert "### Shift 0.65 (second), 1057 bodies, 1000 drops" in capsys.readouterr().out

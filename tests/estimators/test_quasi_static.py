@@ -105,7 +105,7 @@ def test_a_pyramid_that_would_topple_over_a_corner_shares_between_both_sides():
 
 
 RANDOM = {f"seed {seed}": (random_polyhedron(5 + seed % 25, 100 + seed), seed % 3)
-          for seed in range(40)}
+          for seed in range(0, 40, 5)}
 
 
 @pytest.mark.parametrize(("surface", "shifted"), RANDOM.values(), ids=RANDOM)
@@ -134,10 +134,10 @@ def test_against_an_independent_toppling(surface, shifted):
 
 
 PARTS = {
-    **{name: part_from_mesh(*surface) for name, surface in REGULAR_SOLIDS.items()},
+    "cube": part_from_mesh(*REGULAR_SOLIDS["cube"]),
     "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
     "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
-    **{f"random {seed}": part_from_mesh(*random_polyhedron(6 + seed, seed)) for seed in range(10)},
+    "random": part_from_mesh(*random_polyhedron(14, 8)),
 }
 
 
@@ -148,11 +148,11 @@ class TestPerturbed:
         resting = resting_poses(part, 0.0)
         assert perturbed_quasi_static(resting, 0.0) == pytest.approx(qse(resting), abs=2e-16)
 
-    @pytest.mark.parametrize("share", [0.01, 0.1, 1.0, 30.0])
-    def test_a_distribution_for_every_share(self, part, share):
-        probability = perturbed_quasi_static(resting_poses(part, 0.0), share)
-        assert probability.min() >= 0.0
-        assert probability.sum() == pytest.approx(1.0, abs=1e-12)
+    def test_a_distribution_for_every_share(self, part):
+        for share in (0.01, 0.1, 1.0, 30.0):
+            probability = perturbed_quasi_static(resting_poses(part, 0.0), share)
+            assert probability.min() >= 0.0
+            assert probability.sum() == pytest.approx(1.0, abs=1e-12)
 
     def test_small_shares_are_linear(self, part):
         resting = resting_poses(part, 0.0)

@@ -31,7 +31,7 @@ def poses_of(surface, tolerance=0.005, **properties):
 
 
 class TestRoundParts:
-    @pytest.mark.parametrize("sides", [32, 48, 64, 200])
+    @pytest.mark.parametrize("sides", [32, 200])
     def test_a_finely_tessellated_cylinder_has_three_poses(self, sides):
         poses = poses_of(shapes.cylinder(sides, 9.0, 22.0))
         assert len(poses) == 3
@@ -43,8 +43,7 @@ class TestRoundParts:
     def test_without_a_tolerance_every_facet_is_a_pose(self):
         assert len(poses_of(shapes.cylinder(64, 9.0, 22.0), 0.0)) == 66
 
-    @pytest.mark.parametrize("sides", [32, 64])
-    @pytest.mark.parametrize(("radius", "length"), [(9.0, 22.0), (10.0, 4.0), (1.0, 2.0)])
+    @pytest.mark.parametrize(("sides", "radius", "length"), [(32, 9.0, 22.0), (64, 10.0, 4.0)])
     def test_geometry_of_the_side(self, sides, radius, length):
         poses = poses_of(shapes.cylinder(sides, radius, length))
         (side,) = (pose for pose in poses if len(pose.members) == sides)
@@ -84,7 +83,7 @@ class TestDemoParts:
 
 
 BODIES = {
-    **{f"random {n} points": random_polyhedron(n, n) for n in (6, 12, 20, 40, 80)},
+    "random": random_polyhedron(20, 20),
     "sphere points": shapes.hull_mesh(shapes.sphere_points(60, 4)),
     "ellipsoid": shapes.hull_mesh(shapes.ellipsoid_points(150, 1, (3.0, 2.0, 1.5))),
     "cylinder": shapes.cylinder(48, 1.0, 0.7),
@@ -92,70 +91,75 @@ BODIES = {
     "clamp hull": clamp_hull(),
     "bolt": DEMO["hex_bolt"],
 }
+TOLERANCES = (1e-4, 0.002, 0.005, 0.02, 0.1, 0.4)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 0.002, 0.005, 0.02, 0.1, 0.4])
 @pytest.mark.parametrize("surface", BODIES.values(), ids=BODIES)
 class TestRule:
     """Against the contract's words, read independently."""
 
-    def test_members_and_barriers(self, surface, tolerance):
+    def test_members_and_barriers(self, surface):
         part = part_from_mesh(*surface)
         single = resting_poses(part, 0.0)
         heights = [pose.height for pose in single.poses]
         radius = single.body.radius
-        expected = merged_regions(splitting_graph(single), heights, tolerance * radius)
-        poses = resting_poses(part, tolerance).poses
-        found = {frozenset(pose.members): pose.height + pose.barrier for pose in poses}
-        assert found.keys() == expected.keys()
-        for members, level in expected.items():
-            assert found[members] == pytest.approx(level, rel=1e-9)
+        for tolerance in TOLERANCES:
+            expected = merged_regions(splitting_graph(single), heights, tolerance * radius)
+            poses = resting_poses(part, tolerance).poses
+            found = {frozenset(pose.members): pose.height + pose.barrier for pose in poses}
+            assert found.keys() == expected.keys()
+            for members, level in expected.items():
+                assert found[members] == pytest.approx(level, rel=1e-9)
 
-    def test_the_lowest_member_stands_for_the_pose(self, surface, tolerance):
+    def test_the_lowest_member_stands_for_the_pose(self, surface):
         part = part_from_mesh(*surface)
         single = resting_poses(part, 0.0).poses
-        for pose in resting_poses(part, tolerance).poses:
-            members = [single[i] for i in pose.members]
-            lowest = min(member.height for member in members)
-            (own,) = (member for member in members if np.array_equal(member.down, pose.down))
-            assert own.height <= lowest * (1.0 + 2e-6)
-            assert pose.height == own.height
-            assert pose.top == own.top
-            assert np.array_equal(pose.orientation, own.orientation)
-            assert np.array_equal(pose.position, own.position)
-            assert np.array_equal(pose.support_polygon, own.support_polygon)
+        for tolerance in TOLERANCES:
+            for pose in resting_poses(part, tolerance).poses:
+                members = [single[i] for i in pose.members]
+                lowest = min(member.height for member in members)
+                (own,) = (member for member in members if np.array_equal(member.down, pose.down))
+                assert own.height <= lowest * (1.0 + 2e-6)
+                assert pose.height == own.height
+                assert pose.top == own.top
+                assert np.array_equal(pose.orientation, own.orientation)
+                assert np.array_equal(pose.position, own.position)
+                assert np.array_equal(pose.support_polygon, own.support_polygon)
 
-    def test_spread(self, surface, tolerance):
+    def test_spread(self, surface):
         part = part_from_mesh(*surface)
         single = downs(resting_poses(part, 0.0).poses)
-        for pose in resting_poses(part, tolerance).poses:
-            own = single[list(pose.members)]
-            chord = np.linalg.norm(own[:, None] - own[None], axis=-1).max()
-            expected = 2.0 * np.arcsin(min(chord / 2.0, 1.0))
-            assert pose.spread == pytest.approx(expected, abs=1e-7)
+        for tolerance in TOLERANCES:
+            for pose in resting_poses(part, tolerance).poses:
+                own = single[list(pose.members)]
+                chord = np.linalg.norm(own[:, None] - own[None], axis=-1).max()
+                expected = 2.0 * np.arcsin(min(chord / 2.0, 1.0))
+                assert pose.spread == pytest.approx(expected, abs=1e-7)
 
-    def test_probabilities_add_up_over_members(self, surface, tolerance):
+    def test_probabilities_add_up_over_members(self, surface):
         part = part_from_mesh(*surface)
         for method in set(METHODS) - {"nqse", "combined", "split"}:
             single = {pose.index: pose.probability
                       for pose in estimate(part, method, cluster_tolerance=0.0).poses}
-            for pose in estimate(part, method, cluster_tolerance=tolerance).poses:
-                expected = sum(single[i] for i in pose.members)
-                assert pose.probability == pytest.approx(expected, abs=1e-12)
+            for tolerance in TOLERANCES:
+                for pose in estimate(part, method, cluster_tolerance=tolerance).poses:
+                    expected = sum(single[i] for i in pose.members)
+                    assert pose.probability == pytest.approx(expected, abs=1e-12)
 
-    def test_the_nonlinear_rule_acts_on_the_sum(self, surface, tolerance):
+    def test_the_nonlinear_rule_acts_on_the_sum(self, surface):
         # Facet by facet Eq. 6 would give a curve the less the finer it is tessellated.
         part = part_from_mesh(*surface)
-        found = {name: {pose.index: pose.probability for pose in
-                        estimate(part, name, cluster_tolerance=tolerance).poses}
-                 for name in ("qse", "meae", "nqse", "combined")}
-        index = sorted(found["qse"])
-        weight = nonlinear(np.array([found["qse"][i] for i in index]))
-        nqse = weight / weight.sum()
-        assert [found["nqse"][i] for i in index] == pytest.approx(nqse, abs=1e-13)
-        meae = np.array([found["meae"][i] for i in index])
-        assert [found["combined"][i] for i in index] == pytest.approx(
-            0.75 * meae + 0.25 * nqse, abs=1e-13)
+        for tolerance in TOLERANCES:
+            found = {name: {pose.index: pose.probability for pose in
+                            estimate(part, name, cluster_tolerance=tolerance).poses}
+                     for name in ("qse", "meae", "nqse", "combined")}
+            index = sorted(found["qse"])
+            weight = nonlinear(np.array([found["qse"][i] for i in index]))
+            nqse = weight / weight.sum()
+            assert [found["nqse"][i] for i in index] == pytest.approx(nqse, abs=1e-13)
+            meae = np.array([found["meae"][i] for i in index])
+            assert [found["combined"][i] for i in index] == pytest.approx(
+                0.75 * meae + 0.25 * nqse, abs=1e-13)
 
 
 def test_a_shallow_pose_beside_a_deep_one_stays_a_pose():

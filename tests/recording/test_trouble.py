@@ -58,8 +58,7 @@ class TestFaults:
         for name in ("fsync", "fdatasync"):
             monkeypatch.setattr(os, name, lambda number: None)
 
-    @pytest.mark.parametrize("lasting", [1, 3, 20])
-    @pytest.mark.parametrize("closed", [True, False])
+    @pytest.mark.parametrize(("lasting", "closed"), [(1, True), (3, False), (20, False)])
     def test_a_log_recovers_from_any_failure(self, tmp_path, lasting, closed):
         for first in itertools.count():
             folder = tmp_path / str(first)

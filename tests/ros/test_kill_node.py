@@ -16,6 +16,8 @@ from .harness_node import NodeProcess
 from .harness_readers import assert_readable_by_others, message_of, on_topic, raw
 from .harness_witness import Told, Witness, events, unfinished
 
+pytestmark = pytest.mark.long
+
 KILLS = 9
 NAMESPACE = ("-r", "__ns:=/killed")
 SHARE_IN_START = 0.2

@@ -21,6 +21,7 @@ FAULTS = {"disk full", "log directory moved away", "clock set back an hour",
           "client killed in a call", "job that fails", run.KILLED, run.STOPPED}
 
 
+@pytest.mark.long
 def test_a_third_of_a_minute():
     tally, tables = run.soak(MINUTES)
     assert tally.wrong == []

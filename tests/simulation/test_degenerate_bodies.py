@@ -132,7 +132,7 @@ def test_a_needle():
         assert sum(counts(gathered)) == drops
 
 
-@pytest.mark.parametrize("name", ["random 3", "tetrahedron", "leaning prism"])
+@pytest.mark.parametrize("name", ["random 0", "cube", "leaning prism"])
 def test_spin_about_the_vertical_does_not_keep_a_body_awake(name):
     """Nothing brakes it on a frictionless plate: rest cannot wait for the total spin."""
     part = convex_parts()[name]

@@ -98,7 +98,7 @@ class DropBody(NamedTuple):
     moment: Array1       # (3,) principal moments of inertia of unit mass, rising
     ball: Array2         # (B, 5) centre, radius and the centre's distance from the origin
     ball_range: Index2   # (B, 3) first and last + 1 corner, node that follows the subtree
-    beside_start: Index1  # (C + 1,) neighbours of each corner, along edges
+    beside_start: Index1  # (C + 1,) neighbours of each corner along edges
     beside: Index1       # (E,) corner; both are empty for bodies of one ball
     beside_length: Array1  # (E,) distance to it
     side_start: Index1   # (C + 1,) sides that leave a corner

@@ -57,19 +57,25 @@ RECORDERS = {
 
 
 @pytest.mark.parametrize("recorder", RECORDERS)
-class TestEveryRecorder:
-    @pytest.fixture
-    def contents(self, recorder, tmp_path):
-        RECORDERS[recorder](tmp_path)
-        return read_bags(tmp_path)
+def test_every_recorder_gives_the_same(recorder, tmp_path):
+    RECORDERS[recorder](tmp_path / "found")
+    found = read_bags(tmp_path / "found")
+    assert found.messages == {"DropRecords": 1, "JobEvent": 5, "PartMesh": 1,
+                              "PoseCounts": 2, "PoseStatistics": 5}
+    (file,) = found.files
+    assert file.messages == 14
+    assert file.state == ("open" if recorder == "never_closed" else "whole")
+    assert found.notes == ()
+    write_run(tmp_path / "plain")
+    assert everything_but_the_files(found) == everything_but_the_files(
+        read_bags(tmp_path / "plain"))
 
-    def test_what_was_read(self, contents, recorder):
-        assert contents.messages == {"DropRecords": 1, "JobEvent": 5, "PartMesh": 1,
-                                     "PoseCounts": 2, "PoseStatistics": 5}
-        (file,) = contents.files
-        assert file.messages == 14
-        assert file.state == ("open" if recorder == "never_closed" else "whole")
-        assert contents.notes == ()
+
+class TestContents:
+    @pytest.fixture
+    def contents(self, tmp_path):
+        write_run(tmp_path)
+        return read_bags(tmp_path)
 
     def test_results(self, contents):
         (part,) = contents.parts
