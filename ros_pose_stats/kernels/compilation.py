@@ -167,6 +167,12 @@ def all_kernels() -> list[EntryKernel]:
     return [one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)]
 
 
+def prepare_kernels() -> None:
+    """Load the machine code of all kernels imported so far; compile what there is none of."""
+    for one in _entry_kernels:
+        one.prepare()
+
+
 @contextmanager
 def watch_compilations(tell: Callable[[str], object]) -> Iterator[None]:
     """Call `tell` with the name of each kernel of the package that begins to be compiled."""

@@ -20,7 +20,7 @@ if "numba" not in sys.modules:
 import llvmlite.binding as llvm
 import numba
 from numba.core import config as _config
-from numba.core import types, typing
+from numba.core import typing
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
@@ -136,24 +136,6 @@ class KernelContext(CPUContext):
         """None: no kernel is called from C."""
 
 
-class KernelTypes(typing.Context):
-    """Infers types, and remembers what operators make of numbers: it is asked that very often."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._of_numbers: dict[Any, Any] = {}
-
-    def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
-        """Signature of a call."""
-        if kws or not isinstance(func, types.Function) or not all(
-                isinstance(one, (types.Number, types.Boolean)) for one in args):
-            return super().resolve_function_type(func, args, kws)
-        key = func, tuple(args)
-        if key not in self._of_numbers:
-            self._of_numbers[key] = super().resolve_function_type(func, args, kws)
-        return self._of_numbers[key]
-
-
 class KernelTarget(CPUTarget):
     """The kernels' own target beside numba's `cpu`, which other users keep as it is."""
 
@@ -162,8 +144,8 @@ class KernelTarget(CPUTarget):
         return KernelContext(self.typing_context, self._target_name)
 
     @cached_property
-    def _toplevel_typing_context(self) -> KernelTypes:
-        return KernelTypes()
+    def _toplevel_typing_context(self) -> typing.Context:
+        return typing.Context()
 
 
 class Kernels(CPU):
