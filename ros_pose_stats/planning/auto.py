@@ -10,7 +10,7 @@ from ..estimators import estimate
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..simulation.request import drop_request
-from .confidence import best_method
+from .best import best_method
 from .time_limit import TimeLimit
 from .words import untargeted
 

@@ -8,8 +8,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimators import ESTIMATORS
-from ..estimators.error_weights import USUAL_AT, USUAL_ERRORS
 from ..statistics.posterior import PosePrior, error_quantile
 
 FIRST_LOOK = 10
@@ -26,15 +24,6 @@ SOON = 1.4
 AT_A_LOOK = 0.92
 """Asked of the bound wherever it is looked at. A run stops at the first look that finds it low
 enough, by luck at times: so nine out of ten are left that keep the target."""
-
-
-def best_method(restitution: float) -> str:
-    """The estimator that errs least on the reference parts at a restitution."""
-    def usual(name: str) -> float:
-        squares = np.square(USUAL_ERRORS[name])
-        return float(np.interp(restitution, USUAL_AT, squares))
-
-    return min((name for name in ESTIMATORS if name in USUAL_ERRORS), key=usual)
 
 
 def estimate_bound(prior: PosePrior) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..errors import RequestError
 from ..estimators.registry import ESTIMATORS
-from ..planning.confidence import best_method
+from ..planning.best import best_method
 from ..planning.hybrid import METHOD as HYBRID
 from ..simulation.simulate import METHOD as SIMULATION
 from .part_requests import LONGEST_NAME
