@@ -1,4 +1,4 @@
-"""What setup.py asks for comes by apt through package.xml, or by pip through a workspace's list."""
+"""What setup.py asks for comes from apt by package.xml, or from pip by a workspace's list."""
 
 import ast
 from pathlib import Path
@@ -44,14 +44,15 @@ BY_APT = {name for name in ASKED
 
 
 def test_every_requirement_comes_from_apt_or_from_pip():
-    assert ASKED.keys() == BY_APT | BY_PIP.keys()
+    # coverage is there for numba's sake alone.
+    assert ASKED.keys() == BY_APT | BY_PIP.keys() - {"coverage"}
     # numpy is on both lists, so that pip leaves it at the distribution's.
     assert BY_APT & BY_PIP.keys() == {"numpy"}
     assert "2.0" in ASKED["numpy"].specifier
     assert "2.0" not in BY_PIP["numpy"].specifier
 
 
-@pytest.mark.parametrize("name", sorted(BY_PIP))
+@pytest.mark.parametrize("name", sorted(BY_PIP.keys() - {"coverage"}))
 def test_lower_bounds_of_a_workspace_are_those_of_setup(name):
     assert lowest(BY_PIP[name]) == lowest(ASKED[name])
 
