@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from .geometry.parts import load_part, part_from_mesh
     from .geometry.poses import resting_poses
     from .geometry.splitting_graph import splitting_graph
-    from .planning import auto, hybrid
+    from .planning.auto import auto
+    from .planning.hybrid import hybrid
     from .recording.analysis import analyse_bags
     from .records import (
         DropEvent,
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
         StablePose,
         Trajectory,
     )
-    from .simulation import record_drop, simulate
+    from .simulation.record_drop import record_drop
+    from .simulation.simulate import simulate
 
 _HOMES = {
     "DropEvent": "records",
@@ -42,15 +44,15 @@ _HOMES = {
     "StablePose": "records",
     "Trajectory": "records",
     "analyse_bags": "recording.analysis",
-    "auto": "planning",
+    "auto": "planning.auto",
     "estimate": "estimators",
     "estimate_all": "estimators",
-    "hybrid": "planning",
+    "hybrid": "planning.hybrid",
     "load_part": "geometry.parts",
     "part_from_mesh": "geometry.parts",
-    "record_drop": "simulation",
+    "record_drop": "simulation.record_drop",
     "resting_poses": "geometry.poses",
-    "simulate": "simulation",
+    "simulate": "simulation.simulate",
     "splitting_graph": "geometry.splitting_graph",
 }
 

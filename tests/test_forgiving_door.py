@@ -122,16 +122,19 @@ def run(clamp: Path, cache: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_damaged_kernel_cache_costs_time_only(clamp, tmp_path):
-    """Index of one kernel and code of another are cut short, in a copy; all parts need both."""
+    """One kernel is cut short, another altered, in a copy; all parts need both."""
     estimate(part_from_mesh(*box(1.0, 2.0, 3.0)), "csae")  # fills the cache
     known = cache_directory()
     copied = tmp_path / "ros_pose_stats" / known.name
     shutil.copytree(known, copied)
-    damaged = [*copied.rglob("extents.bounds-*.nbi"), *copied.rglob("extents.thinness-*.nbc")]
-    assert {entry.suffix for entry in damaged} == {".nbi", ".nbc"}
-    for entry in damaged:
-        entry.write_bytes(entry.read_bytes()[:40])
+    (cut,) = copied.rglob("*.extents.bounds.code")
+    (altered,) = copied.rglob("*.extents.thinness.code")
+    sound = [cut.read_bytes(), altered.read_bytes()]
+    cut.write_bytes(sound[0][:40])
+    altered.write_bytes(sound[1][:-1] + bytes([sound[1][-1] ^ 1]))
     again = run(clamp, tmp_path)
     assert again.returncode == 0, again.stderr
     assert again.stdout.splitlines()[:-1] == run(clamp, known.parents[1]).stdout.splitlines()[:-1]
-    assert "delete it" in again.stderr
+    assert "cannot be read" in again.stderr
+    assert [len(cut.read_bytes()), len(altered.read_bytes())] == [len(one) for one in sound]
+    assert "cannot be read" not in run(clamp, tmp_path).stderr

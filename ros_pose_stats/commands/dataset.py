@@ -50,13 +50,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Make the dataset and say what it holds."""
     with announce_slow_start(), end_on_interrupt():
-        from ..benchmark.dataset import DatasetSpec, make_chunk, make_dataset
+        from ..benchmark.dataset import DatasetSpec, make_dataset
+        from ..kernels.compilation import prepare_kernels
 
         spec = DatasetSpec(options.bodies, options.drops, tuple(options.restitution),
                            options.shift, options.shift_moment, options.seed)
         maker = _maker(options)
         if options.scheduler is None:
-            make_chunk(DatasetSpec(bodies=1, drops=1), 0, 1)  # compiles what is not yet
+            prepare_kernels()
     file = Path(options.output or default_name(spec))
     begin = time.monotonic()
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:

@@ -43,13 +43,23 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
     command.add_argument("--workers", type=int, metavar="W", help="threads (default: all cores)")
 
 
-def warm_part(options: argparse.Namespace) -> Part:
-    """The part that the options name, with all that drops need compiled."""
-    with announce_slow_start(), end_on_interrupt():
-        from ..simulation import simulate
+def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
+    """The part that the options name, with the kernels of all that follows loaded.
 
+    Parameters
+    ----------
+    options : argparse.Namespace
+    drops : bool
+        Whether the part is to be dropped.
+    """
+    with announce_slow_start(), end_on_interrupt():
+        from ..geometry import poses  # noqa: F401 - imported for its kernels
+        from ..kernels.compilation import prepare_kernels
+
+        if drops:
+            from .. import simulation  # noqa: F401
         part = part_of(options)
-        simulate(part, 1, seed=0, workers=1)  # compiles what is not compiled yet
+        prepare_kernels()
     return part
 
 

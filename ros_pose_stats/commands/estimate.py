@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 
 from ..errors import RequestError
 from ..records import PoseStatistics
@@ -59,13 +60,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _planned(options: argparse.Namespace) -> int:
-    part = warm_part(options)
-    from ..planning import auto, hybrid
-    from ..planning.auto import MOST_DROPS
-    from ..simulation.request import DEFAULT_DROPS
-
-    method, most = (auto, MOST_DROPS) if options.method == "auto" else (hybrid, DEFAULT_DROPS)
-    bound = most if options.drops is None else options.drops
+    dropped = options.method != "auto" or bool(options.target_error)
+    part = warm_part(options, drops=dropped)
+    method, bound = _plan(options)
 
     def start(run: DropRun) -> PoseStatistics:
         return method(
@@ -75,6 +72,18 @@ def _planned(options: argparse.Namespace) -> int:
             cluster_tolerance=options.cluster_tolerance)
 
     return run_drops(part, start, bound, as_json=options.json)
+
+
+def _plan(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:
+    """The method and the most drops; all that drops the part is imported where it is needed."""
+    if options.method == "auto":
+        from ..planning.auto import MOST_DROPS, auto
+
+        return auto, MOST_DROPS if options.drops is None else options.drops
+    from ..planning.hybrid import hybrid
+    from ..simulation.request import DEFAULT_DROPS
+
+    return hybrid, DEFAULT_DROPS if options.drops is None else options.drops
 
 
 def _refuse_drops(options: argparse.Namespace) -> None:

@@ -31,7 +31,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Simulate and print."""
     part = warm_part(options)
-    from ..simulation import simulate
+    from ..simulation.simulate import simulate
 
     def start(run: DropRun) -> PoseStatistics:
         return simulate(

@@ -1,26 +1,24 @@
-"""A word to the user while the kernels are compiled for the first time."""
+"""A word to the user while kernels are compiled."""
 
 from __future__ import annotations
 
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-
-PATIENCE = 2.5  # seconds; a warm start takes about half of it
 
 
 @contextmanager
 def announce_slow_start() -> Iterator[None]:
-    """Say what is going on when the body takes longer than a warm start."""
-    def announce() -> None:
-        print("ros_pose_stats: compiling kernels for this machine; later starts are quick",
-              file=sys.stderr)
+    """Say what is going on, once, when the body compiles a kernel."""
+    from ..kernels.compilation import watch_compilations
 
-    timer = threading.Timer(PATIENCE, announce)
-    timer.daemon = True
-    timer.start()
-    try:
+    told: list[str] = []
+
+    def announce(kernel: str) -> None:
+        if not told:
+            print("ros_pose_stats: compiling kernels for this machine; later starts are quick "
+                  "(`ros_pose_stats compile` does all at once)", file=sys.stderr)
+        told.append(kernel)
+
+    with watch_compilations(announce):
         yield
-    finally:
-        timer.cancel()

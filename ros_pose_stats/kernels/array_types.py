@@ -17,6 +17,7 @@ Index = NDArray[np.int64]
 
 Array1 = Annotated[Array, types.Array(types.float64, 1, "C")]
 Array2 = Annotated[Array, types.Array(types.float64, 2, "C")]
+Fixed1 = Annotated[Array, types.Array(types.float64, 1, "C", readonly=True)]
 Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
 Index1 = Annotated[Index, types.Array(types.int64, 1, "C")]
 Index2 = Annotated[Index, types.Array(types.int64, 2, "C")]

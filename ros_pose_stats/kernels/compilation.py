@@ -12,11 +12,10 @@ from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any, TypeVar
 
+from numba.core import compiler, event, serialize
 from numba.core import config as _config
-from numba.core import event
-from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.serialize import dumps
+from numba.core.runtime import rtsys
 
 from . import code_cache
 from .signatures import signature_of
@@ -68,6 +67,7 @@ class EntryKernel(KernelDispatcher):
 
     @property
     def name(self) -> str:
+        """Of the function."""
         return str(self.py_func.__name__)
 
     def is_stored(self) -> bool:
@@ -97,6 +97,7 @@ class KernelFile:
 
     @cached_property
     def file(self) -> Path:
+        """Where it is, or will be."""
         vectors = "-svml" if config.USING_SVML else ""
         folder = code_cache.cache_directory() / f"{baseline()}{vectors}"
         return folder / f"{self._name}.code"
@@ -110,16 +111,18 @@ class KernelFile:
             self._warn("read", error)
             return None
 
-    def load_overload(self, _: Any, context: Any) -> CompileResult | None:
-        context.refresh()
+    def load_overload(self, _: Any, context: Any) -> Any:
+        """The compiled kernel, None where it is still to be compiled."""
+        rtsys.initialize(context)
         stored = self.read()
-        return None if stored is None else CompileResult._rebuild(context, *stored)
+        return None if stored is None else compiler.CompileResult._rebuild(context, *stored)
 
-    def save_overload(self, _: Any, compiled: CompileResult) -> None:
+    def save_overload(self, _: Any, compiled: Any) -> None:
+        """Keep a compiled kernel."""
         if compiled.library.has_dynamic_globals:
             raise ValueError(f"{self._name} holds addresses of this process")
         try:
-            code_cache.write_sealed(self.file, dumps(compiled._reduce()))
+            code_cache.write_sealed(self.file, serialize.dumps(compiled._reduce()))
         except OSError as error:
             self._warn("written", error)
 
@@ -164,6 +167,12 @@ def all_kernels() -> list[EntryKernel]:
     return [one for one in _entry_kernels if one.py_func.__module__.startswith(__package__)]
 
 
+def prepare_kernels() -> None:
+    """Load the machine code of all kernels imported so far; compile what there is none of."""
+    for one in _entry_kernels:
+        one.prepare()
+
+
 @contextmanager
 def watch_compilations(tell: Callable[[str], object]) -> Iterator[None]:
     """Call `tell` with the name of each kernel of the package that begins to be compiled."""
@@ -171,7 +180,7 @@ def watch_compilations(tell: Callable[[str], object]) -> Iterator[None]:
         yield
 
 
-class _Watcher(event.Listener):  # type: ignore[misc]
+class _Watcher(event.Listener):
     def __init__(self, tell: Callable[[str], object]) -> None:
         self._tell = tell
 

@@ -235,6 +235,7 @@ def _near_plane(points: Array, triangles: Index, plane: Array, t: int, tolerance
 
 
 @entry_kernel
-def surface_regions(points: Array2, triangles: Index2, neighbors: Index2, tolerance: float) -> Index:
+def surface_regions(points: Array2, triangles: Index2, neighbors: Index2,
+                    tolerance: float) -> Index:
     """`planar_regions` of any closed surface, convex or not, for callers outside the kernels."""
     return planar_regions(points, triangles, neighbors, tolerance)

@@ -18,7 +18,8 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def regions_and_corners(points: Array2, triangles: Index2, tolerance: float) -> tuple[Array, Index]:
+def regions_and_corners(points: Array2, triangles: Index2,
+                        tolerance: float) -> tuple[Array, Index]:
     """Planar regions of a closed surface and the vertices where at least three of them meet.
 
     Parameters

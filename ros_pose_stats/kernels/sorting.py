@@ -78,7 +78,8 @@ def stable_order(values: Array) -> Index:
             middle, end = min(begin + width, count), min(begin + 2 * width, count)
             left, right = begin, middle
             for k in range(begin, end):
-                if right == end or left < middle and values[order[left]] <= values[order[right]]:
+                if right == end or (left < middle
+                                    and values[order[left]] <= values[order[right]]):
                     other[k] = order[left]
                     left += 1
                 else:

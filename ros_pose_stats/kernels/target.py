@@ -18,7 +18,7 @@ if "numba" not in sys.modules:
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
 
 import llvmlite.binding as llvm
-from numba import jit
+import numba
 from numba.core import config as _config
 from numba.core import typing
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
@@ -33,7 +33,9 @@ from numba.core.target_extension import (
     target_registry,
 )
 
-config: Any = _config  # its names are made at import and unknown to type checkers
+# Names that are made at import, or that type checkers are told too little of.
+config: Any = _config
+jit: Any = numba.jit
 
 NAME = "ros_pose_stats"
 
@@ -54,7 +56,7 @@ def baseline() -> str:
     return "x86-64-v3" if all(has.get(name) for name in V3) else "x86-64"
 
 
-class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
+class KernelLibrary(JITCodeLibrary):
     """Code of one function and all that it calls, optimised and emitted once it is to run."""
 
     _emitted = False
@@ -73,6 +75,7 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
             self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
+        """Address of one of its functions, which is emitted by then; 0 for another."""
         self._ensure_finalized()
         if not self._emitted and _defines(self._final_module, name):
             self._emitted = True
@@ -82,6 +85,20 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
             super()._finalize_final_module()
         return int(super().get_pointer_to_function(name))
 
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Machine code and the names in it; nothing is linked to a kernel from the disk."""
+        self._ensure_finalized()
+        return self.name, "object", (self._get_compiled_object(), _names_of(self._final_module))
+
+
+def _names_of(module: Any) -> bytes:
+    """A module with the names that another defines, and nothing behind them."""
+    text = [f'define void @"{one.name}"() {{ ret void }}' for one in module.functions
+            if not one.is_declaration]
+    text += [f'@"{one.name}" = global i8 0' for one in module.global_variables
+             if not one.is_declaration]
+    return bytes(llvm.parse_assembly("\n".join(text)).as_bitcode())
+
 
 def _defines(module: Any, name: str) -> bool:
     try:
@@ -90,7 +107,7 @@ def _defines(module: Any, name: str) -> bool:
         return False
 
 
-class KernelCodegen(JITCPUCodegen):  # type: ignore[misc]
+class KernelCodegen(JITCPUCodegen):
     """Compiles for the baseline."""
 
     _library_class = KernelLibrary
@@ -102,14 +119,16 @@ class KernelCodegen(JITCPUCodegen):  # type: ignore[misc]
         return str(config.CPU_FEATURES or "")  # those that the name stands for
 
     def set_env(self, env_name: str, env: Any) -> None:
-        if self._engine.is_symbol_defined(env_name):  # not in a helper
+        """Tell a function its environment; a helper, which is not emitted, has none."""
+        if self._engine.is_symbol_defined(env_name):
             super().set_env(env_name, env)
 
 
-class KernelContext(CPUContext):  # type: ignore[misc]
+class KernelContext(CPUContext):
     """Lowers kernels."""
 
     def init(self) -> None:
+        """Make what generates the code."""
         super().init()
         self._internal_codegen = KernelCodegen("ros_pose_stats.kernels")
 
@@ -117,7 +136,7 @@ class KernelContext(CPUContext):  # type: ignore[misc]
         """None: no kernel is called from C."""
 
 
-class KernelTarget(CPUTarget):  # type: ignore[misc]
+class KernelTarget(CPUTarget):
     """The kernels' own target beside numba's `cpu`, which other users keep as it is."""
 
     @cached_property
@@ -129,19 +148,20 @@ class KernelTarget(CPUTarget):  # type: ignore[misc]
         return typing.Context()
 
 
-class Kernels(CPU):  # type: ignore[misc]
+class Kernels(CPU):
     """Mark of that target."""
 
 
 target_registry[NAME] = Kernels
 
 
-class KernelDispatcher(Dispatcher):  # type: ignore[misc]
+class KernelDispatcher(Dispatcher):
     """A function compiled for that target."""
 
     targetdescr = KernelTarget(NAME)
 
     def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load what has been compiled for it."""
         with target_override(NAME):
             return super().compile(sig)
 

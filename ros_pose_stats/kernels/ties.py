@@ -13,7 +13,8 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def number_ties(values: Array1, tolerance: float, group: Index1, order: Index1) -> tuple[Index, int]:
+def number_ties(values: Array1, tolerance: float, group: Index1,
+                order: Index1) -> tuple[Index, int]:
     """Split groups into ties, each of which opens at its smallest value.
 
     Parameters

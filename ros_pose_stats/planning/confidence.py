@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from ..estimators import ESTIMATORS
 from ..estimators.error_weights import USUAL_AT, USUAL_ERRORS
 from ..statistics.posterior import PosePrior, error_quantile
-from .hybrid import FIRST_LOOK
+
+FIRST_LOOK = 10
+"""Drops before the first look at the error: an estimate may need no more."""
 
 Counts = NDArray[np.int64]
 

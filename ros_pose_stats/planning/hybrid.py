@@ -12,15 +12,13 @@ from ..geometry.poses import resting_poses
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..records.statistics import ranked
-from ..simulation import simulate
+from ..simulation.simulate import simulate
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
+from .confidence import FIRST_LOOK
 from .prior import pose_prior
 
 METHOD = "hybrid"
-
-FIRST_LOOK = 10
-"""Drops before the first look at the error: an estimate may need no more."""
 
 
 def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,

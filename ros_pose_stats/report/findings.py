@@ -10,11 +10,12 @@ from ..estimators import DEFAULT_METHOD, estimate_all
 from ..geometry.pose_sphere import PoseSphere, pose_sphere
 from ..geometry.poses import resting_poses
 from ..geometry.splitting_graph import SplittingNode, splitting_graph
+from ..kernels.compilation import prepare_kernels
 from ..planning.hybrid import hybrid_statistics
 from ..planning.prior import pose_prior
 from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
-from ..simulation import simulate
+from ..simulation.simulate import simulate
 from .feeding import Feeding, feeding, refuse_unknown
 from .warning_words import said_once
 
@@ -97,7 +98,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     resting = resting_poses(part, cluster_tolerance)
     if rate is not None or len(wanted):
         refuse_unknown(wanted, len(resting.poses), rate)
-    simulate(part, 1, seed=0, workers=1, cluster_tolerance=cluster_tolerance)  # compiles
+    prepare_kernels()
     until = time.perf_counter() + LONGEST
 
     def stop() -> bool:

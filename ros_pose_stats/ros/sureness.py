@@ -6,10 +6,9 @@ import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..geometry.poses import resting_poses
-from ..planning import pose_prior
 from ..planning.confidence import estimate_bound, plain_bound, prior_bound
 from ..planning.hybrid import METHOD as HYBRID
-from ..planning.prior import prior_of
+from ..planning.prior import pose_prior, prior_of
 from ..records import DropScene, Part
 
 

@@ -1,32 +1,32 @@
-"""Compiles or loads the kernels before the first client comes."""
+"""Loads the kernels before the first client comes, and compiles those that are missing."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 
-from ..estimators import estimate
-from ..geometry.parts import part_from_mesh
-from ..geometry.shapes.closed_forms import cylinder
-from ..planning import hybrid
-
-LONG = 5.0
+from ..kernels.compilation import all_kernels, prepare_kernels, watch_compilations
 
 
 def warm_up(say: Callable[[str], object]) -> None:
-    """Run everything once on a small part.
+    """Have the machine code of every kernel at hand.
 
     Parameters
     ----------
     say : callable
-        Told if it took long, which it does the first time on a machine.
+        Told if kernels are compiled, which takes a minute or more.
     """
     begin = time.monotonic()
-    say("loading kernels; the first time on a machine they are compiled, which takes "
-        "a minute or more")
-    part = part_from_mesh(*cylinder(32, 0.01, 0.03))
-    estimate(part)
-    hybrid(part, 16, seed=1, workers=1)
-    took = time.monotonic() - begin
-    if took > LONG:
-        say(f"kernels compiled in {took:.0f} s")
+    compiled: list[str] = []
+
+    def tell(kernel: str) -> None:
+        if not compiled:
+            say("compiling kernels, which takes a minute or more; `ros_pose_stats compile` does "
+                "so once for all later starts")
+        compiled.append(kernel)
+
+    all_kernels()
+    with watch_compilations(tell):
+        prepare_kernels()
+    if compiled:
+        say(f"{len(compiled)} kernels compiled in {time.monotonic() - begin:.0f} s")

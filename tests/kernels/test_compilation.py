@@ -1,4 +1,4 @@
-"""Compiled and plain kernels agree, and an edit of any of them changes the cache's name."""
+"""Compiled and plain kernels agree; one signature each; an edit changes the cache's name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats.kernels import compilation
+from ros_pose_stats.kernels import code_cache, compilation
+from ros_pose_stats.kernels.extents import bounds
 
 PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
@@ -68,9 +69,9 @@ def test_the_options_keep_infinities_and_release_the_interpreter():
 
 
 def load_copy(package):
-    """The module `compilation` of a copied package."""
+    """The module `code_cache` of a copied package."""
     spec = importlib.util.spec_from_file_location(
-        "copied_compilation", package / "kernels" / "compilation.py")
+        "copied_code_cache", package / "kernels" / "code_cache.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -86,7 +87,7 @@ def copied(tmp_path):
 
 class TestCacheName:
     def test_a_copy_has_the_same(self, copied):
-        assert load_copy(copied).source_digest() == compilation.source_digest()
+        assert load_copy(copied).source_digest() == code_cache.source_digest()
 
     @pytest.mark.parametrize("source", [
         "tolerances.py",
@@ -95,16 +96,16 @@ class TestCacheName:
     def test_an_edit_of_a_kernel_or_tolerance_changes_it(self, copied, source):
         with (copied / source).open("a") as file:
             file.write("# edited\n")
-        assert load_copy(copied).source_digest() != compilation.source_digest()
+        assert load_copy(copied).source_digest() != code_cache.source_digest()
 
     @pytest.mark.parametrize("source", ["geometry/poses.py", "errors.py", "cli.py"])
     def test_an_edit_elsewhere_does_not(self, copied, source):
         with (copied / source).open("a") as file:
             file.write("# edited\n")
-        assert load_copy(copied).source_digest() == compilation.source_digest()
+        assert load_copy(copied).source_digest() == code_cache.source_digest()
 
     def test_another_compiler_changes_it(self, copied, monkeypatch):
-        here = compilation.source_digest()
+        here = code_cache.source_digest()
         monkeypatch.setattr(numba, "__version__", "0.0.1")
         assert load_copy(copied).source_digest() != here
 
@@ -135,13 +136,75 @@ class TestCacheDirectory:
         assert directory.is_relative_to(tmp_path)
 
     def test_holds_the_outermost_kernels_after_use(self):
-        from ros_pose_stats.kernels.body import build_body
-        from ros_pose_stats.kernels.equilibria import find_equilibria
-
         part = ros_pose_stats.part_from_mesh(np.vstack((np.eye(3), np.zeros(3))),
                                              [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
         ros_pose_stats.estimate(part)
-        stored = {file.name.split("-")[0] for file in
-                  compilation.cache_directory().rglob("*.nbi")}
-        for kernel in (build_body, find_equilibria):
-            assert f"{kernel.__module__.split('.')[-1]}.{kernel.__name__}" in stored
+        stored = {file.name for file in code_cache.cache_directory().rglob("*.code")}
+        for kernel in ("body.build_body", "equilibria.find_equilibria"):
+            assert f"ros_pose_stats.kernels.{kernel}.code" in stored
+
+
+class TestOneSignature:
+    @pytest.mark.parametrize("points", [
+        np.zeros((4, 3), dtype=np.float32), np.zeros((3, 4)).T, np.zeros(3), np.zeros((8, 3))[::2],
+        np.broadcast_to(0.0, (4, 3)), [[0.0, 0.0, 0.0]],
+    ])
+    def test_other_arguments_are_refused(self, points):
+        with pytest.raises(TypeError, match="No matching definition"):
+            bounds(points)
+
+    def test_every_kernel_declares_its_own(self):
+        kernels = compilation.all_kernels()
+        assert {"run_drops", "find_equilibria", "bounds"} <= {one.name for one in kernels}
+        assert len({one.name for one in kernels}) == len(kernels)
+        for one in kernels:
+            assert len(one.declared) == one.py_func.__code__.co_argcount
+
+
+MADE = """
+import sys
+from ros_pose_stats.kernels.compilation import all_kernels, watch_compilations
+
+told = []
+wanted = sys.argv[1:]
+with watch_compilations(told.append):
+    for one in all_kernels():
+        if one.name in wanted or not wanted:
+            one.prepare()
+            code = one.inspect_asm(one.declared)
+            assert "ret" in code
+            assert not any(word in code for word in ("vfmadd", "vfmsub", "vfnm", "fmla", "fmls",
+                                                     "fmadd", "fmsub", "fnmadd", "fnmsub")), one
+print(*told)
+"""
+
+
+def machine_code(folder, *names):
+    """Compile kernels into an empty folder and look at their machine code."""
+    done = subprocess.run([sys.executable, "-c", MADE, *names], capture_output=True, text=True,
+                          cwd=PACKAGE.parent, env=os.environ | {"NUMBA_CACHE_DIR": str(folder)})
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+class TestMachineCode:
+    """Every processor rounds alike: no product is fused with a sum."""
+
+    def test_of_sums_of_products_has_no_fused_ones(self, tmp_path):
+        assert machine_code(tmp_path, "sines_cosines", "matrices_of") == [
+            "sines_cosines", "matrices_of"]
+        (folder,) = {file.parent.name for file in tmp_path.rglob("*.code")}
+        assert folder in ("x86-64-v3", "x86-64", "generic")
+
+    @pytest.mark.long
+    def test_of_all_kernels_has_none(self, tmp_path):
+        assert len(machine_code(tmp_path)) == len(compilation.all_kernels())
+
+    def test_is_found_by_a_copy_elsewhere(self, copied, tmp_path):
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        script = ("from ros_pose_stats.kernels.ties import number_ties as one\n"
+                  "print(one.is_stored())\none.prepare()")
+        told = [subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
+                               check=True, cwd=folder, env=environment).stdout.strip()
+                for folder in (PACKAGE.parent, copied.parent)]
+        assert told == ["False", "True"]

@@ -13,9 +13,9 @@ from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators.error_weights import USUAL_ERRORS
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.planning import confidence, pose_prior
+from ros_pose_stats.planning import confidence
 from ros_pose_stats.planning.confidence import best_method, estimate_bound, plain_bound
-from ros_pose_stats.planning.prior import prior_of
+from ros_pose_stats.planning.prior import pose_prior, prior_of
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 

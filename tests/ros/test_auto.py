@@ -9,8 +9,8 @@ import pytest
 
 from ros_pose_stats import estimate
 from ros_pose_stats.geometry.poses import resting_poses
-from ros_pose_stats.planning import pose_prior
 from ros_pose_stats.planning.confidence import estimate_bound
+from ros_pose_stats.planning.prior import pose_prior
 from ros_pose_stats.records import DropScene
 
 from .harness_client import CANCELLED, until

@@ -16,7 +16,7 @@ from ros_pose_stats import part_from_mesh
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.convex_body import convex_body
 from ros_pose_stats.records.scene import GRAVITY
-from ros_pose_stats.simulation import record_drop
+from ros_pose_stats.simulation.record_drop import record_drop
 
 from ..bodies import oblique_prism, random_polyhedron
 from ..reference.drop_solver import Body, reference_drop, released

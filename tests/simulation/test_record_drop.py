@@ -15,10 +15,10 @@ from ros_pose_stats.geometry.convex_body import convex_body
 from ros_pose_stats.kernels.drops.layout import TAPE_TIME
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import GRAVITY
-from ros_pose_stats.simulation import record_drop, simulate
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import drop_rules, run
-from ros_pose_stats.simulation.record_drop import FRAMES, _samples, _tape
+from ros_pose_stats.simulation.record_drop import FRAMES, _samples, _tape, record_drop
+from ros_pose_stats.simulation.simulate import simulate
 from ros_pose_stats.simulation.starts import random_starts
 from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION
 

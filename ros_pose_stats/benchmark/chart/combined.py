@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...planning import hybrid
+from ...planning.hybrid import hybrid
 from ...plots.speed_accuracy import ChartPoint
 from ...records import PoseStatistics
 from ...statistics.partition import accuracy

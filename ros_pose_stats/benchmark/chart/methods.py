@@ -13,7 +13,7 @@ from ...estimators import estimate
 from ...estimators.registry import ESTIMATORS
 from ...plots.speed_accuracy import ChartPoint
 from ...records import DropScene
-from ...simulation import simulate
+from ...simulation.simulate import simulate
 from ...statistics.partition import Accuracy, accuracy
 from ...statistics.simulated_poses import pooled
 from ..estimates import estimates

@@ -11,7 +11,7 @@ from ...geometry.parts import part_from_mesh
 from ...geometry.poses import RestingPoses, resting_poses
 from ...geometry.shapes import ellipsoid_points, hull_mesh
 from ...records import Part
-from ...simulation import simulate
+from ...simulation.simulate import simulate
 from ...statistics.simulated_poses import SimulatedPoses, pooled
 from ..dataset import Dataset
 from ..estimates import restings

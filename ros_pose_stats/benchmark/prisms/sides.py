@@ -12,7 +12,7 @@ from ...geometry.parts import part_from_mesh
 from ...geometry.poses import resting_poses
 from ...geometry.shapes import box
 from ...records import DropScene, Part, StablePose
-from ...simulation import simulate
+from ...simulation.simulate import simulate
 from ...statistics.intervals import jeffreys_interval
 from .results import LEVEL, SidesPoint
 

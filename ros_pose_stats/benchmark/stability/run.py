@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ...estimators import estimate_all
 from ...geometry.poses import resting_poses
-from ...planning import hybrid
+from ...planning.hybrid import hybrid
 from ...records import PoseStatistics
-from ...simulation import simulate
+from ...simulation.simulate import simulate
 from ...statistics.intervals import jeffreys_interval
 from ..dataset import shipped_dataset, shipped_datasets
 from .families import walks

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ...simulation import simulate
+from ...simulation.simulate import simulate
 from ..dataset import Dataset
 from .results import Outlier
 

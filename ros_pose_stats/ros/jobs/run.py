@@ -8,13 +8,13 @@ from dataclasses import replace
 from enum import Enum
 
 from ...geometry.poses import resting_poses
-from ...planning import hybrid_statistics, pose_prior
-from ...planning.auto import BOUND
 from ...planning.confidence import first_look, prior_bound
-from ...planning.hybrid import combined_progress
+from ...planning.hybrid import combined_progress, hybrid_statistics
+from ...planning.prior import pose_prior
+from ...planning.targeted import BOUND
 from ...records import DropProgress, Part, PoseStatistics
-from ...simulation import simulate
 from ...simulation.drops import DropChunk
+from ...simulation.simulate import simulate
 from ...statistics.posterior import PosePrior
 from ...statistics.prefix import Judge
 from .job import COMBINED_SECONDS, Job, JobRequest

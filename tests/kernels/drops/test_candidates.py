@@ -13,8 +13,8 @@ from ros_pose_stats.kernels.drops.candidates import candidates, height_series
 from ros_pose_stats.kernels.drops.drop import _scratch
 from ros_pose_stats.kernels.drops.free_motion import free_series, shorten
 from ros_pose_stats.kernels.drops.layout import COLUMNS, ORDER, PS, ZS, DropRules, P, V, W, Z
-from ros_pose_stats.simulation import record_drop
 from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.record_drop import record_drop
 from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION
 
 from .motions import turning

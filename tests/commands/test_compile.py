@@ -1,0 +1,112 @@
+"""After `compile`, nothing else compiles."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ros_pose_stats.cli import main
+from ros_pose_stats.commands.compile import TOGETHER, _families
+from ros_pose_stats.geometry.shapes.registry import write_demo_parts
+from ros_pose_stats.kernels.compilation import all_kernels
+
+COMMAND = """
+import sys
+from ros_pose_stats.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+DROP = """
+import sys
+from ros_pose_stats import load_part, record_drop
+record_drop(load_part(sys.argv[1], "mm"), (0.0, 0.6, 0.8))
+"""
+
+NODE = """
+from ros_pose_stats.ros.warm_up import warm_up
+warm_up(print)
+"""
+
+
+def test_every_kernel_is_in_one_family():
+    kernels = all_kernels()
+    families = _families(kernels)
+    assert sorted(name for family in families for name in family) == sorted(
+        one.name for one in kernels)
+    assert len(families) == len(TOGETHER) + 1
+
+
+def test_says_where_all_are(monkeypatch, capsys):
+    """Kernels that are there are not compiled anew."""
+    monkeypatch.setattr("ros_pose_stats.kernels.compilation.EntryKernel.is_stored", lambda _: True)
+    assert main(["compile"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 1 and said[0].startswith(f"all {len(all_kernels())} kernels are in ")
+
+
+def test_kernels_that_cannot_be_kept_fail(monkeypatch, capsys):
+    monkeypatch.setattr("ros_pose_stats.kernels.compilation.EntryKernel.is_stored",
+                        lambda one: one.name != "bounds")
+    monkeypatch.setattr("ros_pose_stats.commands.compile._compile_all", lambda _: None)
+    assert main(["compile"]) == 1
+    assert "cannot write: 1 kernels" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def start(tmp_path_factory):
+    """Run Python with the kernels that `compile` has left in a folder of its own."""
+    cache = tmp_path_factory.mktemp("cache")
+
+    def run(script, *arguments):
+        return subprocess.run([sys.executable, "-c", script, *arguments], text=True,
+                              env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
+                              cwd=Path.cwd(), capture_output=True, check=True)
+
+    told = run(COMMAND, "compile").stdout.splitlines()
+    assert len(told) == len(all_kernels()) + 2
+    assert len(run(COMMAND, "compile").stdout.splitlines()) == 1
+
+    def start(script, *arguments):
+        before = {file: file.stat().st_mtime_ns for file in cache.rglob("*.code")}
+        done = run(script, *arguments)
+        assert "compiling" not in done.stdout + done.stderr
+        assert before == {file: file.stat().st_mtime_ns for file in cache.rglob("*")
+                          if file.is_file()}
+
+    return start
+
+
+@pytest.fixture(scope="module")
+def clamp(tmp_path_factory):
+    parts = write_demo_parts(tmp_path_factory.mktemp("parts"))
+    return str(next(path for path in parts if path.stem == "clamp"))
+
+
+@pytest.mark.long
+class TestNothingCompiles:
+    @pytest.mark.parametrize("options", [
+        ["estimate"], ["estimate", "--method", "all"], ["estimate", "--target-error", "0.02"],
+        ["estimate", "--method", "hybrid", "--drops", "100"], ["simulate", "--drops", "100"],
+        ["simulate", "--drops", "100", "--sampling", "lattice"],
+    ], ids=" ".join)
+    def test_by_a_command_on_a_part(self, start, clamp, options):
+        start(COMMAND, options[0], clamp, "--unit", "mm", *options[1:])
+
+    @pytest.mark.parametrize(("command", "file"), [
+        ("report", "page.html"), ("animate", "drop.gif")])
+    def test_by_a_command_that_draws(self, start, clamp, tmp_path, command, file):
+        start(COMMAND, command, clamp, "--unit", "mm", "--output", str(tmp_path / file))
+
+    def test_by_a_dataset(self, start, tmp_path):
+        start(COMMAND, "dataset", "--bodies", "2", "--drops", "20",
+              "--output", str(tmp_path / "dataset.npz"))
+
+    def test_by_a_recorded_drop(self, start, clamp):
+        start(DROP, clamp)
+
+    def test_by_the_node(self, start):
+        start(NODE)
