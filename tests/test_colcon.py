@@ -38,6 +38,7 @@ def colcon(home, *arguments):
                           capture_output=True, text=True, check=False)
 
 
+@pytest.mark.long
 def test_both_packages_are_installed_and_run(workspace):
     install = workspace / "install"
     assert (install / "ros_pose_stats_msgs/share/ros_pose_stats_msgs/msg/PartMesh.msg").is_file()

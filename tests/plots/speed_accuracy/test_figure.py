@@ -19,6 +19,7 @@ from ros_pose_stats.plots.speed_accuracy import (
     speed_accuracy_figure,
 )
 from ros_pose_stats.plots.speed_accuracy.points import ESTIMATORS, KINDS
+from tests.volume import few_quick
 
 from ..synthetic import chart_panels, chart_points
 from ..texts import clipped, figure_texts, overlapping
@@ -147,7 +148,7 @@ def test_markers_differ_without_colour():
     assert len({kind.marker for kind in KINDS.values()}) == len(KINDS)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few_quick(range(6), 2))
 def test_names_keep_apart_for_other_numbers_too(seed):
     rng = np.random.default_rng(seed)
     points = []
