@@ -34,10 +34,11 @@ def colcon(home, *arguments):
     environment = {**os.environ, "AMENT_PREFIX_PATH": prefix, "CMAKE_PREFIX_PATH": prefix,
                    "PATH": f"{prefix}/bin:{os.environ['PATH']}",
                    "CMAKE_BUILD_PARALLEL_LEVEL": "2"}
-    return subprocess.run([f"{prefix}/bin/colcon", *arguments], cwd=home, env=environment,
+    return subprocess.run([sys.executable, "-m", "colcon", *arguments], cwd=home, env=environment,
                           capture_output=True, text=True, check=False)
 
 
+@pytest.mark.long
 def test_both_packages_are_installed_and_run(workspace):
     install = workspace / "install"
     assert (install / "ros_pose_stats_msgs/share/ros_pose_stats_msgs/msg/PartMesh.msg").is_file()
@@ -52,9 +53,11 @@ def test_both_packages_are_installed_and_run(workspace):
     index = "share/ament_index/resource_index"
     assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()
     assert (install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs").is_file()
-    # Where `ros2 run` looks.
-    executable = workspace / "install/ros_pose_stats/lib/ros_pose_stats/pose_stats_node"
-    assert os.access(executable, os.X_OK)
+    # Where `ros2 run` looks, and the Python that it then takes: the one that ran colcon.
+    for name in ("pose_stats_node", "ros_pose_stats"):
+        executable = install / "ros_pose_stats/lib/ros_pose_stats" / name
+        assert os.access(executable, os.X_OK)
+        assert executable.read_text(encoding="utf-8").startswith(f"#!{sys.executable}\n")
 
 
 def test_a_bare_build_finds_only_the_root_package(tmp_path):

@@ -188,8 +188,8 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
     offset = 0
     for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph[node]
-        mesh = scene.geometry[name]
+        mesh = scene.geometry[scene.graph[node][1]]
+        transform = _placement(scene, node)
         corners = getattr(mesh, "faces", None)
         if corners is None or len(corners) == 0:
             continue
@@ -204,6 +204,20 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         triangles.append(corners + offset)
         offset += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def _placement(scene: Scene, node: str) -> NDArray[np.float64]:
+    """Matrix (4, 4) that puts a node in place, the product of those of its ancestors.
+
+    Multiplied here and not by trimesh, which leaves it, and so its rounding, to BLAS.
+    """
+    tree, placed = scene.graph.transforms, np.eye(4)
+    while node != scene.graph.base_frame:
+        parent = tree.parents[node]
+        step = np.asarray(tree.edge_data[parent, node].get("matrix", np.eye(4)))
+        placed = (step[:, :, None] * placed).sum(axis=1)
+        node = parent
+    return placed
 
 
 def _declared_unit(scene: Scene) -> float | None:

@@ -16,7 +16,7 @@ from .compilation import entry_kernel, kernel
 _SWEEPS = 12
 """Convergence is quadratic: five sweeps do for any tensor of doubles."""
 
-_NEGLIGIBLE = 1e-18
+_NEGLIGIBLE = 2.0 ** -53
 """Entries below this share of both diagonal ones are lost in their rounding."""
 
 _PAIRS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
@@ -74,20 +74,21 @@ def _annihilate(a: Array, axes: Array, p: int, q: int, other: int) -> None:
 
 @kernel
 def _put_in_order(moment: Array, axes: Array) -> None:
-    """Sort by rising moment, equal ones as they stand, and choose the signs of the axes."""
+    """Sort by rising moment, equal ones as they stand; then lengths and signs of the axes."""
     for i, j in ((0, 1), (1, 2), (0, 1)):
         if moment[i] > moment[j]:
             moment[i], moment[j] = moment[j], moment[i]
             for r in range(3):
                 axes[r, i], axes[r, j] = axes[r, j], axes[r, i]
     for i in range(2):
-        largest = 0
-        for r in range(1, 3):
+        length, largest = 0.0, 0
+        for r in range(3):
+            length += axes[r, i] * axes[r, i]
             if abs(axes[r, i]) > abs(axes[largest, i]):
                 largest = r
-        if axes[largest, i] < 0.0:
-            for r in range(3):
-                axes[r, i] = -axes[r, i]
+        length = math.copysign(math.sqrt(length), axes[largest, i])
+        for r in range(3):
+            axes[r, i] /= length
     for r in range(3):
         i, j = (r + 1) % 3, (r + 2) % 3
         axes[r, 2] = axes[i, 0] * axes[j, 1] - axes[j, 0] * axes[i, 1]

@@ -59,7 +59,8 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
                         extent=(-1, 1, -1, 1), interpolation="nearest", vmin=0,
                         vmax=len(SHADES), cmap=ListedColormap([UNREACHED, *SHADES]))
             height = np.where(inside, sphere.R[hemisphere], np.nan)
-            axes.contour(across, across, height, [energy], colors="#000000", linewidths=0.9)
+            if np.nanmin(height) < energy < np.nanmax(height):
+                axes.contour(across, across, height, [energy], colors="#000000", linewidths=0.9)
         mark(row, sphere, None)
         several = f"{len(parts)} separate sets" if len(parts) > 1 else "one connected set"
         row[0].annotate(f"energy / weight {in_digits(1e3 * energy, 4)} mm: {several}", (0.02, 1.0),

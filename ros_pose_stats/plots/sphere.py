@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
@@ -88,9 +89,9 @@ def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
                          for axis in (1, 0))
         near = pose[rows, columns]
         inside = np.where(near >= 0, (near == index).astype(float), np.nan)
-        axes.contour(across[columns], across[rows], inside, [0.5], colors="#000000",
-                     linewidths=0.9, zorder=2
-                     ).set_path_effects([withStroke(linewidth=2.2, foreground="#ffffff")])
+        with rc_context({"path.effects": [withStroke(linewidth=2.2, foreground="#ffffff")]}):
+            axes.contour(across[columns], across[rows], inside, [0.5], colors="#000000",
+                         linewidths=0.9, zorder=2)
 
 
 def _around(places: NDArray[np.int64]) -> slice:

@@ -1,7 +1,7 @@
 """Requests whose answers must be the same on every machine, and what was answered.
 
-`python -m tests.machines.requests FILE` writes what the machine answers that it runs on; written to
-`tests/machines/answers.json` that is what others are compared with.
+`python -m tests.machines.requests FILE` writes what this machine answers; written to
+`tests/machines/answers.json`, that is what others are compared with.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from ros_pose_stats import estimate, part_from_mesh, simulate
 from ros_pose_stats.geometry.decimation import visible_triangles
 from ros_pose_stats.geometry.shapes.closed_forms import box, cylinder
 from ros_pose_stats.plots.poses import MOST, placed, pose_pictures, poses_figure
-from tests.plots.texts import clipped, overlapping
+from tests.plots.texts import clipped, figure_texts, overlapping
 
 
 def test_one_drawing_a_pose_most_probable_first_each_with_its_number():
@@ -20,8 +20,8 @@ def test_one_drawing_a_pose_most_probable_first_each_with_its_number():
     assert len(titles) == len(found.poses) == 6
     for title, pose in zip(titles, found.poses, strict=True):
         assert title.startswith(f"pose {pose.index}: {100 * pose.probability:.1f} %")
-    assert "block" in figure.get_suptitle()
-    assert "split" in figure.get_suptitle()
+    assert "block" in figure_texts(figure)
+    assert "split" in figure_texts(figure)
 
 
 def test_the_part_stands_on_the_plate_at_its_height():
@@ -55,7 +55,7 @@ def test_many_poses_are_cut_and_that_is_said():
     found = estimate(part, cluster_tolerance=0.0)
     figure = poses_figure(part, found)
     assert len(figure.axes) == MOST
-    assert f"{len(found.poses) - MOST} less probable" in figure.get_suptitle()
+    assert f"{len(found.poses) - MOST} less probable" in figure_texts(figure)
 
 
 def test_counted_probabilities_come_with_their_errors_and_a_large_mesh_is_thinned(tmp_path):
@@ -68,7 +68,7 @@ def test_counted_probabilities_come_with_their_errors_and_a_large_mesh_is_thinne
     found = simulate(part, 200, seed=1, workers=1)
     figure = poses_figure(part, found)
     assert "±" in figure.axes[0].get_title()
-    assert "200 drops" in figure.get_suptitle()
+    assert "200 drops" in figure_texts(figure)
     assert len(visible_triangles(part, 6000)) <= 4000
     file = tmp_path / "poses.png"
     figure.savefig(file)

@@ -13,7 +13,7 @@ from ros_pose_stats.plots.trajectory import (
     telling_levels,
     trajectory_figure,
 )
-from tests.plots.texts import clipped, overlapping
+from tests.plots.texts import clipped, figure_texts, overlapping
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_what_is_drawn_is_what_was_recorded(dropped):
     impacts = events.get_lines()[0].get_xdata()
     assert len(impacts) == drop.impacts
     assert energy.get_xlim()[1] == settling_time(drop) <= drop.times[-1]
-    assert f"pose {drop.pose}" in figure.get_suptitle()
+    assert f"pose {drop.pose}" in figure_texts(figure)
     names = [label.get_text() for label in events.get_yticklabels()]
     for name, line in zip(names, events.get_lines(), strict=True):
         assert (line.get_xdata() <= settling_time(drop)).any(), f"nothing to be seen of {name}"

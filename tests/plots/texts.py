@@ -41,3 +41,8 @@ def _shown(text, figure):
                 if text is tick.label2:
                     return False
     return True
+
+
+def figure_texts(figure):
+    """All that is written outside of the axes: title and common labels."""
+    return "\n".join(text.get_text() for text in figure.texts)

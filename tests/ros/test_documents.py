@@ -13,6 +13,8 @@ import pytest
 
 from tests.test_docs import ROOT, lines_of
 
+from .harness_cell import latched
+from .harness_client import Client
 from .harness_node import PATIENCE
 
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
@@ -37,11 +39,13 @@ def apart(other_domain):
 
 
 @pytest.fixture(scope="module")
-def running(apart, home):
-    """The lines of the README that go on until Ctrl-C, running."""
+def running(apart, other_domain, home):
+    """The lines of the README that go on until Ctrl-C, running; their part has an answer."""
     children = [subprocess.Popen([sys.executable, "-m", *shlex.split(line)], cwd=home, env=apart,
                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
                 for line in lines_of("node", "publish")]
+    with Client(other_domain) as client:
+        latched(client, "clamp")
     yield children
     for child in children:
         if child.poll() is None:

@@ -85,8 +85,7 @@ class TestPublishing:
             assert shown.part_digest == load_part(clamp, "mm").digest
             assert publishing.end() == (0, [])
 
-    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-    @pytest.mark.parametrize("delay", [0.0, 0.1])
+    @pytest.mark.parametrize(("number", "delay"), [(signal.SIGINT, 0.0), (signal.SIGTERM, 0.1)])
     def test_ends_well_before_it_is_published(self, domain, clamp, number, delay):
         with Publishing(clamp, *TOPIC) as publishing:
             until(lambda: catches(publishing.process, signal.SIGTERM), "the handlers")

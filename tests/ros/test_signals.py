@@ -25,8 +25,8 @@ def catches(process, number):
 
 
 class TestStartUp:
-    @BOTH
-    @pytest.mark.parametrize("delay", [0.0, 0.5, 1.0])
+    @pytest.mark.parametrize(("number", "delay"), [
+        (signal.SIGINT, 0.0), (signal.SIGTERM, 0.5), (signal.SIGINT, 1.0)])
     def test_before_or_about_ready(self, node_of, number, delay):
         node = node_of()
         until(lambda: catches(node.process, signal.SIGTERM), "the handlers")

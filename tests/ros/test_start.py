@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from tests.volume import few_quick
+
 from .harness_node import NodeProcess
 
 START = [sys.executable, "-m", "ros_pose_stats", "node"]
@@ -29,19 +31,20 @@ def bags(domain, tmp_path):
 
 
 class TestRefusedParameters:
-    @pytest.mark.parametrize(("given", "said"), [
+    @pytest.mark.parametrize("case", few_quick([
         ("restitution:=2.5", ("restitution", "2.5", "below 1")),
+        ("log_directory:=7", ("log_directory", "7", "string")),
+        ("mesh_topics:=[/a/clamp, /b/clamp]", ("'clamp'", "/a/clamp", "/b/clamp")),
         ("restitution:=.nan", ("restitution", "nan")),
         ("restitution:=high", ("restitution", "'high'", "double")),
         ("max_parts:=2.5", ("max_parts", "2.5", "integer")),
         ("default_method:=guess", ("default_method", "'guess'", "combined")),
-        ("log_directory:=7", ("log_directory", "7", "string")),
         ("log_directory:=~nobody_of_this_name/bags", ("log_directory", "nobody")),
         ("mesh_topics:=[1, 2]", ("mesh_topics", "string_array")),
-        ("mesh_topics:=[/a/clamp, /b/clamp]", ("'clamp'", "/a/clamp", "/b/clamp")),
         ("mesh_topics:=['bad topic']", ("mesh_topics", "bad topic")),
-    ])
-    def test_one_line_says_why(self, bags, given, said):
+    ], 3))
+    def test_one_line_says_why(self, bags, case):
+        given, said = case
         arguments = [] if given.startswith("log_directory") else ["-p", f"log_directory:={bags}"]
         line = complaint(["--ros-args", *arguments, "-p", given])
         assert all(word in line for word in said), line

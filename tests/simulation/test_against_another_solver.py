@@ -20,6 +20,7 @@ from ros_pose_stats.simulation.record_drop import record_drop
 
 from ..bodies import oblique_prism, random_polyhedron
 from ..reference.drop_solver import Body, reference_drop, released
+from ..volume import few_quick
 
 EVENTS = 5
 AGREED = 1e-8
@@ -61,6 +62,7 @@ CASES = [  # body, restitution, height in radii (0.01: released touching), seed 
     ("random 10", 0.01, 2.0, 22), ("light 10", 0.0, 1.5, 10), ("light 23", 0.0, 1.5, 23),
     ("light 0", 0.0, 1.5, 0),
 ]
+QUICK = CASES[::4]
 
 
 def direction(seed):
@@ -109,7 +111,9 @@ def numbers(event, radius, unit):
                            event.angular_velocity * unit))
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)))
+@pytest.mark.parametrize(
+    "case", few_quick([*QUICK, *(one for one in CASES if one not in QUICK)], len(QUICK)),
+    ids=lambda case: "-".join(map(str, case)))
 def test_same_first_events(case):
     """Kinds, times, states and vertices, and the orientations.
 
@@ -137,6 +141,7 @@ def test_same_first_events(case):
         np.testing.assert_allclose(yaw @ turned[here], event.rotation, rtol=0, atol=AGREED)
 
 
+@pytest.mark.long
 def test_cases_show_everything():
     """Contacts of each mode, lift-offs and ends of infinite series are among the events."""
     seen = set()

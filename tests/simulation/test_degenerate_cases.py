@@ -17,6 +17,7 @@ from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.tolerances import TOUCHING
 
 from ..bodies import moved, random_polyhedron, rotation
+from ..volume import few_quick
 from .dropping import Contacts, alike, counts, dropped
 
 CUBE = shapes.box(2.0, 2.0, 2.0)
@@ -132,11 +133,11 @@ def with_twin(surface, gap):
     return (vertices, surface[1]), more
 
 
-@pytest.mark.parametrize(("gap", "restitution", "drops"),
-                         [(1e-6, 0.2, 10_000), (1e-6, 0.5, 10_000), (1e-6, 0.8, 4000),
-                          (1e-5, 0.2, 10_000)])
-def test_features_smaller_than_the_slow_threshold(gap, restitution, drops):
+@pytest.mark.parametrize("case", few_quick(
+    [(1e-6, 0.5, 10_000), (1e-6, 0.2, 10_000), (1e-6, 0.8, 4000), (1e-5, 0.2, 10_000)], 1))
+def test_features_smaller_than_the_slow_threshold(case):
     """Two corners that close are slow together; stopping both took 5 % of the energy."""
+    gap, restitution, drops = case
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
     assert len(drop_body(twin, 0.005).corner) == len(drop_body(part, 0.005).corner) + 1
     first, second = (simulate(each, drops, restitution, seed)

@@ -12,11 +12,12 @@ from scipy.spatial.transform import Rotation
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.geometry import shapes
 from ros_pose_stats.geometry.convex_body import convex_body
+from ros_pose_stats.kernels.drops.layout import TAPE_TIME
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import GRAVITY
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import drop_rules, run
-from ros_pose_stats.simulation.record_drop import record_drop
+from ros_pose_stats.simulation.record_drop import FRAMES, _samples, _tape, record_drop
 from ros_pose_stats.simulation.simulate import simulate
 from ros_pose_stats.simulation.starts import random_starts
 from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION
@@ -117,6 +118,19 @@ def test_samples(name):
         assert np.diff(found.times).max() <= 0.051 * np.sqrt(found.radius / GRAVITY)
         kinds = [event.kind for event in found.events]
         assert kinds.count("impact") == found.impacts
+
+
+def test_times_do_not_run_past_an_event():
+    """The time of an event and the span up to it, added up again, may round beyond it."""
+    part, rounded_up = bodies()["box"], 0
+    body = drop_body(part, 0.005)
+    for down in random_starts(5, 0, 20):
+        tape, _ = _tape(body, DropScene(0.8, None, 0.005), down[None], False)
+        before, after = tape[:-1, TAPE_TIME], tape[1:, TAPE_TIME]
+        rounded_up += int((before + (after - before) > after).sum())
+        times, _, _ = _samples(body, tape, down, 1.0 / FRAMES)
+        assert (np.diff(times) >= 0.0).all()
+    assert rounded_up > 0
 
 
 @pytest.mark.parametrize("name", ["random 10", "tetrahedron", "box", "many corners"])

@@ -115,6 +115,7 @@ def test_clustered_counts_add_over_the_members(surface):
     assert any(text.startswith("CLUSTERED") for text in gathered.warnings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampling", ["random", "lattice"])
 def test_intervals_cover_as_they_promise(part, truth, sampling):
     """200 runs of 100 drops: how often a Jeffreys interval holds p is known for each p.
@@ -137,6 +138,7 @@ def test_intervals_cover_as_they_promise(part, truth, sampling):
         assert covered[pose] <= most or sampling == "lattice"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("sampling", "target", "bound", "runs"), [
     ("random", 0.0268, 225, 250), ("lattice", 0.0119, 1135, 100)])
 def test_stopping_at_a_target_hardly_biases(part, truth, sampling, target, bound, runs):
