@@ -37,6 +37,7 @@ NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros"),
 ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
+    "llvmlite": {"kernels"},
     "scipy": {"statistics", "geometry", "benchmark"},
     "trimesh": {"geometry", "benchmark"},
     "manifold3d": {"geometry"},
@@ -94,7 +95,7 @@ class TestThisPackage:
         seen = {(one.importer, one.target) for one in sources.imports}
         assert ("ros_pose_stats.cli", "ros_pose_stats.commands.estimate") in seen
         assert ("ros_pose_stats.commands.estimate", "ros_pose_stats.estimators") in seen
-        assert ("ros_pose_stats.kernels.compilation", "numba") in seen
+        assert ("ros_pose_stats.kernels.target", "numba") in seen
 
 
 class TestTheWalkItself:
