@@ -121,8 +121,11 @@ class KernelFile:
         """Keep a compiled kernel."""
         if compiled.library.has_dynamic_globals:
             raise ValueError(f"{self._name} holds addresses of this process")
+        # The last are environments of helpers, which hold nothing; to load them means to import
+        # the modules that they are from, half of numba and scipy.
+        *pieces, _ = compiled._reduce()
         try:
-            code_cache.write_sealed(self.file, serialize.dumps(compiled._reduce()))
+            code_cache.write_sealed(self.file, serialize.dumps((*pieces, ())))
         except OSError as error:
             self._warn("written", error)
 

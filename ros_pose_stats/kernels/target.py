@@ -24,6 +24,7 @@ from numba.core import typing
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
+from numba.core.itanium_mangler import prepend_namespace
 from numba.core.registry import CPUTarget
 from numba.core.target_extension import (
     CPU,
@@ -92,11 +93,13 @@ class KernelLibrary(JITCodeLibrary):
 
 
 def _names_of(module: Any) -> bytes:
-    """A module with the names that another defines, and nothing behind them."""
-    text = [f'define void @"{one.name}"() {{ ret void }}' for one in module.functions
-            if not one.is_declaration]
+    """A module with the names by which a kernel is called, and nothing behind them."""
+    functions = [one.name for one in module.functions
+                 if not one.is_declaration and one.linkage == llvm.Linkage.external]
+    environments = {prepend_namespace(name, ns="NumbaEnv") for name in functions}
+    text = [f'define void @"{name}"() {{ ret void }}' for name in functions]
     text += [f'@"{one.name}" = global i8 0' for one in module.global_variables
-             if not one.is_declaration]
+             if one.name in environments]
     return bytes(llvm.parse_assembly("\n".join(text)).as_bitcode())
 
 
