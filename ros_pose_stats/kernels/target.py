@@ -24,7 +24,6 @@ from numba.core import typing
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
-from numba.core.itanium_mangler import prepend_namespace
 from numba.core.registry import CPUTarget
 from numba.core.target_extension import (
     CPU,
@@ -39,6 +38,9 @@ config: Any = _config
 jit: Any = numba.jit
 
 NAME = "ros_pose_stats"
+
+ENVIRONMENT = "_ZN08NumbaEnv"
+"""What the name of a function's environment begins with."""
 
 V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 """What x86-64-v3 adds to x86-64, in the names of LLVM."""
@@ -96,7 +98,7 @@ def _names_of(module: Any) -> bytes:
     """A module with the names by which a kernel is called, and nothing behind them."""
     functions = [one.name for one in module.functions
                  if not one.is_declaration and one.linkage == llvm.Linkage.external]
-    environments = {prepend_namespace(name, ns="NumbaEnv") for name in functions}
+    environments = {ENVIRONMENT + name.removeprefix("_ZN") for name in functions}
     text = [f'define void @"{name}"() {{ ret void }}' for name in functions]
     text += [f'@"{one.name}" = global i8 0' for one in module.global_variables
              if one.name in environments]

@@ -82,6 +82,18 @@ def start(tmp_path_factory):
     return start
 
 
+def test_an_estimate_imports_no_drops_and_no_parser(clamp):
+    script = ("import sys\nfrom ros_pose_stats.cli import main\nmain(sys.argv[1:])\n"
+              "print(*sys.modules)")
+    done = subprocess.run([sys.executable, "-c", script, "estimate", clamp, "--unit", "mm"],
+                          capture_output=True, text=True, check=True)
+    imported = done.stdout.splitlines()[-1].split()
+    assert "ros_pose_stats.kernels.equilibria" in imported
+    assert not {"trimesh", "networkx", "scipy.stats", "scipy.special", "matplotlib", "mcap",
+                "ros_pose_stats.kernels.drops", "ros_pose_stats.simulation.simulate"
+                } & set(imported)
+
+
 @pytest.fixture(scope="module")
 def clamp(tmp_path_factory):
     parts = write_demo_parts(tmp_path_factory.mktemp("parts"))

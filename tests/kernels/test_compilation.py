@@ -202,9 +202,9 @@ class TestMachineCode:
 
     def test_is_found_by_a_copy_elsewhere(self, copied, tmp_path):
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-        script = ("from ros_pose_stats.kernels.ties import number_ties as one\n"
-                  "print(one.is_stored())\none.prepare()")
+        script = ("import numpy as np\nfrom ros_pose_stats.kernels.extents import bounds\n"
+                  "print(bounds.is_stored(), *bounds(np.eye(3))[1].tolist())")
         told = [subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
                                check=True, cwd=folder, env=environment).stdout.strip()
                 for folder in (PACKAGE.parent, copied.parent)]
-        assert told == ["False", "True"]
+        assert told == ["False 1.0 1.0 1.0", "True 1.0 1.0 1.0"]
