@@ -136,5 +136,4 @@ def test_a_damaged_kernel_cache_costs_time_only(clamp, tmp_path):
     assert again.returncode == 0, again.stderr
     assert again.stdout.splitlines()[:-1] == run(clamp, known.parents[1]).stdout.splitlines()[:-1]
     assert "cannot be read" in again.stderr
-    assert [len(cut.read_bytes()), len(altered.read_bytes())] == [len(one) for one in sound]
     assert "cannot be read" not in run(clamp, tmp_path).stderr

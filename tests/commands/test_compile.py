@@ -25,7 +25,7 @@ sys.exit(main(sys.argv[1:]))
 DROP = """
 import sys
 from ros_pose_stats import load_part, record_drop
-record_drop(load_part(sys.argv[1], "mm"), (0.0, 0.6, 0.8))
+record_drop(load_part(sys.argv[1], "mm"))
 """
 
 NODE = """
@@ -89,7 +89,7 @@ def test_an_estimate_imports_no_drops_and_no_parser(clamp):
                           capture_output=True, text=True, check=True)
     imported = done.stdout.splitlines()[-1].split()
     assert "ros_pose_stats.kernels.equilibria" in imported
-    assert not {"trimesh", "networkx", "scipy.stats", "scipy.special", "matplotlib", "mcap",
+    assert not {"trimesh", "networkx", "scipy.stats", "matplotlib", "mcap",
                 "ros_pose_stats.kernels.drops", "ros_pose_stats.simulation.simulate"
                 } & set(imported)
 
