@@ -12,8 +12,9 @@ $(READY): .ci/setup .ci/requirements.txt .ci/requirements-ros.txt .ci/constraint
 demo: $(READY)
 	bash .ci/demo
 
-# One worker more than cores: the tests of nodes wait for most of their time.
-PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1))
+# One worker more than cores: the tests of nodes wait for most of their time. A worker keeps to
+# whole files while it can, so that what a file has made once serves all of its tests.
+PYTEST := .venv/bin/python -m pytest -n $$(($$(nproc) + 1)) --dist worksteal
 
 test: lint
 	$(PYTEST) -m "not long"

@@ -89,6 +89,7 @@ class TestChart:
         assert {one.suffix for one in written.parent.iterdir()} == {".json", ".png", ".svg"}
         assert f"wrote {written}" in err
 
+    @pytest.mark.long
     def test_an_ending_of_a_figure_is_no_part_of_the_name(self, small, quick_chart, tmp_path,
                                                           capsys):
         assert run("chart", "--dataset", small, "--quick", "-o", tmp_path / "chart.png") == 0

@@ -39,13 +39,11 @@ def apart(other_domain):
 
 
 @pytest.fixture(scope="module")
-def running(apart, other_domain, home):
-    """The lines of the README that go on until Ctrl-C, running; their part has an answer."""
+def running(apart, home):
+    """The lines of the README that go on until Ctrl-C, running."""
     children = [subprocess.Popen([sys.executable, "-m", *shlex.split(line)], cwd=home, env=apart,
                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
                 for line in lines_of("node", "publish")]
-    with Client(other_domain) as client:
-        latched(client, "clamp")
     yield children
     for child in children:
         if child.poll() is None:
@@ -53,6 +51,13 @@ def running(apart, other_domain, home):
         said = child.communicate(timeout=PATIENCE)[1]
         assert child.returncode == 0, said
         assert "Traceback" not in said
+
+
+@pytest.fixture(scope="module")
+def answered(running, other_domain):
+    """Those lines, once their part has its answer."""
+    with Client(other_domain) as client:
+        latched(client, "clamp")
 
 
 def run(home: Path, *command: str,
@@ -65,7 +70,7 @@ def test_the_readme_shows_the_three_commands():
     assert len(lines_of("node")) == len(lines_of("publish")) == len(lines_of("bag")) == 1
 
 
-def test_bag_line_of_the_readme_shows_the_published_part(running, home):
+def test_bag_line_of_the_readme_shows_the_published_part(answered, home):
     (line,) = lines_of("bag")
     until = time.monotonic() + PATIENCE
     done = run(home, sys.executable, "-m", *shlex.split(line))
@@ -77,8 +82,7 @@ def test_bag_line_of_the_readme_shows_the_published_part(running, home):
 
 
 @pytest.mark.parametrize("code", python_blocks())
-def test_planner_of_the_page_runs(code, running, home, apart):
-    test_bag_line_of_the_readme_shows_the_published_part(running, home)  # the part is there
+def test_planner_of_the_page_runs(code, answered, home, apart):
     done = run(home, sys.executable, "-c", code, environment=apart)
     assert done.returncode == 0, done.stderr
     assert "clamp/0" in done.stdout and "expected error" in done.stdout

@@ -78,6 +78,7 @@ class Pulse:
 
 
 class TestMeshes:
+    @pytest.mark.long
     def test_a_thousand_as_fast_as_can_be(self, node, client):
         health = Health(client)
         publisher = MeshPublisher(client).matched()
@@ -121,6 +122,7 @@ class TestRequests:
             answer = wait_for(future)
             assert "list" in name or f"'nobody {k}'" in answer.message
 
+    @pytest.mark.long
     def test_parts_come_and_go_while_others_ask(self, node, client):
         names = [new_id() for _ in range(8)]
         end = time.monotonic() + 4.0

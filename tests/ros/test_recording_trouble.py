@@ -10,6 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from ros_pose_stats.recording.run_names import runs
+from tests.volume import few_quick
 
 from .harness_bags import ends, recorded
 from .harness_cell import Health, cell_of, latched
@@ -143,7 +144,7 @@ class TestFolder:
         (bag,) = runs(folder)
         assert_readable_by_others(bag)
 
-    @pytest.mark.parametrize("whole", [True, False])
+    @pytest.mark.parametrize("whole", few_quick([True, False], 1))
     def test_deleted_while_the_node_runs(self, domain, tmp_path, whole):
         folder = tmp_path / "bags"
         with cell_of(domain, folder, "deleted") as (node, client):

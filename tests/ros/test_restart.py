@@ -75,6 +75,7 @@ def assert_restored(client, before):
     return now
 
 
+@pytest.mark.long
 def test_through_many_lives(again, tmp_path):
     with again() as (node, client):
         first = first_life(client)

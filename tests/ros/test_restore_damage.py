@@ -15,6 +15,7 @@ from benchmarks.fuzz.message_seeds import HOSTILE_COUNTS, HOSTILE_NAMES, HOSTILE
 from benchmarks.fuzz.messages import fuzzed, mutated
 from ros_pose_stats.recording.run_names import runs
 from ros_pose_stats.version import VERSION
+from tests.volume import few_quick
 
 from .harness_cell import cell_of, latched
 from .harness_client import CANCELLED
@@ -126,7 +127,7 @@ def write_hostile(writing, seed, rounds):
             write(writing, topic, other)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few_quick(range(4), 1))
 def test_hundreds_of_bad_ones(tmp_path, seed):
     writing = Writing(tmp_path, 0)
     writing.part("good", 1.0)
@@ -139,7 +140,7 @@ def test_hundreds_of_bad_ones(tmp_path, seed):
     assert len(run.problems) == 1
 
 
-@pytest.mark.parametrize("end", ["end", "die"])
+@pytest.mark.parametrize("end", few_quick(["die", "end"], 1))
 def test_a_node_starts_says_so_and_serves(domain, tmp_path, end):
     """And mends what is unfinished, so that the next one has nothing to say."""
     writing = Writing(tmp_path, 0, "damaged/pose_stats")
