@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.kernels.compilation import entry_kernel
+from ros_pose_stats.kernels.compilation import kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-@entry_kernel
+@kernel
 def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Index,
               children: Index, kept: Array, share: Array, square: float,
               gradient: bool) -> tuple[float, Array, Array]:
