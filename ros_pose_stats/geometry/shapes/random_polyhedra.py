@@ -134,5 +134,7 @@ def _shifted(inertia: Array, moves: Array, shift: float, shift_moment: str) -> A
     moments, axes = principal_axes(inertia)
     if shift_moment == "second":
         moments = 0.5 * moments.sum() - moments
+    # Along each axis to the side of its largest component.
+    axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0.0, -1.0, 1.0)
     steps = shift * moves * np.sqrt(np.maximum(moments, 0.0))
     return np.asarray(turn_vectors(steps[None], axes.T)[0])
