@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compilation import kernel
+from .compilation import inlined, kernel
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,15 @@ def inverse_of(matrix: Array) -> Array:
                    + matrix[0, 2] * cofactors[2, 0])
     cofactors /= determinant
     return cofactors
+
+
+@inlined
+def length_of(x: float, y: float, z: float) -> float:
+    """Length of a vector by its components.
+
+    Written as products, for Python's power rounds by the C library where it runs kernels itself.
+    """
+    return math.sqrt(x * x + y * y + z * z)
 
 
 @kernel

@@ -12,9 +12,8 @@ enter are found from neighbour to neighbour, starting at the lowest.
 
 from __future__ import annotations
 
-import math
-
 from ..compilation import inlined
+from ..vectors import length_of
 from .layout import LOWEST, PS, SEARCH, ZS, Array, DropBody, DropRules, Index, Work
 
 NARROW = 2.0
@@ -46,7 +45,7 @@ def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
 
 @inlined
 def _size(series: Array, k: int) -> float:
-    return math.sqrt(series[k, PS] ** 2 + series[k, PS + 1] ** 2 + series[k, PS + 2] ** 2)
+    return length_of(series[k, PS], series[k, PS + 1], series[k, PS + 2])
 
 
 @inlined

@@ -44,7 +44,7 @@ def first_release(work: Work, last: int) -> tuple[float, int]:
             else:
                 poly[k] = series[k, FORCE] - far
         grown = 0
-        if poly[0] <= PULL * work.clock[STEP] ** 2:  # it starts from zero
+        if poly[0] <= PULL * (work.clock[STEP] * work.clock[STEP]):  # it starts from zero
             if poly[1] < 0.0:
                 return 0.0, which
             grown = 1
@@ -108,10 +108,11 @@ def _zeros_on_plate(work: Work) -> int:
 
     None if it moves or accelerates downwards, beyond rounding: it lands.
     """
-    still = AT_REST * work.clock[STEP]
+    step = work.clock[STEP]
+    still = AT_REST * step
     if work.poly[1] > still:
         return 1
-    if work.poly[1] < -still or work.poly[2] < -SINKING * work.clock[STEP] ** 2:
+    if work.poly[1] < -still or work.poly[2] < -SINKING * (step * step):
         return 0
     return 2
 

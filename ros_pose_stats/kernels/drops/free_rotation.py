@@ -17,6 +17,7 @@ import math
 
 from ..compilation import inlined, kernel
 from ..elementary import arctangent, exponential, sine_cosine
+from ..vectors import length_of
 from .layout import Array, P, W
 
 NOME = 0.35
@@ -129,7 +130,7 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     """
     pull = 0.0  # L² - 2 E I2 tells about which axis L circles
     for i in (0, 2):
-        pull += moment[i] * (moment[i] - moment[1]) * state[W + i] ** 2
+        pull += moment[i] * (moment[i] - moment[1]) * (state[W + i] * state[W + i])
     one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
     i1, i2, i3 = moment[one], moment[1], moment[three]
     w1, w2, w3 = state[W + one], state[W + 1], state[W + three]
@@ -141,7 +142,7 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     top3 = math.sqrt(w3 * w3 + i2 * (i2 - i1) / (i3 * (i3 - i1)) * w2 * w2)
     if w3 < 0.0:
         top3 = -top3
-    momentum = math.sqrt((i1 * w1) ** 2 + (i2 * w2) ** 2 + (i3 * w3) ** 2)
+    momentum = length_of(i1 * w1, i2 * w2, i3 * w3)
     sine, cosine = abs(i3 * top3) / momentum, i1 * top1 / momentum
     if not (cosine > STEEP and sine > 0.0):
         return False

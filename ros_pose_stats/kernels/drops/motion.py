@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ..compilation import inlined
+from ..vectors import length_of
 from .free_motion import free_series, shorten
 from .free_rotation import rotate_freely
 from .impacts import vertex_velocity
@@ -62,7 +63,7 @@ def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
     the plate again.
     """
     state, clock = work.state, work.clock
-    turning = math.sqrt(state[W] ** 2 + state[W + 1] ** 2 + state[W + 2] ** 2)
+    turning = length_of(state[W], state[W + 1], state[W + 2])
     if work.tally[MODE] == FLIGHT:
         clear = _time_clear(state)
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
@@ -72,7 +73,7 @@ def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
             clock[PATIENCE] = math.inf
             work.tally[NEAR] = 0
             return 0
-        fall = 1.0001 * (state[V] + math.sqrt(state[V] ** 2 + 2.0 * state[Z]))
+        fall = 1.0001 * (state[V] + math.sqrt(state[V] * state[V] + 2.0 * state[Z]))
         step, turn = min(fall, clock[PATIENCE]), body.turn
         if clear > SHORTEST_CLEAR:
             step, turn = clear, TURN
@@ -96,7 +97,7 @@ def _time_clear(state: Array) -> float:
     """Time for which the centre of mass stays a radius above the plate; 0 if it is not."""
     if state[Z] <= 1.0:
         return 0.0
-    return float(state[V] + math.sqrt(state[V] ** 2 + 2.0 * (state[Z] - 1.0)))
+    return float(state[V] + math.sqrt(state[V] * state[V] + 2.0 * (state[Z] - 1.0)))
 
 
 @inlined
@@ -128,7 +129,8 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    scale = 1.5 - 0.5 * (state[P] ** 2 + state[P + 1] ** 2 + state[P + 2] ** 2)
+    x, y, z = state[P], state[P + 1], state[P + 2]
+    scale = 1.5 - 0.5 * (x * x + y * y + z * z)
     spin = weight = 0.0
     for i in range(3):
         state[P + i] *= scale

@@ -13,6 +13,7 @@ import numpy as np
 from ...tolerances import TRUNCATION
 from ..array_types import Array1, Array2
 from ..compilation import entry_kernel, inlined
+from ..vectors import length_of
 from .free_motion import free_series, shorten
 from .layout import COLUMNS, EDGE, FLIGHT, ORDER, STATE, WS, Array, W
 from .motion import LONGEST, TURN, advance, value_at
@@ -50,7 +51,7 @@ def sample_motion(moment: Array1, axes: Array2, mode: int, contact: Array1, star
     for i in range(times.shape[0]):
         while True:
             ahead = times[i] - now
-            rate = math.sqrt(state[W] ** 2 + state[W + 1] ** 2 + state[W + 2] ** 2)
+            rate = length_of(state[W], state[W + 1], state[W + 2])
             step = LONGEST if rate * LONGEST < TURN else TURN / rate
             step = max(min(step, ahead), 1e-12)
             if mode == FLIGHT:
@@ -69,7 +70,8 @@ def sample_motion(moment: Array1, axes: Array2, mode: int, contact: Array1, star
                 break
         for k in range(STATE):
             states[i, k] = state[k]
-        size = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
+        x, y, z, w = turn[0], turn[1], turn[2], turn[3]
+        size = math.sqrt(x * x + y * y + z * z + w * w)
         for k in range(4):
             turn[k] /= size
             turns[i, k] = turn[k]
