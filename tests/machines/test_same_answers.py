@@ -83,9 +83,12 @@ def test_kernels_compiled_otherwise(setting, kept, tmp_path):
     assert_same(asked(tmp_path / "answers.json", environment), kept)
 
 
-def test_kernels_run_by_python(kept, tmp_path):
+@pytest.mark.parametrize("names", [
+    ("cube", "loaded", "polyhedron 0"),
+    pytest.param(("drum", "pebble"), marks=pytest.mark.long, id="many corners"),
+])
+def test_kernels_run_by_python(names, kept, tmp_path):
     """Python fuses no multiplication with an addition and reorders nothing: nor did LLVM."""
-    names = ("cube", "loaded", "drum", "polyhedron 0")
     found = asked(tmp_path / "answers.json", {"NUMBA_DISABLE_JIT": "1"}, *names)
     assert found == {name: {key: kept[name][key] for key in ("part", "first")} for name in names}
 
