@@ -46,6 +46,5 @@ def surface_features(part: Part, radius: float, tolerance: float) -> Features:
         Coplanarity, as a fraction of the radius.
     """
     points = (part.surface_vertices - part.center_of_mass) / radius
-    # A copy, for kernels are compiled anew for read-only arrays.
-    regions, corners = regions_and_corners(points, part.surface_triangles.copy(), tolerance)
+    regions, corners = regions_and_corners(points, part.surface_triangles, tolerance)
     return Features(regions, points[corners])

@@ -1,7 +1,7 @@
 """Arrays by number of dimensions, as kernels and their tuples declare them.
 
-A type checker sees NumPy arrays; `signatures` finds what numba is to compile for. Those named
-`Fixed` are read-only: their writable kin is taken, too, but not the other way about.
+A type checker sees NumPy arrays; `signatures` finds what numba is to compile for. What a kernel
+only reads is declared `Fixed`: such an argument may be read-only or not; any other is written to.
 """
 
 from __future__ import annotations
@@ -17,10 +17,14 @@ Index = NDArray[np.int64]
 
 Array1 = Annotated[Array, types.Array(types.float64, 1, "C")]
 Array2 = Annotated[Array, types.Array(types.float64, 2, "C")]
-Fixed1 = Annotated[Array, types.Array(types.float64, 1, "C", readonly=True)]
-Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
 Index1 = Annotated[Index, types.Array(types.int64, 1, "C")]
 Index2 = Annotated[Index, types.Array(types.int64, 2, "C")]
 Flags1 = Annotated[NDArray[np.bool_], types.Array(types.boolean, 1, "C")]
 Slots1 = Annotated[NDArray[np.int32], types.Array(types.int32, 1, "C")]
 Corners2 = Annotated[NDArray[np.uint32], types.Array(types.uint32, 2, "C")]
+
+Fixed1 = Annotated[Array, types.Array(types.float64, 1, "C", readonly=True)]
+Fixed2 = Annotated[Array, types.Array(types.float64, 2, "C", readonly=True)]
+FixedIndex1 = Annotated[Index, types.Array(types.int64, 1, "C", readonly=True)]
+FixedIndex2 = Annotated[Index, types.Array(types.int64, 2, "C", readonly=True)]
+FixedFlags1 = Annotated[NDArray[np.bool_], types.Array(types.boolean, 1, "C", readonly=True)]

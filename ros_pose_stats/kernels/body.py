@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1, Array2, Index1, Index2
+from .array_types import Array1, Array2, Fixed2, FixedIndex2, Index1
 from .compilation import entry_kernel, kernel
 from .coplanar import orient, planar_regions, twins
 from .polygons import corner_loops, pair_sides, planes
@@ -49,7 +49,7 @@ class BodyArrays(NamedTuple):
 
 
 @entry_kernel
-def build_body(points: Array2, simplices: Index2, adjacent: Index2,
+def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
                tolerance: float) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1, Array2
+from .array_types import Fixed1, Fixed2
 from .compilation import entry_kernel, inlined
 from .components import join, root
 from .grid import WIDTH, Slots, cube, insert, slot_of, slots_for
@@ -15,7 +15,7 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def first_of_coincident(points: Array2, low: Array1, tolerance: float) -> tuple[bool, Index]:
+def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[bool, Index]:
     """For each point the lowest number among those that it coincides with.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Index2
+from .array_types import FixedIndex2
 from .compilation import entry_kernel, inlined
 
 Index = NDArray[np.int64]
@@ -31,7 +31,7 @@ def join(link: Index, a: int, b: int) -> None:
 
 
 @entry_kernel
-def component_labels(count: int, pairs: Index2) -> Index:
+def component_labels(count: int, pairs: FixedIndex2) -> Index:
     """Component label of each node.
 
     Parameters

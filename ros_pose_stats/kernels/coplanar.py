@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2, Index2
+from .array_types import Fixed2, FixedIndex2
 from .compilation import entry_kernel, inlined, kernel
 from .sorting import falling_order
 from .vectors import area_vector
@@ -235,7 +235,7 @@ def _near_plane(points: Array, triangles: Index, plane: Array, t: int, tolerance
 
 
 @entry_kernel
-def surface_regions(points: Array2, triangles: Index2, neighbors: Index2,
+def surface_regions(points: Fixed2, triangles: FixedIndex2, neighbors: FixedIndex2,
                     tolerance: float) -> Index:
     """`planar_regions` of any closed surface, convex or not, for callers outside the kernels."""
     return planar_regions(points, triangles, neighbors, tolerance)

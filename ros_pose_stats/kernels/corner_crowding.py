@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1, Fixed2
+from .array_types import Fixed1, Fixed2
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .sorting import rising_order
@@ -30,7 +30,7 @@ CELLS = 2.0
 
 
 @entry_kernel
-def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Array1) -> Array:
+def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     """Sum over all pairs of corners of both shares times (1 - (distance / reach)^2)^2.
 
     Parameters

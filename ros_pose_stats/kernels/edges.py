@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Flags1, Index1, Index2
+from .array_types import FixedFlags1, FixedIndex1, FixedIndex2
 from .compilation import entry_kernel, inlined, kernel
 from .sorting import rising_order
 
@@ -20,7 +20,7 @@ FEW = 48
 
 
 @entry_kernel
-def grouped_edges(triangles: Index2) -> tuple[Index, Flag, Index, Index]:
+def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flag, Index, Index]:
     """Directed edges by rising numbers of their lower, then of their higher vertex.
 
     Parameters
@@ -121,8 +121,8 @@ def _sort_few(entries: Index, begin: int, end: int) -> None:
 
 
 @entry_kernel
-def linked_triangles(triangle: Index1, forward: Flags1, start: Index1,
-                     uses: Index1) -> tuple[Index, Flag]:
+def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
+                     uses: FixedIndex1) -> tuple[Index, Flag]:
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree.
 
     Parameters are as `grouped_edges` returns them.

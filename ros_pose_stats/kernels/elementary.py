@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from .array_types import Array, Array1
+from .array_types import Array, Fixed1
 from .compilation import entry_kernel, kernel
 
 _QUARTERS = 2.0 / math.pi
@@ -138,7 +138,7 @@ def rough_root(x: float, order: int) -> float:
 
 
 @entry_kernel
-def sines_cosines(angles: Array1) -> tuple[Array, Array]:
+def sines_cosines(angles: Fixed1) -> tuple[Array, Array]:
     """Sines (n,) and cosines (n,) of angles (n,) in radians."""
     sines, cosines = np.empty(angles.shape[0]), np.empty(angles.shape[0])
     for i in range(angles.shape[0]):
@@ -147,7 +147,7 @@ def sines_cosines(angles: Array1) -> tuple[Array, Array]:
 
 
 @entry_kernel
-def logarithms(values: Array1) -> Array:
+def logarithms(values: Fixed1) -> Array:
     """Natural logarithms (n,) of finite numbers (n,) above 0."""
     found = np.empty(values.shape[0])
     for i in range(values.shape[0]):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import TIP_MARGIN
-from .array_types import Array1, Array2, Fixed2, Index1, Index2
+from .array_types import Fixed1, Fixed2, FixedIndex1, FixedIndex2
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .descent import basins, descend, faces_beyond, without_barrier
@@ -88,13 +88,13 @@ def unstable_points(body: BodyArrays) -> Index:
 
 
 @entry_kernel
-def settle_on_stable(initial: Array1, target: Index2, share: Array2) -> Array:
+def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Array:
     """`settle` for callers outside the kernels."""
     return settle(initial, target, share)
 
 
 @entry_kernel
-def ways_out(body: BodyArrays, basin: Index1, pose: Index1) -> Index:
+def ways_out(body: BodyArrays, basin: FixedIndex1, pose: FixedIndex1) -> Index:
     """Polygon sides (k,) of stable faces that lead out of their pose.
 
     Parameters

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1, Array2, Corners2
+from .array_types import Corners2, Fixed1, Fixed2
 from .compilation import entry_kernel
 
 Array = NDArray[np.float64]
@@ -16,7 +16,7 @@ Flag = NDArray[np.bool_]
 
 
 @entry_kernel
-def bounds(points: Array2) -> tuple[Array, Array]:
+def bounds(points: Fixed2) -> tuple[Array, Array]:
     """Lowest and highest coordinates (3,) of points (N, 3), N at least 1."""
     low, high = np.empty(3), np.empty(3)
     for c in range(3):
@@ -28,7 +28,7 @@ def bounds(points: Array2) -> tuple[Array, Array]:
 
 
 @entry_kernel
-def largest_used_extent(points: Array2, triangles: Corners2) -> float:
+def largest_used_extent(points: Fixed2, triangles: Corners2) -> float:
     """Largest extent along an axis of those points (V, 3) that triangles (T, 3) use."""
     used = np.zeros(points.shape[0], np.bool_)
     for t in range(triangles.shape[0]):
@@ -44,7 +44,7 @@ def largest_used_extent(points: Array2, triangles: Corners2) -> float:
 
 
 @entry_kernel
-def boxes_around(low: Array2, high: Array2, inner: int, slack: float) -> Index:
+def boxes_around(low: Fixed2, high: Fixed2, inner: int, slack: float) -> Index:
     """Boxes (k,), among those numbered below `inner`, that box `inner` lies in.
 
     Parameters
@@ -68,7 +68,7 @@ def boxes_around(low: Array2, high: Array2, inner: int, slack: float) -> Index:
 
 
 @entry_kernel
-def thinness(points: Array2, low: Array1, high: Array1) -> float:
+def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     """Smallest extent of points over the length of their longest line; 0 for flat points.
 
     The thickness is measured across the plane of the longest line and the point farthest

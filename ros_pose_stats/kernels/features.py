@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2, Index2
+from .array_types import Fixed2, FixedIndex2
 from .compilation import entry_kernel, kernel
 from .coplanar import area_vectors, planar_regions
 from .edges import neighbours
@@ -18,7 +18,7 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def regions_and_corners(points: Array2, triangles: Index2,
+def regions_and_corners(points: Fixed2, triangles: FixedIndex2,
                         tolerance: float) -> tuple[Array, Index]:
     """Planar regions of a closed surface and the vertices where at least three of them meet.
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2, Index1, Slots1
+from .array_types import Array2, Fixed2, FixedIndex1, Index1, Slots1
 from .compilation import entry_kernel, inlined
 from .grid import WIDTH, Slots, cube, insert, slot_of, slots_for
 
@@ -31,7 +31,7 @@ class FeatureGrid(NamedTuple):
 
 
 @entry_kernel
-def feature_grid(rows: Array2, reach: float) -> FeatureGrid:
+def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
     count = rows.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
@@ -45,7 +45,7 @@ def feature_grid(rows: Array2, reach: float) -> FeatureGrid:
 
 
 @entry_kernel
-def first_unmatched(grid: FeatureGrid, rotation: Array2, chosen: Index1) -> int:
+def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
     """First of the chosen features with no feature of its own where the rotation puts it.
 
     Parameters

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2
+from .array_types import Fixed2
 from .compilation import entry_kernel
 
 Array = NDArray[np.float64]
@@ -17,7 +17,7 @@ POLE = 1e-6
 
 
 @entry_kernel
-def quaternions_down(downs: Array2) -> Array:
+def quaternions_down(downs: Fixed2) -> Array:
     """Quaternions (P, 4), x y z w, of the smallest rotations that take each of (P, 3) to -z."""
     found = np.zeros((downs.shape[0], 4))
     for i in range(downs.shape[0]):
@@ -34,7 +34,7 @@ def quaternions_down(downs: Array2) -> Array:
 
 
 @entry_kernel
-def matrices_of(quaternions: Array2) -> Array:
+def matrices_of(quaternions: Fixed2) -> Array:
     """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
     found = np.empty((quaternions.shape[0], 3, 3))
     for i in range(quaternions.shape[0]):

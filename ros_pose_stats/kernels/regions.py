@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1
+from .array_types import Fixed1
 from .compilation import entry_kernel
 from .merge_tree import MergeTree
 
@@ -15,7 +15,7 @@ Flags = NDArray[np.bool_]
 
 
 @entry_kernel
-def merge_regions(tree: MergeTree, height: Array1,
+def merge_regions(tree: MergeTree, height: Fixed1,
                   tolerance: float) -> tuple[Index, Index, Index, Flags]:
     """Gather leaves wherever the join lies less than the tolerance above the lowest of both.
 

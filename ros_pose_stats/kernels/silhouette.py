@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import COPLANAR, SAME_POINT
-from .array_types import Array2, Fixed2
+from .array_types import Fixed2
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .sorting import stable_order
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @entry_kernel
-def tops(points: Fixed2, downs: Array2) -> Array:
+def tops(points: Fixed2, downs: Fixed2) -> Array:
     """Extent (P,) of the points against each direction (P, 3) from the origin."""
     result = np.empty(downs.shape[0])
     for p in range(downs.shape[0]):
@@ -28,7 +28,7 @@ def tops(points: Fixed2, downs: Array2) -> Array:
 
 
 @entry_kernel
-def silhouette(points: Fixed2, body: BodyArrays, rotation: Array2) -> Array:
+def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     """Convex outline seen along the plate's normal.
 
     Parameters

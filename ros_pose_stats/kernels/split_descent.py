@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2, Flags1
+from .array_types import Fixed2, FixedFlags1
 from .compilation import entry_kernel
 from .merge_tree import MergeTree
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @entry_kernel
-def descend_splits(weight: Array2, kept: Array2, tree: MergeTree, wanted: Flags1) -> Array:
+def descend_splits(weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedFlags1) -> Array:
     """Probability (2 S - 1,) of reaching each node from the weights of the components.
 
     A component's weight grows with the level: `weight` is its logarithm where the component

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arcs import Arcs, arc_sums, make_arcs
-from .array_types import Array2, Fixed2, Flags1, Index1
+from .array_types import Fixed2, FixedFlags1, FixedIndex1
 from .body import BodyArrays
 from .compilation import entry_kernel, kernel
 from .component_features import (
@@ -31,9 +31,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 @entry_kernel
-def split_features(points: Fixed2, body: BodyArrays, stable: Index1, basin: Index1,
-                   tree: MergeTree, wanted: Flags1, areas_r: Array2, areas_R: Array2,
-                   inertia: Array2) -> Array:
+def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin: FixedIndex1,
+                   tree: MergeTree, wanted: FixedFlags1, areas_r: Fixed2, areas_R: Fixed2,
+                   inertia: Fixed2) -> Array:
     """Features of both components of every split, and of the one that they come from.
 
     Parameters

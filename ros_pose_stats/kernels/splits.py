@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Flags1
+from .array_types import FixedFlags1
 from .body import BodyArrays
 from .cap_areas import faces_below
 from .compilation import entry_kernel, kernel
@@ -30,7 +30,7 @@ LONG_PATH = 96
 
 
 @entry_kernel
-def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: Flags1,
+def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
                         of_R: bool) -> tuple[Array, Array]:
     """Solid angles of the components at each split, and the probabilities that follow.
 

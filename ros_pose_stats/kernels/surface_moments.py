@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2
+from .array_types import Fixed2
 from .compilation import entry_kernel, inlined
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ _DEGREE: Final = (0, 1, 4, 10, 20, 35)
 
 
 @entry_kernel
-def moments_along(regions: Array2, directions: Array2) -> Array:
+def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     """Moments of regions along directions, the same for a turned surface and direction.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array2, Index2
+from .array_types import Fixed2, FixedIndex2
 from .compilation import entry_kernel, inlined
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ def _six_volumes(points: Array, a: int, b: int, c: int) -> float:
 
 
 @entry_kernel
-def tetrahedra(points: Array2, triangles: Index2) -> Array:
+def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
@@ -31,7 +31,7 @@ def tetrahedra(points: Array2, triangles: Index2) -> Array:
 
 
 @entry_kernel
-def solid_moments(points: Array2, triangles: Index2) -> Array:
+def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Integrals of 1, x, y, z, xx, yy, zz, xy, xz and yz over the inside of a closed surface.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Array1, Index1
+from .array_types import Fixed1, FixedIndex1
 from .compilation import entry_kernel
 
 Array = NDArray[np.float64]
@@ -13,8 +13,8 @@ Index = NDArray[np.int64]
 
 
 @entry_kernel
-def number_ties(values: Array1, tolerance: float, group: Index1,
-                order: Index1) -> tuple[Index, int]:
+def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
+                order: FixedIndex1) -> tuple[Index, int]:
     """Split groups into ties, each of which opens at its smallest value.
 
     Parameters

@@ -14,8 +14,11 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from numba import types
 
 import ros_pose_stats
+from ros_pose_stats.geometry.decimation import decimated_hull
+from ros_pose_stats.geometry.shapes import box
 from ros_pose_stats.kernels import code_cache, compilation
 from ros_pose_stats.kernels.extents import bounds
 
@@ -152,6 +155,20 @@ class TestOneSignature:
     def test_other_arguments_are_refused(self, points):
         with pytest.raises(TypeError, match="No matching definition"):
             bounds(points)
+
+    def test_what_is_only_read_may_be_read_only(self):
+        """A part's own arrays are."""
+        part = ros_pose_stats.part_from_mesh(*box(1.0, 2.0, 3.0))
+        assert not part.surface_vertices.flags.writeable
+        low, high = bounds(part.surface_vertices)
+        assert (high - low).tolist() == [1.0, 2.0, 3.0]
+        assert len(decimated_hull(part, 100)) == 12
+        written = {"outcome", "measure", "tape", "states", "turns"}
+        for one in compilation.all_kernels():
+            names = one.py_func.__code__.co_varnames[:one.py_func.__code__.co_argcount]
+            for name, kind in zip(names, one.declared, strict=True):
+                if isinstance(kind, types.Array):
+                    assert kind.mutable == (name in written), (one.name, name)
 
     def test_every_kernel_declares_its_own(self):
         kernels = compilation.all_kernels()

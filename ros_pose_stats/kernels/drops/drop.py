@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...tolerances import TRAP
-from ..array_types import Array2, Index2
+from ..array_types import Array2, Fixed2, Index2
 from ..compilation import entry_kernel, inlined, kernel
 from .contacts import let_go
 from .events import LANDING, NOTHING, first_landing, first_release
@@ -57,7 +57,7 @@ from .trap import energy, pose_below, up_of
 
 
 @entry_kernel
-def run_drops(body: DropBody, rules: DropRules, ups: Array2, outcome: Index2,
+def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 

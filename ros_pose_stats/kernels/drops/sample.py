@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ...tolerances import TRUNCATION
-from ..array_types import Array1, Array2
+from ..array_types import Array2, Fixed1, Fixed2
 from ..compilation import entry_kernel, inlined
 from ..vectors import length_of
 from .free_motion import free_series, shorten
@@ -21,8 +21,8 @@ from .sliding_motion import sliding_series
 
 
 @entry_kernel
-def sample_motion(moment: Array1, axes: Array2, mode: int, contact: Array1, start: Array1,
-                  turned: Array1, times: Array1, states: Array2, turns: Array2) -> None:
+def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, start: Fixed1,
+                  turned: Fixed1, times: Fixed1, states: Array2, turns: Array2) -> None:
     """States at given times of one smooth phase.
 
     Parameters
