@@ -121,6 +121,7 @@ def run(clamp: Path, cache: Path) -> subprocess.CompletedProcess[str]:
         capture_output=True, text=True, check=False)
 
 
+@pytest.mark.long
 def test_a_damaged_kernel_cache_costs_time_only(clamp, tmp_path):
     """One kernel is cut short, another altered, in a copy; all parts need both."""
     estimate(part_from_mesh(*box(1.0, 2.0, 3.0)), "csae")  # fills the cache

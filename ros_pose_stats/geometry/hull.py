@@ -90,6 +90,7 @@ def hull_of(points: NDArray[np.float64]) -> Hull:
     MeshError
         If the points lie in a plane.
     """
+    points = np.ascontiguousarray(points)
     low, high = bounds(points)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
     try:

@@ -60,6 +60,7 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
     -------
     Solid
     """
+    vertices, triangles = np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
     low, high = bounds(vertices)
     shift, scale = low + 0.5 * (high - low), float((high - low).max())
     volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()

@@ -40,7 +40,7 @@ def checked_mesh(
         of range, or the size is beyond what can be computed with.
     """
     with np.errstate(over="ignore"):  # what comes out infinite is refused below
-        places = _numbers(vertices, "vertices") * unit
+        places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if places.ndim != 2 or places.shape[1] != 3:
         raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",
                         "give one x y z row a vertex")
@@ -89,7 +89,7 @@ def _indices(triangles: ArrayLike, vertex_count: int) -> NDArray[np.uint32]:
         raise MeshError(f"vertex numbers from 0 to {vertex_count - 1}",
                         f"{int(given[row, column])} in triangle {row}",
                         "count vertices from 0")
-    return given.astype(np.uint32)
+    return np.ascontiguousarray(given.astype(np.uint32))
 
 
 def _check_integers(given: NDArray[np.float64]) -> None:

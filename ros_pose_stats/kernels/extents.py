@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .array_types import Corners2, Fixed1, Fixed2
+from .array_types import Fixed1, Fixed2, FixedCorners2
 from .compilation import entry_kernel
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def bounds(points: Fixed2) -> tuple[Array, Array]:
 
 
 @entry_kernel
-def largest_used_extent(points: Fixed2, triangles: Corners2) -> float:
+def largest_used_extent(points: Fixed2, triangles: FixedCorners2) -> float:
     """Largest extent along an axis of those points (V, 3) that triangles (T, 3) use."""
     used = np.zeros(points.shape[0], np.bool_)
     for t in range(triangles.shape[0]):

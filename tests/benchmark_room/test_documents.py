@@ -57,6 +57,7 @@ def names(folder):
                   if one.is_file())
 
 
+@pytest.mark.long
 class TestWritten:
     def test_all_files_and_nothing_else(self, folder):
         assert names(folder) == FILES
@@ -112,6 +113,7 @@ class TestWritten:
         assert (tmp_path / "accuracy.md").read_text() == "old"
 
 
+@pytest.mark.long
 class TestMeasured:
     def test_quickly(self, measured, monkeypatch):
         """Each part is asked for; none is written."""

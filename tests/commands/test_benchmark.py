@@ -79,6 +79,7 @@ class TestTable:
         assert seen == ["all"]
 
 
+@pytest.mark.long
 class TestChart:
     def test_files_and_json(self, small, quick_chart, tmp_path, capsys):
         stem = tmp_path / "new" / "chart_0.3"

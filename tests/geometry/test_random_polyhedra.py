@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.geometry.poses import resting_poses
 from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.geometry.shapes.random_stream import failures, normal, uniforms
+from ros_pose_stats.geometry.shapes.random_stream import failures, normals, uniforms
 
 SHIFTS = [(0.0, "inertia"), (1.0, "inertia"), (0.65, "second")]
 SAMPLE = 400
@@ -119,7 +119,7 @@ class TestTheSeries:
         extra = np.array([failures(numbers, 0.1) for _ in range(4000)])
         assert abs(extra.mean() - 9.0) < 4.0 * np.sqrt(90.0 / 4000)
         assert abs((extra == 0).mean() - 0.1) < 4.0 * np.sqrt(0.09 / 4000)
-        values = np.array([normal(numbers) for _ in range(4000)])
+        values = normals(numbers, 4000)
         assert abs(values.mean()) < 4.0 / np.sqrt(4000)
         assert abs(values.var() - 1.0) < 4.0 * np.sqrt(2.0 / 4000)
         assert abs((values ** 4).mean() - 3.0) < 4.0 * np.sqrt(96.0 / 4000)

@@ -194,6 +194,7 @@ def test_a_loss_is_noticed_while_another_thread_catches_warnings(answers):
     assert send.delivered.wait(60.0)
 
 
+@pytest.mark.long
 def test_clients_that_cannot_hear(domain, tmp_path):
     """Their quality of service shuts out all answers: the node says so, and serves the others."""
     latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -74,6 +74,7 @@ class TestLongQueue:
         assert len(ended) == 51 and all(len(events) == 1 for events in ended.values())
 
 
+@pytest.mark.long
 class TestClientsThatDie:
     def test_a_goal_whose_client_was_killed_is_done_all_the_same(self, cell):
         part_id = known_part(cell)

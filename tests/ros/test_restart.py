@@ -128,6 +128,7 @@ def test_a_refined_estimate_comes_back_and_still_answers(again):
         assert not client.call("list_drop_simulations").job_id
 
 
+@pytest.mark.long
 def test_other_parameters(again):
     with again() as (_, client):
         client.good("estimate", part=flat(WEDGE, "part"))
@@ -167,6 +168,7 @@ def recorded_in(bag, topic):
     return [message_of(name, data) for name, data in raw(bag) if name == on_topic(topic)]
 
 
+@pytest.mark.long
 def test_killed_while_it_starts(again, tmp_path, node_of):
     """By the time that bags are mended, all that they leave is in the new one."""
     with again() as (node, client):
@@ -194,6 +196,7 @@ def test_killed_while_it_starts(again, tmp_path, node_of):
     assert sorted(told) == sorted(jobs)
 
 
+@pytest.mark.long
 def test_two_nodes_leave_each_other_alone(again, domain, tmp_path):
     with again() as (node, client):
         client.good("estimate", part=flat(WEDGE, "mine"))

@@ -171,6 +171,7 @@ def test_a_lone_point_is_drawn_too():
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["other software"]
 
 
+@pytest.mark.long
 def test_equal_data_give_equal_files(figure, tmp_path):
     files = save_figure(figure, tmp_path / "a")
     again = save_figure(speed_accuracy_figure(chart_panels()), tmp_path / "b")
