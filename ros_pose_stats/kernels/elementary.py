@@ -60,12 +60,15 @@ def sine_cosine(x: float) -> tuple[float, float]:
 
 @kernel
 def arctangent(y: float, x: float) -> float:
-    """Angle of the point (x, y) in radians, from -pi to pi; 0 for the origin."""
+    """Angle of the point (x, y) in radians, from -pi to pi; 0 for the origin, NaN for none."""
     along, across = abs(x), abs(y)
     least, most = min(along, across), max(along, across)
     if most == 0.0:
         return 0.0
-    nearest = int(4.0 * (least / most) + 0.5)
+    ratio = least / most
+    if not (ratio <= 1.0 and along + across >= 0.0):
+        return math.nan
+    nearest = int(4.0 * ratio + 0.5)
     c = 0.25 * nearest
     t = (least - c * most) / (most + c * least)
     q = t * t

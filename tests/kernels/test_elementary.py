@@ -57,6 +57,12 @@ def test_arctangent_on_axes_and_between(y, x, angle):
     assert arctangent(y, x) == pytest.approx(angle, abs=1e-15)
 
 
+@pytest.mark.parametrize(("y", "x"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, math.inf)])
+def test_arctangent_of_no_point(y, x):
+    """Where a drop has left the numbers, NaN goes on, and nothing is raised."""
+    assert math.isnan(arctangent(y, x))
+
+
 def test_exponential_and_logarithm():
     powers = np.random.default_rng(3).uniform(-708.0, 709.0, COUNT)
     assert units_off([exponential(x) for x in powers.tolist()], np.exp(powers)) <= 2.0

@@ -129,7 +129,7 @@ class Door:
 
     def assert_sound(self):
         """Everything happened, and no fault of the program."""
-        assert not self.failures
+        assert not self.failures, self.failures
         for source, reason in self.refusals:
             assert_line(source)
             assert_line(reason)
