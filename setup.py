@@ -30,7 +30,7 @@ setup(
         "setuptools",
         "numpy>=1.26",
         "scipy>=1.11",
-        "numba>=0.60",
+        "numba>=0.60,<0.69",
         "trimesh>=4.4",
         "lxml",
         "networkx",
