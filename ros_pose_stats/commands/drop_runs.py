@@ -57,7 +57,7 @@ def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
         from ..kernels.compilation import prepare_kernels
 
         if drops:
-            from .. import simulation  # noqa: F401
+            from ..simulation import simulate  # noqa: F401
         part = part_of(options)
         prepare_kernels()
     return part

@@ -17,6 +17,7 @@ from .words import untargeted
 MOST_DROPS = 10_000_000
 """Drops that a target may cost where the caller sets no bound."""
 
+
 def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
          restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
          drop_height: float | None = None, max_seconds: float = 0.0,
