@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
 import signal
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, wait
 from typing import TYPE_CHECKING
 
 from .progress_bar import ProgressBar
@@ -55,6 +53,9 @@ def run(_: argparse.Namespace) -> int:
 
 
 def _compile_all(missing: list[EntryKernel]) -> None:
+    import multiprocessing  # which no other command wants
+    from concurrent.futures import ProcessPoolExecutor, wait
+
     families = _families(missing)
     workers = min(len(families), os.cpu_count() or 1)
     left, done = list(missing), 0
