@@ -6,7 +6,7 @@ import pickle
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, update_wrapper
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -33,17 +33,32 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "nopython": Tr
 INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
 
 
-class Helper(KernelDispatcher):
-    """A function that becomes part of the kernels that call it."""
+class Helper:
+    """A function that becomes part of the kernels that call it.
+
+    numba's dispatcher of it is made when a kernel is compiled: most processes load machine
+    code, and to make a hundred dispatchers takes as long as loading it.
+    """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        super().__init__(function, targetoptions={**OPTIONS, **options,
-                                                  "no_cpython_wrapper": True})
+        update_wrapper(self, function)
+        self.py_func = function
+        self._options = {**OPTIONS, **options}
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes it for within a kernel."""
+        within: Any = self._within
+        return within._numba_type_
+
+    @cached_property
+    def _within(self) -> KernelDispatcher:
+        options = {**self._options, "no_cpython_wrapper": True}
+        return KernelDispatcher(self.py_func, targetoptions=options)
 
     @cached_property
     def _alone(self) -> KernelDispatcher:
-        options = {**self.targetoptions, "no_cpython_wrapper": False}
-        return KernelDispatcher(self.py_func, targetoptions=options)
+        return KernelDispatcher(self.py_func, targetoptions=self._options)
 
     def __call__(self, *arguments: Any) -> Any:
         """Compile and call it by itself, for whatever it is handed."""

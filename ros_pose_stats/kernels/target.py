@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import sys
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 if "numba" not in sys.modules:
@@ -53,9 +53,14 @@ def baseline() -> str:
     """
     if config.CPU_NAME:
         return str(config.CPU_NAME)
+    return _baseline_of_this_machine()
+
+
+@lru_cache(maxsize=1)
+def _baseline_of_this_machine() -> str:
     if not llvm.get_process_triple().startswith("x86_64"):
         return "generic"
-    has = llvm.get_host_cpu_features()
+    has = llvm.get_host_cpu_features()  # takes milliseconds
     return "x86-64-v3" if all(has.get(name) for name in V3) else "x86-64"
 
 

@@ -96,6 +96,7 @@ class TestPoints:
         points = list(estimator_points(paper_size(some(1)), LITTLE))
         assert all(point.low == point.error == point.high for point in points)
 
+    @pytest.mark.long
     def test_progress_names_what_was_measured(self):
         said = []
         chart(some(2), PLANS[:1], on_progress=said.append)
@@ -127,6 +128,7 @@ class TestFront:
         assert [point["error"] for point in plain["sizes"][0]["points"]] == [0.0, 0.02, 0.03]
         assert plain["sizes"][0]["pareto_front"] == [1]
 
+    @pytest.mark.long
     def test_an_exact_estimator_makes_such_a_point(self):
         """Counts drawn from it: of a few seeds one has more noise taken off than there is."""
         _, estimated = told(20)
@@ -156,6 +158,7 @@ class TestResults:
         assert sum(line.rstrip(" |").endswith("yes") for line in rows) == sum(
             len(one.front()) for one in found.sizes)
 
+    @pytest.mark.long
     def test_the_figure_names_the_dataset_s_restitutions(self, found):
         def says(results):
             return " ".join(text.get_text() for text in draw_chart(results).texts)

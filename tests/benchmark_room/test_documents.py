@@ -144,6 +144,7 @@ class TestMeasured:
         assert all(plan.effort.drops == (10, 100, 1_000, 10_000) for plan in found.measured)
 
 
+@pytest.mark.long
 class TestSingleFigures:
     def test_a_chart_has_its_numbers_beside_it(self, measured, tmp_path):
         stem = tmp_path / "deep" / "shift_0.25"

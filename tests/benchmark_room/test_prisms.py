@@ -188,6 +188,7 @@ class TestSimulation:
 
 
 class TestARun:
+    @pytest.mark.long
     def test_the_same_seed_gives_the_same_results_and_progress_rises_to_its_total(self, small):
         told = []
         again = few(workers=1, on_progress=lambda done, total: told.append((done, total)))

@@ -178,6 +178,7 @@ class TestReliability:
         assert whole.reliability.keys() == {*ESTIMATORS, "simulation, n = 100"}
 
 
+@pytest.mark.long
 class TestDocuments:
     def test_text_and_page(self, whole):
         text, page = stability_text(whole), stability_page(whole)

@@ -65,6 +65,7 @@ def both(key):
     return compared(*key), KNOWN[key]
 
 
+@pytest.mark.long
 @EVERY_DATASET
 class TestAnotherImplementation:
     def test_errors(self, both):
@@ -159,6 +160,7 @@ def found():
     return table(some(40))
 
 
+@pytest.mark.long
 class TestKnownErrors:
     BODIES, DROPS = 250, 200
 
@@ -216,6 +218,7 @@ class TestCombined:
         assert 0.0 < found.combined.pooled.error < found.pooled_noise.error
 
 
+@pytest.mark.long
 class TestOutliers:
     def test_they_are_the_largest_of_different_bodies(self, found):
         dataset = some(40)

@@ -31,6 +31,7 @@ def parts():
 
 
 class TestTheRun:
+    @pytest.mark.long
     def test_sections(self, few, monkeypatch):
         monkeypatch.setattr(choosing, "TARGETS", (0.3, 0.06))
         found = [sharpening(few), needed(few), coverage(few), *choosing.choosing(few)]
@@ -81,6 +82,7 @@ class TestTheRun:
 
 
 class TestFit:
+    @pytest.mark.long
     def test_the_shipped_numbers_are_about_the_likeliest(self, parts):
         """On a few of the bodies; any of the five moved by half its size or so is less likely.
 

@@ -56,6 +56,7 @@ def table(some):
     return make_table(some)
 
 
+@pytest.mark.long
 class TestFit:
     def test_the_gradient_is_that_of_the_loss(self, table):
         arrays = (table.first_split, table.splits, table.first_pose, table.children, table.kept,

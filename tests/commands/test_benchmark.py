@@ -60,6 +60,7 @@ class TestTable:
         assert out.count("### Shift 0 (inertia), 24 bodies, 150 drops of each") == 2
         assert complaints(err) == []
 
+    @pytest.mark.long
     def test_outliers_are_dropped_again(self, small, capsys):
         assert run("table", "--dataset", small) == 0
         out = capsys.readouterr().out
@@ -100,6 +101,7 @@ class TestChart:
 
 
 class TestPrisms:
+    @pytest.mark.long
     def test_figures(self, tmp_path, capsys):
         assert run("prisms", "--drops", 5, "--dice-drops", 5, "--json",
                    "-o", tmp_path / "prisms") == 0

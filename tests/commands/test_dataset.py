@@ -83,6 +83,7 @@ def wait_for_a_piece(file, running):
 
 
 class TestTheFile:
+    @pytest.mark.long
     def test_it_is_the_library_s_whatever_the_workers(self, whole, tmp_path):
         for workers in (1, 3):
             file = tmp_path / f"{workers}.npz"
@@ -136,6 +137,7 @@ class TestCutOff:
         assert file.read_bytes() == whole[LONG_SPEC]
         assert list(tmp_path.iterdir()) == [file]
 
+    @pytest.mark.long
     def test_ctrl_c_keeps_what_is_done(self, whole, tmp_path):
         file = tmp_path / "a.npz"
         running = started(file, *LONG, "--workers", "1")
@@ -151,6 +153,7 @@ class TestCutOff:
         answer("dataset", *LONG, "-o", file)
         assert file.read_bytes() == whole[LONG_SPEC]
 
+    @pytest.mark.long
     def test_ctrl_c_does_not_wait_for_a_long_piece(self, tmp_path):
         """One body whose drops would take hours; nothing is left of them."""
         file = tmp_path / "a.npz"
@@ -164,6 +167,7 @@ class TestCutOff:
         assert running.returncode == 130
         assert list(tmp_path.iterdir()) == []
 
+    @pytest.mark.long
     def test_a_second_run_beside_the_first_is_refused(self, whole, tmp_path):
         file = tmp_path / "a.npz"
         running = started(file, *LONG, "--workers", "1")
@@ -177,6 +181,7 @@ class TestCutOff:
         running.communicate()
         assert file.read_bytes() == whole[LONG_SPEC]
 
+    @pytest.mark.long
     def test_a_full_disk_is_one_line_and_nothing_is_lost(self, whole, tmp_path):
         file = tmp_path / "a.npz"
         done = started(file, *SMALL, preexec_fn=lambda: resource.setrlimit(

@@ -35,6 +35,7 @@ def test_the_page_and_the_figure_are_written(block, tmp_path, capsys):
     assert again in text
 
 
+@pytest.mark.long
 def test_the_same_request_gives_the_same_page(block, tmp_path, capsys):
     pages = []
     for _ in range(2):

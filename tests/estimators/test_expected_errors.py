@@ -124,6 +124,7 @@ class TestFit:
         usual = {name: np.array(row) for name, row in USUAL_ERRORS.items()}
         assert MODULE.read_text(encoding="utf-8") == source(ERROR_FITS, usual)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("method", ESTIMATORS)
     def test_new_bodies_are_met(self, new_bodies, method):
         """Four bins by what is expected; the true mean square is within a fifth of it and three
@@ -136,6 +137,7 @@ class TestFit:
             assert true[part].mean() == pytest.approx(
                 expected[part].mean(), abs=0.4 * expected[part].mean() + 3.0 * scatter)
 
+    @pytest.mark.long
     def test_a_known_function_is_found(self):
         """Square errors around a smooth function, with the noise of drops on top."""
         rng = np.random.default_rng(1)

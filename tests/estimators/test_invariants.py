@@ -56,6 +56,7 @@ def assert_same_answers(one, other, turn=None, scale=1.0, tolerance=0.0, within=
 
 
 class TestTheSameBody:
+    @pytest.mark.long
     @given(polyhedra, st.floats(-9.0, 9.0), tolerances)
     def test_in_other_units(self, surface, exponent, tolerance):
         scale = 10.0**exponent
@@ -68,6 +69,7 @@ class TestTheSameBody:
         assert_same_answers(part_from_mesh(*surface), part_from_mesh(*moved(surface, turn)),
                             turn, tolerance=tolerance)
 
+    @pytest.mark.long
     @given(polyhedra, seeds, st.floats(0.0, 3.0))
     def test_far_from_its_origin(self, surface, seed, exponent):
         # Coordinates up to 1000 sizes off are rounded to 1e-13 of the size before anything is
@@ -86,6 +88,7 @@ class TestTheSameBody:
         assert_same_answers(part_from_mesh(*surface),
                             part_from_mesh(vertices, triangles[:, ::-1]), within=1e-10)
 
+    @pytest.mark.long
     @given(polyhedra, seeds)
     def test_with_finer_triangles(self, surface, seed):
         part = part_from_mesh(*surface)

@@ -57,6 +57,7 @@ def answers(**environment):
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 def test_plain_python_gives_the_same_numbers():
     plainly, plain = answers(NUMBA_DISABLE_JIT="1")
     compiled_plainly, compiled = answers(NUMBA_DISABLE_JIT="0")
@@ -217,6 +218,7 @@ class TestMachineCode:
     def test_of_all_kernels_has_none(self, tmp_path):
         assert len(machine_code(tmp_path)) == len(compilation.all_kernels())
 
+    @pytest.mark.long
     def test_is_found_by_a_copy_elsewhere(self, copied, tmp_path):
         environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
         script = ("import numpy as np\nfrom ros_pose_stats.kernels.extents import bounds\n"

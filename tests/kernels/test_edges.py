@@ -41,6 +41,7 @@ def check(triangles):
     assert neighbours(triangles).tolist() == across.tolist()
 
 
+@pytest.mark.long
 @given(st.integers(3, 12), st.integers(1, 30), st.integers(0, 2**32 - 1))
 def test_any_triangles(vertices, count, seed):
     random = np.random.default_rng(seed)

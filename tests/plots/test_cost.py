@@ -74,6 +74,7 @@ def test_styles_differ_without_colour():
     assert len({to_rgb(colour) for colour, *_ in STYLES}) == len(STYLES)
 
 
+@pytest.mark.long
 def test_both_files_are_written_and_repeatable(figure, tmp_path):
     files = save_figure(figure, tmp_path / "figures" / "cost")
     assert [file.name for file in files] == ["cost.png", "cost.svg"]

@@ -53,6 +53,7 @@ def test_the_reference_rises_in_proportion_and_stays_inside(axes):
     assert low < y[0] < y[1] < high
 
 
+@pytest.mark.long
 def test_an_equal_figure_gives_equal_files(figure, tmp_path):
     files = save_figure(figure, tmp_path / "a")
     again = save_figure(drop_cost_figure(FAMILIES, "Cost of a drop"), tmp_path / "b")

@@ -75,6 +75,7 @@ def test_a_lone_panel_is_drawn_too():
     assert clipped(figure) == []
 
 
+@pytest.mark.long
 def test_equal_data_give_equal_small_files(tmp_path):
     first = save_figure(estimators_figure(panels(), DROPS), tmp_path / "a")
     again = save_figure(estimators_figure(panels(), DROPS), tmp_path / "b")

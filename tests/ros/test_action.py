@@ -177,6 +177,7 @@ class TestSharing:
         assert "cancelled" in aborted.message
         assert whole(aborted.statistics) == whole(canceled.statistics)
 
+    @pytest.mark.long
     def test_many_goals_end_each_in_its_own_way(self, goals, cell):
         part_id = known_part(cell)
         sent = [goals.send(part_id=part_id, drops=2000, seed=seed) for seed in range(1, 13)]

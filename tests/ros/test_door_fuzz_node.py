@@ -96,6 +96,7 @@ def publish(client, publisher, messages):
         latched(client, part_id)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", few_quick(TOPICS, 1))
 def test_published_bytes(node, client, kind):
     topic = TOPICS[kind]

@@ -77,6 +77,7 @@ class Pulse:
         self._thread.join()
 
 
+@pytest.mark.long
 class TestMeshes:
     @pytest.mark.long
     def test_a_thousand_as_fast_as_can_be(self, node, client):

@@ -53,6 +53,7 @@ class TestLateJoiners:
 
 
 class TestWorseNeverReplacesBetter:
+    @pytest.mark.long
     def test_a_small_simulation_after_a_big_one(self, cell):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 10_000, seed=1))
@@ -70,6 +71,7 @@ class TestWorseNeverReplacesBetter:
         cell.good("estimate", part=flat(WEDGE, part_id))
         assert whole(latched(cell, part_id)) == whole(before)
 
+    @pytest.mark.long
     def test_a_bigger_simulation_replaces(self, cell):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 2000, seed=1))
@@ -106,6 +108,7 @@ class TestOtherQuestions:
         assert cell.good("estimate", part_id=part_id, method="csae").statistics.method == "csae"
         assert whole(latched(cell, part_id)) == whole(before)
 
+    @pytest.mark.long
     def test_a_part_with_its_own_scene_is_latched_for_that(self, cell):
         part_id = known_part(cell, restitution=0.3, drop_height=2.0)
         assert latched(cell, part_id).restitution == 0.3
@@ -113,6 +116,7 @@ class TestOtherQuestions:
         shown = latched(cell, part_id)
         assert (shown.drops, shown.restitution, shown.drop_height) == (5000, 0.3, 2.0)
 
+    @pytest.mark.long
     def test_the_scene_spelled_out_is_the_same_scene(self, cell):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 5000, restitution=0.5))
@@ -154,6 +158,7 @@ class TestNewMesh:
         assert (shown.method, shown.drops) == ("split", 0)
         assert shown.revision > before.revision
 
+    @pytest.mark.long
     def test_the_old_one_again_has_its_best_result_again(self, cell):
         part_id = known_part(cell)
         finished(cell, start(cell, part_id, 5000))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
 from .harness_bags import recorded
@@ -60,6 +61,7 @@ class TestForgetPart:
 
 
 class TestLeastRecentlyUsed:
+    @pytest.mark.long
     def test_a_part_that_made_room_can_come_again(self, node_of, client_of):
         with node_of(max_parts=2).ready():
             client = client_of()

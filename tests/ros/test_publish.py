@@ -92,6 +92,7 @@ class TestPublishing:
             time.sleep(delay)
             assert publishing.end(number) == (0, [])
 
+    @pytest.mark.long
     def test_for_a_while_under_another_name(self, client, clamp):
         with Publishing(clamp, "--unit", "cm", "--part-id", "other", "--com", 2, 1.4, 0.7,
                         "--seconds", "3", *TOPIC) as publishing:
@@ -108,6 +109,7 @@ class TestPublishing:
                 assert latched(client, "early bird").warnings  # clamp of 40 m
             assert publishing.end() == (0, [])
 
+    @pytest.mark.long
     def test_a_remapped_name(self, client, clamp):
         """ROS arguments go to ROS."""
         with Publishing(clamp, "--part-id", "remapped", "--topic", "meshes", "--ros-args",

@@ -105,6 +105,7 @@ class TestFullDisk:
             allow(node.process, resource.RLIM_INFINITY)
             assert NOT_RECORDED not in cancelled(client, first).message
 
+    @pytest.mark.long
     def test_until_the_end(self, domain, tmp_path):
         """What was recorded before is kept, and mended by the next node."""
         with cell_of(domain, tmp_path, "full") as (node, client):
@@ -129,6 +130,7 @@ def list_damage(bag, damage):
 
 
 class TestFolder:
+    @pytest.mark.long
     def test_a_file_in_its_place_until_it_is_gone(self, domain, tmp_path):
         folder = tmp_path / "bags"
         folder.write_text("no folder")

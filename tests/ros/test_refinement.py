@@ -40,6 +40,7 @@ def test_off_by_default(client):
     assert jobs_of(client, known_part(client)) == []
 
 
+@pytest.mark.long
 def test_refine_drops_sharpens_what_is_latched(client):
     client.set(refine_drops=40_000)
     with client.late_joiner() as joiner:

@@ -147,6 +147,7 @@ def test_other_parameters(again):
             assert (message.drops, message.cluster_tolerance) == (0, 0.0)
 
 
+@pytest.mark.long
 def test_meshes_are_not_recorded_twice_and_copies_are_known(again, tmp_path):
     with again() as (_, client):
         client.good("estimate", part=flat(WEDGE, "part"))
@@ -218,6 +219,7 @@ def test_two_nodes_leave_each_other_alone(again, domain, tmp_path):
     assert mine.is_dir() and ends == [JobEvent.CANCELLED]
 
 
+@pytest.mark.long
 def test_the_oldest_bags_make_room(again, tmp_path):
     for number in range(4):
         writing = Writing(tmp_path, number, "again/pose_stats")

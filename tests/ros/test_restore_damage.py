@@ -140,6 +140,7 @@ def test_hundreds_of_bad_ones(tmp_path, seed):
     assert len(run.problems) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end", few_quick(["die", "end"], 1))
 def test_a_node_starts_says_so_and_serves(domain, tmp_path, end):
     """And mends what is unfinished, so that the next one has nothing to say."""

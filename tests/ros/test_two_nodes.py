@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
 from .harness_bags import ends, recorded
@@ -9,6 +10,7 @@ from .harness_jobs import finished, start
 from .harness_parts import WEDGE, flat
 
 
+@pytest.mark.long
 def test_two_namespaces(node_of, client_of, tmp_path):
     names = ("/cell1", "/cell2")
     nodes = [node_of("-r", f"__ns:={name}", log_directory=tmp_path) for name in names]

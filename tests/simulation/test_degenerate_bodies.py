@@ -85,6 +85,7 @@ def test_short_edges(length):
         assert alike(whole, found) > 1e-4
 
 
+@pytest.mark.long
 def test_both_ends_of_an_edge_let_go_together():
     """The second one, let go right after the first, landed and was let go again for ever.
 
@@ -120,6 +121,7 @@ def test_centre_of_mass_just_inside_a_face(inset):
         assert found.poses[0].probability > 0.8
 
 
+@pytest.mark.long
 def test_a_needle():
     """1 x 0.001 x 0.002: its ends are never stood on, its sides go by their width."""
     part = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))

@@ -26,6 +26,7 @@ def share_on_squares(ratio, restitution, radii):
     return sum(pose.count for pose in found.poses if abs(pose.down[2]) > 0.9) / DROPS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("restitution", "radii", "known"), [
     (0.05, 20.0, 0.057), (0.2, 20.0, 0.072), (0.5, 20.0, 0.051), (0.8, 20.0, 0.037),
     (0.5, 2.0, 0.032)])

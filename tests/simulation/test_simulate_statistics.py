@@ -75,6 +75,7 @@ def test_unsettled_drops_are_never_hidden():
     assert "5 of 200" in text
 
 
+@pytest.mark.long
 def test_a_lattice_takes_its_errors_from_its_blocks(part):
     """Whole blocks: the scatter of their counts, mean square over the poses."""
     drops = 40 * BLOCK

@@ -57,6 +57,7 @@ def test_mirror_images_of_each_other_are_alike():
     assert alike(found, other, turn=np.diag((-1.0, 1.0, 1.0))) > SURE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2))
 def test_a_turned_copy_has_the_same_shares(seed):
     surface, turn = random_polyhedron(9, seed), rotation(seed)

@@ -235,6 +235,7 @@ class TestIntervals:
         np.testing.assert_allclose(high - low, width, rtol=1e-2)
 
 
+@pytest.mark.long
 class TestCalibration:
     """Truths drawn from the prior, counts drawn from the truths: nine of ten must hold."""
 

@@ -78,6 +78,7 @@ def landing(series, last, points, margin):
     return near | set(np.flatnonzero(heights_at(series, last, points, low) <= margin).tolist())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["round", "flat", "long", "few"])
 @pytest.mark.parametrize("margin", MARGINS)
 def test_none_is_missed(name, margin):

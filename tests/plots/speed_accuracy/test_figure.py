@@ -50,6 +50,7 @@ def written(axes):
     return [text.get_text() for text in axes.texts]
 
 
+@pytest.mark.long
 def test_axes_are_logarithmic_and_shared(figure):
     assert [axes.get_title(loc="left") for axes in figure.axes] == [
         "paper-size, 9 vertices", "200 vertices", "2 000 vertices"]
