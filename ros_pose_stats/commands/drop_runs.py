@@ -53,7 +53,8 @@ def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
         Whether the part is to be dropped.
     """
     with announce_slow_start(), end_on_interrupt():
-        from ..geometry import poses  # noqa: F401 - imported for its kernels
+        from ..estimators import estimate  # noqa: F401 - imported for their kernels
+        from ..geometry import poses  # noqa: F401
         from ..kernels.compilation import prepare_kernels
 
         if drops:

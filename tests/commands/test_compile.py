@@ -94,6 +94,30 @@ def test_an_estimate_imports_no_drops_and_no_parser(clamp):
                 } & set(imported)
 
 
+PREPARED = """
+import sys
+from ros_pose_stats.cli import main
+from ros_pose_stats.kernels import compilation
+
+prepared = set()
+compilation.prepare_kernels = lambda: prepared.update(compilation._entry_kernels)
+assert main(sys.argv[1:]) == 0
+print(*(one.name for one in compilation._entry_kernels if one not in prepared and one.overloads))
+"""
+
+
+@pytest.mark.parametrize("asked", [
+    ["simulate", "--drops", "10"], ["estimate"], ["estimate", "--target-error", "0.1"],
+    ["estimate", "--method", "hybrid", "--drops", "10"],
+], ids=" ".join)
+def test_a_command_prepares_all_its_kernels_before_it_begins(asked, clamp):
+    """A kernel that compiled later would not be announced, and stand still in a drop."""
+    command, *options = asked
+    done = subprocess.run([sys.executable, "-c", PREPARED, command, clamp, "--unit", "mm",
+                           *options], capture_output=True, text=True, check=True)
+    assert not done.stdout.splitlines()[-1]
+
+
 @pytest.fixture(scope="module")
 def clamp(tmp_path_factory):
     parts = write_demo_parts(tmp_path_factory.mktemp("parts"))
