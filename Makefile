@@ -23,7 +23,7 @@ test-all: test
 	$(PYTEST) -m long
 
 lint: $(READY)
-	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks setup.py
+	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks training setup.py
 	.venv/bin/mypy
 
 clean:

@@ -17,8 +17,8 @@ setup(
     maintainer="ros_pose_stats maintainers",
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
-    packages=find_packages(exclude=["tests", "tests.*", "benchmarks", "benchmarks.*"]),
-    package_data={f"{PACKAGE}.benchmark": ["data/*.npz"], f"{PACKAGE}.report": ["assets/*"]},
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={f"{PACKAGE}.study": ["data/*.npz"], f"{PACKAGE}.report": ["assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

@@ -16,7 +16,7 @@ FIGURE = pictures.PICTURES["growth"].stem
 INTRODUCTION = """# Speed
 
 Written by `python -m benchmarks.core --write`, and so by `benchmarks.start`, `benchmarks.drops`,
-`benchmarks.expected_errors`, `benchmarks.auto`, `benchmarks.node` and `benchmarks.node_soak`,
+`training.expected_errors`, `benchmarks.auto`, `benchmarks.node` and `tests.soak.node`,
 from `docs/benchmarks/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
 what counts, and times are there to give an idea. Kernels were compiled before, unless said

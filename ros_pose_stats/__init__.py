@@ -16,9 +16,7 @@ __version__ = version.VERSION
 if TYPE_CHECKING:
     from .errors import PoseStatsError
     from .estimators import estimate, estimate_all
-    from .geometry.parts import load_part, part_from_mesh
-    from .geometry.poses import resting_poses
-    from .geometry.splitting_graph import splitting_graph
+    from .mesh.parts import load_part, part_from_mesh
     from .planning.auto import auto
     from .planning.hybrid import hybrid
     from .recording.analysis import analyse_bags
@@ -31,6 +29,8 @@ if TYPE_CHECKING:
         StablePose,
         Trajectory,
     )
+    from .resting.poses import resting_poses
+    from .resting.splitting_graph import splitting_graph
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
 
@@ -48,12 +48,12 @@ _HOMES = {
     "estimate": "estimators",
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
-    "load_part": "geometry.parts",
-    "part_from_mesh": "geometry.parts",
+    "load_part": "mesh.parts",
+    "part_from_mesh": "mesh.parts",
     "record_drop": "simulation.record_drop",
-    "resting_poses": "geometry.poses",
+    "resting_poses": "resting.poses",
     "simulate": "simulation.simulate",
-    "splitting_graph": "geometry.splitting_graph",
+    "splitting_graph": "resting.splitting_graph",
 }
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "PoseStatsError",

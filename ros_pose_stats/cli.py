@@ -12,7 +12,6 @@ from typing import Any, NoReturn
 
 from .commands import (
     animate,
-    bag,
     benchmark,
     compile,
     dataset,
@@ -23,6 +22,7 @@ from .commands import (
     shapes,
     simulate,
 )
+from .commands.bags import bag
 from .errors import PoseStatsError
 from .version import VERSION
 

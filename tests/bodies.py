@@ -13,10 +13,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from benchmarks.fuzz import changes
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.shapes import registry
+from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats.shapes import registry
+from tests.fuzz import changes
 
 REGULAR_SOLIDS = {
     "tetrahedron": shapes.tetrahedron(),

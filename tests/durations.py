@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 
 def room_of(module: str) -> str:
-    """`tests.geometry.test_parts.TestHulls` is of the room geometry."""
+    """`tests.mesh.test_parts.TestHulls` is of the room geometry."""
     _, room, *_ = module.split(".")
     return "(top)" if room.startswith("test_") else room
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import shapes
 from tests.bodies import write_stl
 from tests.imports import Sources
 
@@ -19,37 +19,38 @@ FLOORS = (
     {"errors", "tolerances", "version"},
     {"records", "whole_files"},
     {"kernels", "statistics"},
-    {"geometry"},
-    {"estimators", "simulation"},
+    {"mesh"},
+    {"resting"},
+    {"estimators", "simulation", "shapes"},
     {"planning"},
     {"recording"},
     {"plots"},
     {"report"},
-    {"ros", "benchmark", "commands", "cli", "__main__"},
+    {"ros", "study", "commands", "cli", "__main__"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 FLOOR[""] = len(FLOORS)  # the package's own __init__, which no module may import
 
 NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros"),
-              ("commands", "benchmark")}
+              ("commands", "study")}
 """Rooms of one floor that may be imported all the same."""
 
 ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
     "llvmlite": {"kernels"},
-    "scipy": {"statistics", "geometry", "benchmark"},
-    "trimesh": {"geometry", "benchmark"},
-    "manifold3d": {"geometry"},
+    "scipy": {"statistics", "mesh", "resting", "shapes", "study"},
+    "trimesh": {"mesh", "shapes", "study"},
+    "manifold3d": {"shapes"},
     "mcap": {"recording"},
     "mcap_ros2": {"recording"},
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
     "PIL": {"plots"},
     "rclpy": {"ros"},
-    "dask": {"benchmark"},
-    "distributed": {"benchmark"},
-    "mujoco": {"benchmark"},
+    "dask": {"study"},
+    "distributed": {"study"},
+    "mujoco": {"study"},
 }
 """Where a library may be imported; one that is missing here, only in `ros`."""
 
@@ -117,7 +118,7 @@ class TestTheWalkItself:
         "try:\n    import sample.report\nexcept ImportError:\n    pass",
     ])
     def test_climbing_is_found(self, tmp_path, text):
-        found = self.package(tmp_path, {"geometry/hull": text, "report/page": ""})
+        found = self.package(tmp_path, {"mesh/hull": text, "report/page": ""})
         assert len(climbing(found)) == 1
 
     def test_a_sibling_room_is_found(self, tmp_path):
@@ -127,22 +128,22 @@ class TestTheWalkItself:
 
     def test_own_room_lower_floors_and_type_checking_pass(self, tmp_path):
         found = self.package(tmp_path, {
-            "errors": "", "report/page": "", "geometry/a": "from . import b",
-            "geometry/b": "from ..errors import E\nfrom typing import TYPE_CHECKING\n"
+            "errors": "", "report/page": "", "mesh/a": "from . import b",
+            "mesh/b": "from ..errors import E\nfrom typing import TYPE_CHECKING\n"
                           "if TYPE_CHECKING:\n    from ..report import page"})
         assert climbing(found) == []
         assert found.cycles() == []
 
     def test_cycles_are_found(self, tmp_path):
         found = self.package(tmp_path, {
-            "geometry/a": "from .b import y", "geometry/b": "from .c import z",
-            "geometry/c": "def f():\n    from . import a",
-            "geometry/d": "import sample.geometry.a"})
-        assert found.cycles() == [["sample.geometry.a", "sample.geometry.b",
-                                   "sample.geometry.c"]]
+            "mesh/a": "from .b import y", "mesh/b": "from .c import z",
+            "mesh/c": "def f():\n    from . import a",
+            "mesh/d": "import sample.mesh.a"})
+        assert found.cycles() == [["sample.mesh.a", "sample.mesh.b",
+                                   "sample.mesh.c"]]
 
     @pytest.mark.parametrize(("room", "text"), [
-        ("geometry", "import numba"), ("estimators", "from scipy import stats"),
+        ("mesh", "import numba"), ("estimators", "from scipy import stats"),
         ("report", "import matplotlib.pyplot as plt"), ("commands", "import rclpy.node"),
         ("commands", "import trimesh"), ("kernels", "import pandas"),
         ("statistics", "def f():\n    from mcap.writer import Writer"),

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import ros_pose_stats
-from ros_pose_stats import errors
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import errors, shapes
 from tests.bodies import METHODS, write_stl
 
 

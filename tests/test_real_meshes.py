@@ -9,7 +9,7 @@ import pytest
 
 import ros_pose_stats
 from ros_pose_stats import PoseStatsError, estimate_all, load_part, resting_poses
-from ros_pose_stats.geometry.equilibria import equilibria
+from ros_pose_stats.resting.equilibria import equilibria
 from tests.matching import values
 
 FOLDER = Path(ros_pose_stats.__file__).resolve().parents[2] / "shared" / "meshes"

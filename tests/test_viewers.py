@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from ros_pose_stats.recording.drop_film import BODY, ENERGY, REACH
+from ros_pose_stats.recording.writer.drop_film import BODY, ENERGY, REACH
 
 ROOT = Path(__file__).resolve().parents[1]
 NODE = {"/pose_stats/markers", "/pose_stats/pose_statistics", "/diagnostics"}

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import DropScene, Part, PoseStatistics, resting_poses, simulate
-from ros_pose_stats.benchmark.families import family_part, family_tolerance
-from ros_pose_stats.geometry.poses import RestingPoses
 from ros_pose_stats.planning.prior import pose_prior
+from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.simulation.drops import DropChunk
 from ros_pose_stats.statistics.posterior import PosePrior
+from training.families import family_part, family_tolerance
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

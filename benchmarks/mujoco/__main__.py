@@ -7,9 +7,9 @@ import math
 from collections.abc import Sequence
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.benchmark.mujoco.contact import MEDIAN, accepted, settings
-from ros_pose_stats.benchmark.mujoco.dropping import dropped
-from ros_pose_stats.benchmark.mujoco.plate import Plate
+from ros_pose_stats.study.mujoco.contact import MEDIAN, accepted, settings
+from ros_pose_stats.study.mujoco.dropping import dropped
+from ros_pose_stats.study.mujoco.plate import Plate
 
 from .. import bodies
 

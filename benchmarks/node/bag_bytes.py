@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ros_pose_stats_msgs import srv
 
-from ros_pose_stats.recording.mcap_layout import message_size
-from ros_pose_stats.recording.raw_reader import RawMessage, raw_messages
+from ros_pose_stats.recording.reader.raw_reader import RawMessage, raw_messages
+from ros_pose_stats.recording.writer.mcap_layout import message_size
 
 from ..bodies import Body
 from ..results import Row, Section

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ros_pose_stats.recording.run_log import RunLog
+from ros_pose_stats.recording.writer.run_log import RunLog
 from ros_pose_stats.ros.recorder import ANSWERS, bag_types
 
 from ..results import Row, Section

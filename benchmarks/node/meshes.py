@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 
-from ros_pose_stats.ros.part_messages import part_message
-from ros_pose_stats.ros.part_requests import PartRequest
+from ros_pose_stats.ros.messages.part_messages import part_message
+from ros_pose_stats.ros.parts.part_requests import PartRequest
 
 from ..bodies import Body, rounded_box
 

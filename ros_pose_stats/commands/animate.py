@@ -12,8 +12,8 @@ from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 if TYPE_CHECKING:
-    from ..geometry.splitting_graph import SplittingNode
     from ..records import Part, Trajectory
+    from ..resting.splitting_graph import SplittingNode
     from ..simulation.frames import DropFrames
 
 ENDINGS = (".gif", ".mp4", ".mcap")
@@ -41,8 +41,8 @@ def run(options: argparse.Namespace) -> int:
     """Record the drop, draw it and say how it ended."""
     file = output_file(options.output, ENDINGS)
     with announce_slow_start(), end_on_interrupt():
-        from ..geometry.poses import resting_poses
-        from ..geometry.splitting_graph import splitting_graph
+        from ..resting.poses import resting_poses
+        from ..resting.splitting_graph import splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
 
         if file.suffix.lower() == ".mp4":
@@ -82,8 +82,8 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
 
 def _film(file: Path, part: Part, found: Trajectory, frames: DropFrames,
           root: SplittingNode) -> None:
-    from ..geometry.splitting_graph import levels_above, poses_within
-    from ..recording.drop_film import write_film
+    from ..recording.writer.drop_film import write_film
+    from ..resting.splitting_graph import levels_above, poses_within
 
     weight = found.energies[0] / found.heights[0]
     levels = levels_above(root, found.pose)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 TOGETHER = (
     ("drops.drop", "drops.sample"),
-    ("splits", "split_features", "cap_areas", "corner_crowding"),
-    ("body", "coplanar", "features"),
+    ("levels.splits", "features.split_features", "levels.cap_areas", "features.corner_crowding"),
+    ("body.convex_body", "body.coplanar", "features.surface_features"),
 )
 """Modules whose kernels share helpers, which are compiled once a process; longest first."""
 

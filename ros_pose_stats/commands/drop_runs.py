@@ -54,8 +54,8 @@ def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
     """
     with announce_slow_start(), end_on_interrupt():
         from ..estimators import estimate  # noqa: F401 - imported for their kernels
-        from ..geometry import poses  # noqa: F401
         from ..kernels.compilation import prepare_kernels
+        from ..resting import poses  # noqa: F401
 
         if drops:
             from ..simulation import simulate  # noqa: F401

@@ -35,8 +35,8 @@ def part_of(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
     from pathlib import Path
 
-    from ..geometry.mesh_files import metres_per_unit, read_mesh
-    from ..geometry.parts import part_from_mesh
+    from ..mesh.files import metres_per_unit, read_mesh
+    from ..mesh.parts import part_from_mesh
 
     vertices, triangles, declared = read_mesh(options.part)
     unit = metres_per_unit(options.unit) if options.unit else declared or 1.0

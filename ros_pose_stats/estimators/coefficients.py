@@ -13,5 +13,5 @@ COMBINED_WEIGHT: Final = 0.75
 PQSE_SHARE: Final = 0.555
 """Redistributed share of PQSE in this project's reading.
 
-Fitted to Budden's measured dice by `benchmarks/fit_pqse.py`.
+Fitted to Budden's measured dice by `training/fit_pqse.py`.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..geometry.poses import RestingPoses
+from ..resting.poses import RestingPoses
 from .coefficients import COMBINED_WEIGHT
 from .estimator import Array, normalized
 from .quasi_static import nqse

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..geometry.poses import RestingPoses
 from ..records import DropScene
+from ..resting.poses import RestingPoses
 from .energy_absorption import eae, meae
 from .estimator import Array, normalized
 from .quasi_static import nonlinear, qse

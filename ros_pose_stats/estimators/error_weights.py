@@ -1,4 +1,4 @@
-"""Weights of expected errors by `python -m benchmarks.expected_errors --write`."""
+"""Weights of expected errors by `python -m training.expected_errors --write`."""
 
 from __future__ import annotations
 

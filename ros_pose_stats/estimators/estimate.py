@@ -7,8 +7,6 @@ import time
 
 import numpy as np
 
-from ..geometry.poses import RestingPoses, resting_poses
-from ..geometry.trust import pose_warnings
 from ..records import DropScene, Part, PoseStatistics, StablePose
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -17,6 +15,8 @@ from ..records.scene import (
     LOW_DROP_RADII,
 )
 from ..records.statistics import ranked
+from ..resting.poses import RestingPoses, resting_poses
+from ..resting.trust import pose_warnings
 from ..version import VERSION
 from .estimator import Array, Estimator
 from .expected import ExpectedError, expected_error, pose_errors

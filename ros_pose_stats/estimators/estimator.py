@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.poses import RestingPoses
 from ..records import DropScene
+from ..resting.poses import RestingPoses
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.poses import RestingPoses
 from ..records import DropScene
+from ..resting.poses import RestingPoses
 from .error_inputs import doubts, error_inputs, known_answers, single_drop
 from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
 from .estimator import Array

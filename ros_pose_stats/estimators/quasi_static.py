@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.convex_body import ConvexBody
-from ..geometry.equilibria import Equilibria
-from ..geometry.poses import RestingPoses
-from ..kernels.equilibria import settle_on_stable
+from ..kernels.body.equilibria import settle_on_stable
+from ..resting.convex_body import ConvexBody
+from ..resting.equilibria import Equilibria
+from ..resting.poses import RestingPoses
 from .coefficients import NQSE_COEFFICIENTS, PQSE_SHARE
 from .estimator import Array, normalized
 

@@ -7,9 +7,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..geometry.poses import RestingPoses
 from ..records import DropScene
 from ..records.scene import DEFAULT_DROP_RADII
+from ..resting.poses import RestingPoses
 from .estimator import Array
 from .split_weights import HIGHEST_DROP, HIGHEST_RESTITUTION
 

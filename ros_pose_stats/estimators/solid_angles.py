@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..geometry.poses import RestingPoses
+from ..resting.poses import RestingPoses
 from .estimator import Array, normalized
 
 

@@ -15,9 +15,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.poses import RestingPoses
-from ..kernels.split_descent import descend_splits
+from ..kernels.levels.split_descent import descend_splits
 from ..records import DropScene
+from ..resting.poses import RestingPoses
 from .estimator import Array, normalized
 from .scene_inputs import body_inputs, corner_inputs, scene_inputs
 from .split_fit import SplitFit

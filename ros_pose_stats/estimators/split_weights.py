@@ -1,4 +1,4 @@
-"""Weights of the split estimator by `python -m benchmarks.split fit --write`."""
+"""Weights of the split estimator by `python -m training.split fit --write`."""
 
 from __future__ import annotations
 

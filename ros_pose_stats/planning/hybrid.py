@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.poses import resting_poses
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..records.statistics import ranked
+from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge

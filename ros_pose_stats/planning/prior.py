@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
-from ..geometry.poses import RestingPoses
 from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
+from ..resting.poses import RestingPoses
 from ..statistics.posterior import PosePrior
 from ..statistics.posterior.fitted import FITTED_METHOD
 

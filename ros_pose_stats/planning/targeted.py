@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..geometry.poses import resting_poses
 from ..records import DropProgress, DropScene, Part, PoseStatistics
+from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
 from ..statistics.intervals import DEFAULT_LEVEL
 from ..statistics.posterior import PosePrior

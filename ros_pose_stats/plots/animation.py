@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from ..geometry.decimation import visible_triangles
-from ..geometry.orientation import rotation_matrices
-from ..geometry.splitting_graph import SplittingNode, levels_above, poses_within
 from ..records import Part, Trajectory
+from ..resting.decimation import visible_triangles
+from ..resting.orientation import rotation_matrices
+from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
-from .cost import INK, REFERENCE
 from .poses import FINEST
 from .rendering import View, rendered
+from .study.cost import INK, REFERENCE
 from .trajectory import component_name, draw_energy, energy_heights
 
 Array = NDArray[np.float64]

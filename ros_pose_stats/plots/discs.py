@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from ..geometry.pose_sphere import PoseSphere, on_map
-from ..geometry.splitting_graph import SplittingNode
-from .cost import INK, REFERENCE
+from ..resting.pose_sphere import PoseSphere, on_map
+from ..resting.splitting_graph import SplittingNode
+from .study.cost import INK, REFERENCE
 
 Array = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ..geometry.splitting_graph import SplittingNode
 from ..records import Part, PoseStatistics
-from .cost import INK
+from ..resting.splitting_graph import SplittingNode
 from .files import RASTER
 from .poses import poses_figure
 from .shares import shares_figure
 from .splitting import splitting_figure
+from .study.cost import INK
 
 Picture = NDArray[np.uint8]
 

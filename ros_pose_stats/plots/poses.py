@@ -10,12 +10,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ..geometry.decimation import visible_triangles
-from ..geometry.orientation import rotation_matrices
 from ..records import Part, PoseStatistics, StablePose
-from .cost import INK, REFERENCE
+from ..resting.decimation import visible_triangles
+from ..resting.orientation import rotation_matrices
 from .rendering import View, rendered, view_axes
 from .spacing import in_digits
+from .study.cost import INK, REFERENCE
 
 Array = NDArray[np.float64]
 

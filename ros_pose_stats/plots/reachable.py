@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ..geometry.pose_sphere import PoseSphere
-from ..geometry.splitting_graph import SplittingNode
-from .cost import INK
+from ..resting.pose_sphere import PoseSphere
+from ..resting.splitting_graph import SplittingNode
 from .discs import across_disc, mark, two_discs
 from .spacing import in_digits
+from .study.cost import INK
 
 APART = 0.03
 """Energies that are drawn differ by at least this fraction."""

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..records import PoseStatistics
-from .cost import INK, REFERENCE
+from .study.cost import INK, REFERENCE
 
 MOST = 8
 """Poses with a bar, the most probable ones."""

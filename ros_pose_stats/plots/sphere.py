@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..geometry.pose_sphere import PoseSphere
-from ..geometry.splitting_graph import SplittingNode
-from .cost import INK
+from ..resting.pose_sphere import PoseSphere
+from ..resting.splitting_graph import SplittingNode
 from .discs import across_disc, mark, two_discs
+from .study.cost import INK
 
 Array = NDArray[np.float64]
 Function = Literal["r", "R"]

@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ..geometry.splitting_graph import SplittingNode
 from ..records import StablePose
-from .cost import INK, REFERENCE
+from ..resting.splitting_graph import SplittingNode
 from .spacing import in_digits
 from .splitting_tree import Branch, drawn_tree, lowest_pose, place
+from .study.cost import INK, REFERENCE
 
 NAMES = 4
 """Poses of a component that are listed."""

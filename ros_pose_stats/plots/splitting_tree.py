@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.splitting_graph import SAME_LEVEL, SplittingNode
+from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .spacing import apart
 
 MOST = 16

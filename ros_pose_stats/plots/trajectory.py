@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from ..geometry.splitting_graph import SplittingNode, levels_above
 from ..records import Trajectory
-from .cost import INK, REFERENCE
+from ..resting.splitting_graph import SplittingNode, levels_above
 from .spacing import apart
+from .study.cost import INK, REFERENCE
 
 Array = NDArray[np.float64]
 

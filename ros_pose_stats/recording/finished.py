@@ -12,11 +12,11 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import Channel, McapRecord, MetadataIndex, Schema, Statistics
 
-from .bag_metadata import Files
-from .contents import Contents
-from .decoding import UNREADABLE, decode
-from .mcap_layout import FOOTER_LENGTH, MAGIC, RECORD
+from .reader.decoding import UNREADABLE, decode
 from .run_names import METADATA, bag_files
+from .writer.bag_metadata import Files
+from .writer.contents import Contents
+from .writer.mcap_layout import FOOTER_LENGTH, MAGIC, RECORD
 
 _FOOTER = struct.Struct("<BQQQI")
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)

@@ -7,14 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..estimators import DEFAULT_METHOD, estimate_all
-from ..geometry.pose_sphere import PoseSphere, pose_sphere
-from ..geometry.poses import resting_poses
-from ..geometry.splitting_graph import SplittingNode, splitting_graph
 from ..kernels.compilation import prepare_kernels
 from ..planning.hybrid import hybrid_statistics
 from ..planning.prior import pose_prior
 from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..resting.pose_sphere import PoseSphere, pose_sphere
+from ..resting.poses import resting_poses
+from ..resting.splitting_graph import SplittingNode, splitting_graph
 from ..simulation.simulate import simulate
 from .feeding import Feeding, feeding, refuse_unknown
 from .warning_words import said_once

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.decimation import visible_triangles
 from ..records import Part, StablePose
+from ..resting.decimation import visible_triangles
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from .times import now, time_message
+from .messages.times import now, time_message
 
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""

@@ -7,7 +7,7 @@ from ..estimators.registry import ESTIMATORS
 from ..planning.best import best_method
 from ..planning.hybrid import METHOD as HYBRID
 from ..simulation.simulate import METHOD as SIMULATION
-from .part_requests import LONGEST_NAME
+from .parts.part_requests import LONGEST_NAME
 
 AUTO = "auto"
 """The most accurate estimator, with drops in the background where a target asks for them."""

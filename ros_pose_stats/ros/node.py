@@ -18,32 +18,32 @@ from ros_pose_stats_msgs.msg import JobEvent, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
 from ..errors import PoseStatsError
-from ..recording.repair import repair_bags
-from .bag_choice import bags_to_restore
-from .catalogue import KnownPart
+from ..recording.repair.repair import repair_bags
 from .diagnostics import Diagnostics, Refusals, status
-from .drawing import Drawing
-from .intake import Intake
-from .interrupted import interrupted_job
-from .job_reports import JobReports, job_event
 from .jobs import Jobs
-from .latching import LatchedPublishers
-from .late_answers import LateAnswers
-from .mesh_topics import mesh_topics
+from .jobs.job_reports import JobReports, job_event
+from .jobs.simulate_drops import SimulateDropsServer
+from .messages.part_lines import count_problem, counts_of_bytes, named, part_line
+from .messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from .messages.times import now, time_message
 from .parameters import Parameters
-from .part_lines import count_problem, counts_of_bytes, named, part_line
-from .part_messages import request_of_mesh_bytes, request_of_part_bytes
-from .part_requests import PartRequest, plain
+from .parts.catalogue import KnownPart
+from .parts.drawing import Drawing
+from .parts.intake import Intake
+from .parts.latching import LatchedPublishers
+from .parts.mesh_topics import mesh_topics
+from .parts.part_requests import PartRequest, plain
+from .parts.refinement import Refinement
+from .parts.results import Results
 from .recorder import JOB_EVENTS, POSE_COUNTS, Recorder, said
-from .refinement import Refinement
 from .requests import Requests
-from .restore import LastRun, last_run
-from .results import Results
-from .sequence_gaps import SequenceGaps
+from .restart.bag_choice import bags_to_restore
+from .restart.interrupted import interrupted_job
+from .restart.restore import LastRun, last_run
 from .services import Services
 from .settings import Settings
-from .simulate_drops import SimulateDropsServer
-from .times import now, time_message
+from .transport.late_answers import LateAnswers
+from .transport.sequence_gaps import SequenceGaps
 
 DEPTH = 100
 

@@ -14,13 +14,13 @@ from rclpy.signals import SignalHandlerOptions
 from ros_pose_stats_msgs.msg import PartMesh
 
 from ..errors import RequestError
-from ..geometry.mesh_files import metres_per_unit, read_mesh
-from ..geometry.parts import part_from_mesh
-from .latching import LATCHED
-from .part_lines import part_line
-from .part_messages import part_message
-from .part_requests import PartRequest, check_name
-from .times import now
+from ..mesh.files import metres_per_unit, read_mesh
+from ..mesh.parts import part_from_mesh
+from .messages.part_lines import part_line
+from .messages.part_messages import part_message
+from .messages.times import now
+from .parts.latching import LATCHED
+from .parts.part_requests import PartRequest, check_name
 
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..recording.message_types import MessageType, message_type
-from ..recording.repair import Repair
-from ..recording.run_log import RunLog
+from ..recording.repair.repair import Repair
+from ..recording.writer.message_types import MessageType, message_type
+from ..recording.writer.run_log import RunLog
 from .settings import Settings
 
 PACKAGE = "ros_pose_stats_msgs"

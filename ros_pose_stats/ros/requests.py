@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 from ..errors import PoseStatsError, RequestError
 from ..records import Part
-from .catalogue import KnownPart
-from .intake import Intake
 from .jobs import Job, JobRequest, Jobs
-from .part_messages import is_given, request_of_message
-from .part_requests import PartRequest, check_request, shown
-from .results import Results
+from .messages.part_messages import is_given, request_of_message
+from .parts.catalogue import KnownPart
+from .parts.intake import Intake
+from .parts.part_requests import PartRequest, check_request, shown
+from .parts.results import Results
 from .settings import Settings
 
 PATIENCE = 0.004

@@ -14,17 +14,17 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..errors import PoseStatsError
 from ..records import DropScene
-from .catalogue import KnownPart
-from .job_reports import JobReports
 from .jobs import Jobs, State
+from .jobs.job_reports import JobReports
+from .messages.statistics_messages import with_warning
 from .methods import AUTO
-from .part_requests import shown
-from .refinement import Refinement
+from .parts.catalogue import KnownPart
+from .parts.part_requests import shown
+from .parts.refinement import Refinement
+from .parts.results import Results
 from .requests import Requests, check_target, outcome
-from .results import Results
-from .service_quality import SERVICE_QUALITY
 from .settings import Settings
-from .statistics_messages import with_warning
+from .transport.service_quality import SERVICE_QUALITY
 
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import RequestError
-from ..geometry.mesh_files import metres_per_unit
+from ..mesh.files import metres_per_unit
 from ..records import DropScene
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
-from .mesh_topics import mesh_topics
 from .methods import AUTO, METHODS
+from .parts.mesh_topics import mesh_topics
 
 MOST = 2**62
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.vectors import lengths
+from ..mesh.vectors import lengths
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -9,14 +9,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.hull import hull_of
-from ..geometry.poses import RestingPoses, resting_poses
-from ..geometry.vectors import lengths, turn_vectors
-from ..kernels.body import build_body
+from ..kernels.body.convex_body import build_body
 from ..kernels.drops.layout import DropBody
 from ..kernels.drops.motion import TURN
 from ..kernels.principal_axes import principal_axes
+from ..mesh.hull import hull_of
+from ..mesh.vectors import lengths, turn_vectors
 from ..records import Part
+from ..resting.poses import RestingPoses, resting_poses
 from .ball_tree import LEAF, ball_tree
 
 Array = NDArray[np.float64]

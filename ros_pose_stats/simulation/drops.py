@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.vectors import turn_vectors
 from ..kernels.drops.drop import run_drops
 from ..kernels.drops.layout import (
     DURATION,
@@ -22,6 +21,7 @@ from ..kernels.drops.layout import (
     TRAPPED,
     DropRules,
 )
+from ..mesh.vectors import turn_vectors
 from ..records import DropScene
 from ..records.scene import DEFAULT_DROP_RADII, GRAVITY
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
-from ..geometry.orientation import rotation_matrices
-from ..geometry.poses import RestingPoses
 from ..records import Part, Trajectory
+from ..resting.orientation import rotation_matrices
+from ..resting.poses import RestingPoses
 from .record_drop import record_drop
 
 Array = NDArray[np.float64]

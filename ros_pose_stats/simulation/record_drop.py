@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
-from ..geometry.orientation import resting_quaternions
-from ..geometry.vectors import lengths, turn_vectors
 from ..kernels.drops.layout import (
     EDGE,
     FLIGHT,
@@ -29,8 +27,10 @@ from ..kernels.drops.layout import (
     Z,
 )
 from ..kernels.drops.sample import sample_motion
+from ..mesh.vectors import lengths, turn_vectors
 from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, GRAVITY
+from ..resting.orientation import resting_quaternions
 from .drop_body import PreparedBody, drop_body
 from .drops import DropOutcomes, drop_rules, release_height, run
 from .request import drop_request, real_number

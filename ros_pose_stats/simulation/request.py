@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
-from ..geometry.vectors import lengths
+from ..mesh.vectors import lengths
 from .starts import SAMPLINGS
 
 Array = NDArray[np.float64]

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..geometry.trust import drop_warnings, pose_warnings
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
+from ..resting.trust import drop_warnings, pose_warnings
 from ..statistics.prefix import Judge, Prefix
 from ..statistics.stopping import target_reached
 from ..version import VERSION

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks import fit_posterior
 from benchmarks.auto import cases, choosing, measure
 from benchmarks.auto.sharpening import coverage, needed, sharpening
-from benchmarks.posterior_samples import samples
 from benchmarks.report import rendered
 from benchmarks.results import Results
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior import fitted as shipped
+from training import fit_posterior
+from training.posterior_samples import samples
 
 
 @pytest.fixture(scope="module")

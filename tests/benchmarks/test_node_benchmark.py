@@ -23,7 +23,7 @@ from benchmarks.report import rendered, write_page
 from benchmarks.results import Results, Row, Section, Target, load, save
 from benchmarks.timing import Timings
 from ros_pose_stats import estimate, part_from_mesh
-from ros_pose_stats.recording.raw_reader import RawMessage
+from ros_pose_stats.recording.reader.raw_reader import RawMessage
 
 
 class TestSpread:

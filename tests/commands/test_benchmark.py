@@ -9,10 +9,10 @@ import sys
 import pytest
 
 from ros_pose_stats import cli
-from ros_pose_stats.benchmark import chart as charts
-from ros_pose_stats.benchmark import documents
-from ros_pose_stats.benchmark.chart.methods import Effort
-from ros_pose_stats.benchmark.dataset import DatasetSpec, make_dataset, on_threads
+from ros_pose_stats.study import chart as charts
+from ros_pose_stats.study import documents
+from ros_pose_stats.study.chart.methods import Effort
+from ros_pose_stats.study.dataset import DatasetSpec, make_dataset, on_threads
 from tests.running import ROOT, command, complaints, strict_json
 
 
@@ -74,7 +74,7 @@ class TestTable:
 
     def test_without_options_all_reference_datasets_are_meant(self, monkeypatch, capsys):
         seen = []
-        monkeypatch.setattr("ros_pose_stats.benchmark.dataset.shipped_datasets",
+        monkeypatch.setattr("ros_pose_stats.study.dataset.shipped_datasets",
                             lambda: seen.append("all") or [])
         assert run("table") == 0
         assert seen == ["all"]

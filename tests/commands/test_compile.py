@@ -13,8 +13,8 @@ import pytest
 from ros_pose_stats.cli import main
 from ros_pose_stats.commands import compile
 from ros_pose_stats.commands.compile import TOGETHER, _families
-from ros_pose_stats.geometry.shapes.registry import write_demo_parts
 from ros_pose_stats.kernels.compilation import all_kernels
+from ros_pose_stats.shapes.registry import write_demo_parts
 
 COMMAND = """
 import sys
@@ -88,7 +88,7 @@ def test_an_estimate_imports_no_drops_and_no_parser(clamp):
     done = subprocess.run([sys.executable, "-c", script, "estimate", clamp, "--unit", "mm"],
                           capture_output=True, text=True, check=True)
     imported = done.stdout.splitlines()[-1].split()
-    assert "ros_pose_stats.kernels.equilibria" in imported
+    assert "ros_pose_stats.kernels.body.equilibria" in imported
     assert not {"trimesh", "networkx", "scipy.stats", "matplotlib", "mcap",
                 "ros_pose_stats.kernels.drops", "ros_pose_stats.simulation.simulate"
                 } & set(imported)

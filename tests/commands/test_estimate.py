@@ -10,10 +10,9 @@ import sys
 import numpy as np
 import pytest
 
-from ros_pose_stats import cli, estimate, load_part
+from ros_pose_stats import cli, estimate, load_part, shapes
 from ros_pose_stats.commands.estimate import DEFAULT_METHOD, METHODS
 from ros_pose_stats.estimators import registry
-from ros_pose_stats.geometry import shapes
 from tests.bodies import write_stl
 from tests.running import ROOT, answer, command, complaints, strict_json
 

@@ -10,8 +10,7 @@ import sys
 
 import pytest
 
-from ros_pose_stats import auto, cli, hybrid, load_part
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import auto, cli, hybrid, load_part, shapes
 from tests.bodies import write_stl
 from tests.commands.test_estimate import POSE_KEYS, STATISTICS_KEYS
 from tests.running import ROOT, complaints, strict_json

@@ -4,7 +4,7 @@ import pytest
 
 from ros_pose_stats import simulate
 from ros_pose_stats.cli import main
-from ros_pose_stats.geometry.shapes.closed_forms import box
+from ros_pose_stats.shapes.closed_forms import box
 from tests.bodies import write_stl
 from tests.running import complaints
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ros_pose_stats import cli, estimate, load_part
-from ros_pose_stats.geometry.shapes import registry
+from ros_pose_stats.shapes import registry
 from tests.running import answer, command
 
 

@@ -13,9 +13,8 @@ import sys
 
 import pytest
 
-from ros_pose_stats import cli, load_part, simulate
+from ros_pose_stats import cli, load_part, shapes, simulate
 from ros_pose_stats.commands.progress_bar import ProgressBar, bar_line, drops_done
-from ros_pose_stats.geometry import shapes
 from ros_pose_stats.records import DropProgress
 from tests.bodies import write_stl
 from tests.commands.test_estimate import POSE_KEYS, STATISTICS_KEYS

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from ros_pose_stats import estimate, part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import estimate, part_from_mesh, shapes
 from tests.bodies import REGULAR_SOLIDS, random_polyhedron
 from tests.matching import downs, values
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from ros_pose_stats import estimate, estimate_all, part_from_mesh
+from ros_pose_stats import estimate, estimate_all, part_from_mesh, shapes
 from ros_pose_stats.estimators.coefficients import COMBINED_WEIGHT
-from ros_pose_stats.geometry import shapes
 from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation
 from tests.matching import downs, values
 

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.expected_errors.fit import fitted
-from benchmarks.expected_errors.samples import ErrorSamples, error_samples
-from benchmarks.expected_errors.source import MODULE, source
-from benchmarks.split.samples import JUDGE_SEED, read_samples
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
 from ros_pose_stats.estimators.error_inputs import doubts, error_inputs, known_answers
 from ros_pose_stats.estimators.error_weights import ERROR_FITS, USUAL_ERRORS
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
-from ros_pose_stats.geometry.shapes import box, dodecahedron, tetrahedron
-from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.records import DropScene
+from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
+from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
+from training.expected_errors.fit import fitted
+from training.expected_errors.samples import ErrorSamples, error_samples
+from training.expected_errors.source import MODULE, source
+from training.split.samples import JUDGE_SEED, read_samples
 
 
 def told(part, method, restitution=0.5, drop_height=None):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.geometry.equilibria import equilibria
+from ros_pose_stats.resting.equilibria import equilibria
 from ros_pose_stats.tolerances import SAME_HEIGHT
 from tests.bodies import (
     METHODS,

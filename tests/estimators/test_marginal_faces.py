@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import estimate, part_from_mesh, shapes
 from tests.bodies import oblique_prism
 
 DOWN = np.array((0.0, 0.0, -1.0))

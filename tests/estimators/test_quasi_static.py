@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, part_from_mesh, resting_poses
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators.quasi_static import (
     nonlinear,
     nqse,
@@ -13,7 +13,6 @@ from ros_pose_stats.estimators.quasi_static import (
     pqse,
     qse,
 )
-from ros_pose_stats.geometry import shapes
 from tests.bodies import REGULAR_SOLIDS, clamp_hull, oblique_prism, random_polyhedron
 from tests.matching import downs, values
 from tests.reference.toppling import Polyhedron, solid_angle

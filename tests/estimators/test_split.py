@@ -6,17 +6,16 @@ import math
 
 import numpy as np
 import pytest
+from ros_pose_stats.kernels.body.convex_body.arcs import make_arcs
 from scipy.integrate import trapezoid
 
-from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses
+from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators import split as module
 from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.energy_absorption import meae
 from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
 from ros_pose_stats.estimators.split_fit import SplitFit
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.kernels.arcs import make_arcs
+from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 
 
 def hull(points, **properties):
@@ -172,9 +171,9 @@ def test_inputs_are_finite_for_slivers_and_large_bodies():
 
 def test_it_beats_the_paper_on_bodies_that_it_was_not_fitted_to():
     """Bodies of a reference dataset: another seed than the fit's, the same kind of polyhedra."""
-    from ros_pose_stats.benchmark.dataset.shipped import shipped_dataset
-    from ros_pose_stats.benchmark.estimates import scene_estimates, square_errors
-    from tests.benchmark_room.tables import first_bodies
+    from ros_pose_stats.study.dataset.shipped import shipped_dataset
+    from ros_pose_stats.study.estimates import scene_estimates, square_errors
+    from tests.study.tables import first_bodies
 
     dataset = first_bodies(shipped_dataset(0.65, "second"), 150)
     poses = [dataset.resting(number) for number in range(150)]

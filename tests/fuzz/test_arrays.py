@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from benchmarks.fuzz.invariants import faults
 from ros_pose_stats import PoseStatsError, part_from_mesh
-from ros_pose_stats.geometry.shapes import box
+from ros_pose_stats.shapes import box
+from tests.fuzz.invariants import faults
 
 VERTICES, TRIANGLES = box(1.0, 2.0, 3.0)
 

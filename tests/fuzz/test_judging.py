@@ -7,16 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.fuzz import invariants, sameness, trial
-from benchmarks.fuzz.closeness import bend, gap, marginal, roughness, thickness, undecided
-from benchmarks.fuzz.meshes import KINDS, case
-from benchmarks.fuzz.tally import Tally, table
-from benchmarks.fuzz.trial import Outcome, attempt
-from ros_pose_stats import estimate, part_from_mesh, resting_poses
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.errors import MeshError
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.convex_body import convex_body
+from ros_pose_stats.resting.convex_body import convex_body
 from tests.bodies import oblique_prism, random_polyhedron
+from tests.fuzz import invariants, sameness, trial
+from tests.fuzz.closeness import bend, gap, marginal, roughness, thickness, undecided
+from tests.fuzz.meshes import KINDS, case
+from tests.fuzz.tally import Tally, table
+from tests.fuzz.trial import Outcome, attempt
 
 PART = part_from_mesh(*random_polyhedron(12, 3))
 

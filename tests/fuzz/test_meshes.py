@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.fuzz.large import large_outcomes
-from benchmarks.fuzz.large_meshes import CASES
-from benchmarks.fuzz.meshes import KINDS
-from benchmarks.fuzz.watched import Job, Watched
+from tests.fuzz.large import large_outcomes
+from tests.fuzz.large_meshes import CASES
+from tests.fuzz.meshes import KINDS
+from tests.fuzz.watched import Job, Watched
 
 MESHES = 270
 """Inputs of each kind: 10 260 in all."""

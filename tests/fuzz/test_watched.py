@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import time
 
-from benchmarks.fuzz.trial import Outcome
-from benchmarks.fuzz.watched import Job, Watched, answer
+from tests.fuzz.trial import Outcome
+from tests.fuzz.watched import Job, Watched, answer
 
 
 def trouble(kind, seed, thorough):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats.geometry.convex_body import convex_body
-from ros_pose_stats.geometry.equilibria import equilibria
+from ros_pose_stats.resting.convex_body import convex_body
+from ros_pose_stats.resting.equilibria import equilibria
 from tests.bodies import convex_parts
 from tests.reference.sphere_grid import Shape, areas_below
 from tests.volume import few_quick

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from ros_pose_stats.kernels.coincidence import first_of_coincident
 from ros_pose_stats.kernels.grid import WIDTH
+from ros_pose_stats.kernels.mesh.coincidence import first_of_coincident
 
 
 def slow_first(points, tolerance):

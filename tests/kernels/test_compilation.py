@@ -17,10 +17,10 @@ import pytest
 from numba import types
 
 import ros_pose_stats
-from ros_pose_stats.geometry.decimation import decimated_hull
-from ros_pose_stats.geometry.shapes import box
 from ros_pose_stats.kernels import code_cache, compilation
 from ros_pose_stats.kernels.extents import bounds
+from ros_pose_stats.resting.decimation import decimated_hull
+from ros_pose_stats.shapes import box
 
 PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
@@ -28,8 +28,8 @@ ANSWERS = """
 import json, sys
 import numba
 from ros_pose_stats import estimate_all, part_from_mesh
-from ros_pose_stats.geometry.convex_body import convex_body
-from ros_pose_stats.geometry.equilibria import equilibria
+from ros_pose_stats.resting.convex_body import convex_body
+from ros_pose_stats.resting.equilibria import equilibria
 from tests.bodies import oblique_prism, random_polyhedron
 
 found = []
@@ -102,7 +102,7 @@ class TestCacheName:
             file.write("# edited\n")
         assert load_copy(copied).source_digest() != code_cache.source_digest()
 
-    @pytest.mark.parametrize("source", ["geometry/poses.py", "errors.py", "cli.py"])
+    @pytest.mark.parametrize("source", ["resting/poses.py", "errors.py", "cli.py"])
     def test_an_edit_elsewhere_does_not(self, copied, source):
         with (copied / source).open("a") as file:
             file.write("# edited\n")

@@ -10,7 +10,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_pose_stats.kernels.edges import FEW, grouped_edges, linked_triangles, neighbours
+from ros_pose_stats.kernels.mesh.edges import FEW, grouped_edges, linked_triangles, neighbours
 
 
 def by_edge(triangles):

@@ -19,7 +19,7 @@ from numpy._core._multiarray_umath import __cpu_features__ as cpu_features
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats.geometry import hull
+from ros_pose_stats.mesh import hull
 from tests.machines.requests import KEPT, answers
 from tests.running import ROOT
 

@@ -8,15 +8,14 @@ import sys
 import numpy as np
 import pytest
 
-from ros_pose_stats import DropScene, auto, estimate, hybrid, part_from_mesh, resting_poses
+from ros_pose_stats import DropScene, auto, estimate, hybrid, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators.error_weights import USUAL_ERRORS
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.planning import confidence
 from ros_pose_stats.planning.best import best_method
 from ros_pose_stats.planning.confidence import estimate_bound, plain_bound
 from ros_pose_stats.planning.prior import pose_prior, prior_of
+from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 

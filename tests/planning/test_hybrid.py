@@ -7,12 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import DropScene, estimate, hybrid, part_from_mesh, resting_poses, simulate
+from ros_pose_stats import (
+    DropScene,
+    estimate,
+    hybrid,
+    part_from_mesh,
+    resting_poses,
+    shapes,
+    simulate,
+)
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.planning.hybrid import FIRST_LOOK, hybrid_statistics
 from ros_pose_stats.planning.prior import pose_prior
+from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats.plots.estimators import Panel
-from ros_pose_stats.plots.speed_accuracy import ChartPanel, ChartPoint
+from ros_pose_stats.plots.study.estimators import Panel
+from ros_pose_stats.plots.study.speed_accuracy import ChartPanel, ChartPoint
 
 PARTS = 3171
 DROPS = 100

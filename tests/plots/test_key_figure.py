@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, simulate, splitting_graph
-from ros_pose_stats.geometry.shapes.closed_forms import box
 from ros_pose_stats.plots.files import RASTER
 from ros_pose_stats.plots.key_figure import key_picture
 from ros_pose_stats.plots.poses import poses_figure
 from ros_pose_stats.plots.shares import shares_figure
+from ros_pose_stats.shapes.closed_forms import box
 from tests.bodies import random_polyhedron
 from tests.plots.texts import clipped, overlapping
 

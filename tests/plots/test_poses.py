@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, simulate
-from ros_pose_stats.geometry.decimation import visible_triangles
-from ros_pose_stats.geometry.shapes.closed_forms import box, cylinder
 from ros_pose_stats.plots.poses import MOST, placed, pose_pictures, poses_figure
+from ros_pose_stats.resting.decimation import visible_triangles
+from ros_pose_stats.shapes.closed_forms import box, cylinder
 from tests.plots.texts import clipped, figure_texts, overlapping
 
 
@@ -62,7 +62,7 @@ def test_counted_probabilities_come_with_their_errors_and_a_large_mesh_is_thinne
     rng = np.random.default_rng(1)
     points = rng.normal(size=(4000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
-    from ros_pose_stats.geometry.shapes.closed_forms import hull_mesh
+    from ros_pose_stats.shapes.closed_forms import hull_mesh
 
     part = part_from_mesh(*hull_mesh(points * [0.03, 0.02, 0.01]))
     found = simulate(part, 200, seed=1, workers=1)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, splitting_graph
-from ros_pose_stats.geometry.pose_sphere import pose_sphere
-from ros_pose_stats.geometry.shapes.closed_forms import box
 from ros_pose_stats.plots.reachable import components_at, reachable_figure, telling_energies
 from ros_pose_stats.plots.sphere import sphere_figure
+from ros_pose_stats.resting.pose_sphere import pose_sphere
+from ros_pose_stats.shapes.closed_forms import box
 from tests.bodies import random_polyhedron
 from tests.plots.texts import clipped, overlapping
 

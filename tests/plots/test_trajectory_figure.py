@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, resting_poses, splitting_graph
-from ros_pose_stats.geometry.shapes.closed_forms import box, hull_mesh
-from ros_pose_stats.geometry.splitting_graph import levels_above, poses_within
 from ros_pose_stats.plots.trajectory import (
     MOST_LEVELS,
     energy_heights,
@@ -13,6 +11,8 @@ from ros_pose_stats.plots.trajectory import (
     telling_levels,
     trajectory_figure,
 )
+from ros_pose_stats.resting.splitting_graph import levels_above, poses_within
+from ros_pose_stats.shapes.closed_forms import box, hull_mesh
 from tests.plots.texts import clipped, figure_texts, overlapping
 
 

@@ -6,9 +6,9 @@ import hashlib
 import struct
 from pathlib import Path
 
-from ros_pose_stats.recording.message_types import MessageType
-from ros_pose_stats.recording.raw_reader import raw_messages
-from ros_pose_stats.recording.run_log import RunLog
+from ros_pose_stats.recording.reader.raw_reader import raw_messages
+from ros_pose_stats.recording.writer.message_types import MessageType
+from ros_pose_stats.recording.writer.run_log import RunLog
 
 RUN = "pose_stats_20260102T030405_000006_7"
 LATER_RUN = "pose_stats_20260102T030405_000007_7"

@@ -10,9 +10,9 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from ros_pose_stats import part_from_mesh, resting_poses
-from ros_pose_stats.geometry.orientation import rotation_matrices
-from ros_pose_stats.geometry.shapes.closed_forms import box
-from ros_pose_stats.recording.drop_film import BODY, ENERGY, REACH, TF, write_film
+from ros_pose_stats.recording.writer.drop_film import BODY, ENERGY, REACH, TF, write_film
+from ros_pose_stats.resting.orientation import rotation_matrices
+from ros_pose_stats.shapes.closed_forms import box
 from ros_pose_stats.simulation.frames import drop_frames, watchable_drop
 
 
@@ -74,9 +74,9 @@ def test_energy_falls_and_words_go_with_it(film):
 
 
 def test_definitions_are_those_of_the_installed_interfaces():
-    from ros_pose_stats.recording.definitions import fields, split_definition
-    from ros_pose_stats.recording.film_types import MARKERS, NUMBER, WORDS
-    from ros_pose_stats.recording.message_types import message_type
+    from ros_pose_stats.recording.writer.definitions import fields, split_definition
+    from ros_pose_stats.recording.writer.film_types import MARKERS, NUMBER, WORDS
+    from ros_pose_stats.recording.writer.message_types import message_type
 
     for ours in (MARKERS, NUMBER, WORDS):
         theirs = split_definition(ours.name, message_type(

@@ -6,11 +6,7 @@ import pytest
 import zstandard
 from mcap.writer import CompressionType, Writer
 
-from ros_pose_stats.recording.raw_reader import (
-    finished_runs,
-    newest_run,
-    raw_messages,
-)
+from ros_pose_stats.recording.reader.raw_reader import finished_runs, newest_run, raw_messages
 from tests.recording.bags import (
     ANSWERS,
     LATER_RUN,

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from ros_pose_stats.recording.repair.repair.repair import repair_bags
 
 from ros_pose_stats.recording import durable
 from ros_pose_stats.recording.directory_lock import DirectoryLock
 from ros_pose_stats.recording.finished import is_finished
-from ros_pose_stats.recording.repair import repair_bags
 from tests.recording.bags import (
     LATER_RUN,
     RUN,
@@ -250,7 +250,7 @@ class TestLeftovers:
     @pytest.fixture
     def old(self, monkeypatch):
         """What is there is taken to be there for long."""
-        monkeypatch.setattr("ros_pose_stats.recording.removal._YOUNG", -1.0)
+        monkeypatch.setattr("ros_pose_stats.recording.repair.removal._YOUNG", -1.0)
 
     @pytest.mark.parametrize("names", [
         [".lock"], [], [".lock", "metadata.yaml", f"{RUN}_3.mcap", f"{RUN}_0.mcap.half"]])

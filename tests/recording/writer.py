@@ -16,7 +16,7 @@ import sys
 import threading
 from pathlib import Path
 
-from ros_pose_stats.recording.run_log import RunLog
+from ros_pose_stats.recording.writer.run_log import RunLog
 from tests.recording.bags import ANSWERS, EVENTS, TYPES, numbered
 
 

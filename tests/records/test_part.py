@@ -8,8 +8,7 @@ import struct
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes
 
 VERTICES, TRIANGLES = shapes.box(20.0, 30.0, 40.0)
 

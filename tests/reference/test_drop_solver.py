@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.mass_properties import solid_of
+from ros_pose_stats import shapes
+from ros_pose_stats.mesh.mass_properties import solid_of
 
 from ..bodies import random_polyhedron
 from .drop_solver import reference_drop

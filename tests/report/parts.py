@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry.shapes.closed_forms import box
-from ros_pose_stats.geometry.shapes.registry import DEMO_PARTS
 from ros_pose_stats.report import investigate
+from ros_pose_stats.shapes.closed_forms import box
+from ros_pose_stats.shapes.registry import DEMO_PARTS
 
 
 @cache

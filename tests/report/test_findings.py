@@ -5,8 +5,8 @@ import pytest
 from ros_pose_stats import part_from_mesh, simulate
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.geometry.shapes.closed_forms import box
 from ros_pose_stats.report import findings, investigate
+from ros_pose_stats.shapes.closed_forms import box
 from tests.report.parts import block
 
 

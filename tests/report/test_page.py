@@ -11,11 +11,11 @@ import pytest
 
 import ros_pose_stats
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry.shapes.closed_forms import box
 from ros_pose_stats.report import investigate, report_page
 from ros_pose_stats.report.markup import three_digits
 from ros_pose_stats.report.viewer import STEPS, viewer_data
 from ros_pose_stats.report.warning_words import WORDS, in_words, said_once
+from ros_pose_stats.shapes.closed_forms import box
 from tests.report.parts import block, demo
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]

@@ -32,7 +32,7 @@ def domain(tmp_path_factory):
 @pytest.fixture(scope="session")
 def shared_node(domain, tmp_path_factory):
     """A node with every parameter but the folder at its default."""
-    from .harness_node import NodeProcess
+    from .harness.node import NodeProcess
 
     with NodeProcess(tmp_path_factory.mktemp("bags")) as node:
         yield node.ready()
@@ -40,7 +40,7 @@ def shared_node(domain, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def shared_client(domain, shared_node):
-    from .harness_client import Client
+    from .harness.client import Client
 
     with Client(domain) as client:
         yield client
@@ -49,7 +49,7 @@ def shared_client(domain, shared_node):
 @pytest.fixture
 def cell(shared_client, shared_node):
     """A client of the shared node, whose queue is empty before and after."""
-    from .harness_jobs import cancel_all
+    from .harness.jobs import cancel_all
 
     yield shared_client
     cancel_all(shared_client)
@@ -70,7 +70,7 @@ def node_of(other_domain, tmp_path):
     """Starts nodes of the test's own, and ends them."""
     with ExitStack() as stack:
         def start(*arguments, log_directory=None, **values):
-            from .harness_node import NodeProcess
+            from .harness.node import NodeProcess
 
             node = NodeProcess(log_directory or tmp_path / "bags", *arguments,
                                environment={"ROS_DOMAIN_ID": str(other_domain)}, **values)
@@ -84,7 +84,7 @@ def client_of(other_domain):
     """Makes clients of the test's own, and closes them."""
     with ExitStack() as stack:
         def make(prefix="/pose_stats"):
-            from .harness_client import Client
+            from .harness.client import Client
 
             return stack.enter_context(Client(other_domain, prefix))
 

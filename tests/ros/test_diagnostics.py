@@ -7,9 +7,9 @@ import time
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from .harness_cell import Health
-from .harness_client import until
-from .harness_jobs import LONG, known_part, running_with_results, start
+from .harness.cell import Health
+from .harness.client import until
+from .harness.jobs import LONG, known_part, running_with_results, start
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import pytest
 
 from tests.test_docs import ROOT, lines_of
 
-from .harness_cell import latched
-from .harness_client import Client
-from .harness_node import PATIENCE
+from .harness.cell import latched
+from .harness.client import Client
+from .harness.node import PATIENCE
 
 PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
 

@@ -16,21 +16,21 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
-from benchmarks.fuzz.message_bytes import BIG, LITTLE, encoded
-from benchmarks.fuzz.message_seeds import MAKERS, Seeds
-from benchmarks.fuzz.messages import fuzzed
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.part_messages import (
+from ros_pose_stats.ros.messages.part_messages import (
     MOST_DESERIALIZED,
     MOST_NESTED,
     request_of_mesh_bytes,
     request_of_message,
     request_of_part_bytes,
 )
+from tests.fuzz.messages.message_bytes import BIG, LITTLE, encoded
+from tests.fuzz.messages.message_seeds import MAKERS, Seeds
+from tests.fuzz.messages.messages import fuzzed
 from tests.volume import few_quick
 
-from .harness_door import DROPPED, REFUSED, REQUESTS, TAKEN, Door
-from .harness_parts import WEDGE, flat, mesh
+from .harness.door import DROPPED, REFUSED, REQUESTS, TAKEN, Door
+from .harness.parts import WEDGE, flat, mesh
 
 SEED = 1
 PARTS, MESHES, COUNTS, ASKED = 3500, 2500, 1500, 450
@@ -108,8 +108,8 @@ def test_requests(door, kind, count):
 CLAIM = """
 import resource, struct, sys
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.part_lines import counts_of_bytes
-from ros_pose_stats.ros.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from ros_pose_stats.ros.messages.part_lines import counts_of_bytes
+from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 take = {"part": request_of_part_bytes, "counts": counts_of_bytes,
         "mesh": lambda data: request_of_mesh_bytes(data, "part", 1.0)}[sys.argv[1]]
 data = bytes.fromhex(sys.argv[2]) + bytes(int(sys.argv[3]))

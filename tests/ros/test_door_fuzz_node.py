@@ -13,20 +13,20 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
-from benchmarks.fuzz.message_seeds import HOSTILE_NAMES, Seeds
-from benchmarks.fuzz.messages import fuzzed
 from ros_pose_stats import estimate, simulate
+from tests.fuzz.messages.message_seeds import HOSTILE_NAMES, Seeds
+from tests.fuzz.messages.messages import fuzzed
 from tests.volume import few_quick
 
-from .harness_cell import Health, MeshPublisher, cell_of, latched
-from .harness_client import until, wait_for
-from .harness_door import assert_line
-from .harness_goals import Goals
-from .harness_jobs import cancel_all, finished, start
-from .harness_parts import WEDGE, counts, flat, library_part, mesh, new_id, probabilities
-from .harness_readers import on_topic, raw_of
-from .harness_sandbox import Sandbox
-from .test_flood import MEGABYTE, memory
+from .harness.cell import Health, MeshPublisher, cell_of, latched
+from .harness.client import until, wait_for
+from .harness.door import assert_line
+from .harness.goals import Goals
+from .harness.jobs import cancel_all, finished, start
+from .harness.parts import WEDGE, counts, flat, library_part, mesh, new_id, probabilities
+from .harness.readers import on_topic, raw_of
+from .harness.sandbox import Sandbox
+from .parts.test_flood import MEGABYTE, memory
 
 SEED = 11
 MESSAGES, REQUESTS, RAW, GOALS, AT_ONCE = 300, 60, 60, 12, 40
@@ -148,7 +148,8 @@ def test_bytes_that_are_no_requests(node, client):
     """As only a broken or hostile client sends them: the middleware drops most of them."""
     before = client.call("list_drop_simulations")
     number = threads(node)
-    command = [sys.executable, "-m", "benchmarks.fuzz.raw_requests", client.prefix, str(RAW), "1"]
+    command = [sys.executable, "-m", "tests.fuzz.messages.raw_requests", client.prefix,
+               str(RAW), "1"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env={
             **os.environ, "ROS_PYTHON_CHECK_FIELDS": "0"}) as stranger:
         assert stranger.stdout.readline() == f"sent {7 * RAW}\n"

@@ -12,8 +12,8 @@ from ros_pose_stats_msgs import action, msg, srv
 from ros_pose_stats.ros.settings import TABLE
 
 from .contract import ACTION, DEFAULTS, FIELDS, PUBLICATIONS, SERVICES, SUBSCRIPTIONS
-from .harness_client import until
-from .harness_jobs import known_part
+from .harness.client import until
+from .harness.jobs import known_part
 
 NODE = ("pose_stats", "/")
 RCLError = rclpy_implementation.RCLError

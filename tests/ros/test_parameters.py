@@ -8,18 +8,9 @@ import pytest
 from rclpy.parameter import Parameter
 
 from .contract import DEFAULTS
-from .harness_client import RUNNING, until
-from .harness_jobs import (
-    LONG,
-    cancel_all,
-    cancelled,
-    finished,
-    get,
-    known_part,
-    reached,
-    start,
-)
-from .harness_parts import WEDGE, flat, new_id
+from .harness.client import RUNNING, until
+from .harness.jobs import LONG, cancel_all, cancelled, finished, get, known_part, reached, start
+from .harness.parts import WEDGE, flat, new_id
 
 FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes", "restore"}
 
@@ -27,7 +18,7 @@ FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes", "rest
 @pytest.fixture(scope="module")
 def node(domain, tmp_path_factory):
     """A node whose parameters these tests change."""
-    from .harness_node import NodeProcess
+    from .harness.node import NodeProcess
 
     with NodeProcess(tmp_path_factory.mktemp("bags"), "-r", "__ns:=/tuned") as found:
         yield found.ready()
@@ -35,7 +26,7 @@ def node(domain, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def module_client(domain, node):
-    from .harness_client import Client
+    from .harness.client import Client
 
     with Client(domain, "/tuned/pose_stats") as found:
         yield found

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
-from .harness_bags import ends, recorded
-from .harness_client import RUNNING, until
-from .harness_goals import Goals
-from .harness_jobs import LONG, known_part, reached, running_with_results, start
+from .harness.bags import ends, recorded
+from .harness.client import RUNNING, until
+from .harness.goals import Goals
+from .harness.jobs import LONG, known_part, reached, running_with_results, start
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 

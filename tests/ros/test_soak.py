@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
-from benchmarks.node_soak import checks, run
-from benchmarks.node_soak.bodies import BODIES, counted, estimated, prefixes, simulated
-from benchmarks.node_soak.tally import Simulated, Tally, key_of
 from benchmarks.report import table
-from ros_pose_stats.recording.run_log import RunLog
+from ros_pose_stats.recording.writer.run_log import RunLog
 from ros_pose_stats.ros.recorder import bag_types
+from tests.soak.node import checks, run
+from tests.soak.node.bodies import BODIES, counted, estimated, prefixes, simulated
+from tests.soak.node.tally import Simulated, Tally, key_of
 
-from .test_restore_damage import bytes_of
+from .restart.test_restore_damage import bytes_of
 
 MINUTES = 0.3
 GIGABYTE = 2**30

@@ -10,7 +10,7 @@ import pytest
 
 from tests.volume import few_quick
 
-from .harness_node import NodeProcess
+from .harness.node import NodeProcess
 
 START = [sys.executable, "-m", "ros_pose_stats", "node"]
 

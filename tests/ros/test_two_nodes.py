@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
-from .harness_bags import ends, recorded
-from .harness_jobs import finished, start
-from .harness_parts import WEDGE, flat
+from .harness.bags import ends, recorded
+from .harness.jobs import finished, start
+from .harness.parts import WEDGE, flat
 
 
 @pytest.mark.long

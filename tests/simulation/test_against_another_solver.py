@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.convex_body import convex_body
+from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.records.scene import GRAVITY
+from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.simulation.record_drop import record_drop
 
 from ..bodies import oblique_prism, random_polyhedron

@@ -11,8 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, record_drop, resting_poses, shapes, simulate
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.tolerances import TOUCHING
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
 
 from ..bodies import random_polyhedron
 from .dropping import alike, counts, dropped

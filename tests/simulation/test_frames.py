@@ -7,8 +7,8 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, simulate
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.geometry.orientation import rotation_matrices
-from ros_pose_stats.geometry.shapes.closed_forms import box, cylinder
+from ros_pose_stats.resting.orientation import rotation_matrices
+from ros_pose_stats.shapes.closed_forms import box, cylinder
 from ros_pose_stats.simulation.frames import PAUSE, RATE, SHOWN, drop_frames, watchable_drop
 from tests.bodies import clamp_hull
 

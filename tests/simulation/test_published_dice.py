@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes, simulate
 
 RATIO = (0.47, 0.63, 0.75, 0.81, 0.93, 0.97, 1.16, 1.23, 1.44, 1.55, 1.60, 1.71, 1.87, 2.12, 2.65)
 ON_SQUARES = (0.916, 0.738, 0.548, 0.496, 0.399, 0.385, 0.148, 0.154, 0.052, 0.040, 0.017, 0.031,

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
-from ros_pose_stats.geometry.convex_body import convex_body
+from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.layout import TAPE_TIME
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import GRAVITY
+from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import drop_rules, run
 from ros_pose_stats.simulation.record_drop import FRAMES, _samples, _tape, record_drop

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes, simulate
 from ros_pose_stats.simulation import chunks
 from ros_pose_stats.statistics import checkpoints
 

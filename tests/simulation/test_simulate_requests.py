@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh, record_drop, resting_poses, simulate
+from ros_pose_stats import part_from_mesh, record_drop, resting_poses, shapes, simulate
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.geometry import shapes
 from ros_pose_stats.simulation.starts import random_starts
 
 from ..bodies import random_polyhedron

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import beta, binom
 
-from ros_pose_stats import part_from_mesh, resting_poses, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
 from ros_pose_stats.statistics import BLOCK
 
 from ..bodies import random_polyhedron

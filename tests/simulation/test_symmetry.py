@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from ros_pose_stats import part_from_mesh, simulate
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes, simulate
 
 from ..bodies import REGULAR_SOLIDS, moved, random_polyhedron, rotation, shuffled
 from .dropping import alike

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats.statistics.simulated_poses import SimulatedPoses
+from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses
 
 
 def bodies(rng, number, strength=1.0):

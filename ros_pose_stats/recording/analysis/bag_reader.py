@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import BagError
-from ..raw_reader import RawMessage
+from ..reader.raw_reader import RawMessage
 from . import decoding
 from .bag_contents import BagContents, BagFile, Paths
 from .bag_files import Bag, find_bags

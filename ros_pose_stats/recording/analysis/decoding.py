@@ -9,7 +9,7 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from ...errors import BagError
-from ..raw_reader import RawMessage
+from ..reader.raw_reader import RawMessage
 from .bag_files import CONVERT
 
 PACKAGE: Final = "ros_pose_stats_msgs"

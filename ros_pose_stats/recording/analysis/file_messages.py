@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...errors import BagError
-from ..raw_reader import Damage, RawMessage, raw_messages
+from ..reader.raw_reader import Damage, RawMessage, raw_messages
 from .bag_files import SQLITE
 from .sqlite_messages import sqlite_messages
 

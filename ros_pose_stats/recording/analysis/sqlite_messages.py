@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from ...errors import BagError
-from ..raw_reader import RawMessage
+from ..reader.raw_reader import RawMessage
 from .bag_files import CONVERT
 from .decoding import is_ours
 

@@ -1,4 +1,4 @@
-"""Numbers of the prior, written by `python -m benchmarks.fit_posterior`."""
+"""Numbers of the prior, written by `python -m training.fit_posterior`."""
 
 from __future__ import annotations
 

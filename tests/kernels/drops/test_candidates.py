@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.candidates import candidates, height_series
 from ros_pose_stats.kernels.drops.drop import _scratch
 from ros_pose_stats.kernels.drops.free_motion import free_series, shorten

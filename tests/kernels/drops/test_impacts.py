@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.drop import run_drops
 from ros_pose_stats.kernels.drops.impacts import stop_slow, strike, vertex_velocity
 from ros_pose_stats.kernels.drops.layout import (

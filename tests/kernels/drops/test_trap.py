@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from ros_pose_stats import part_from_mesh
-from ros_pose_stats.geometry import shapes
+from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.trap import energy, pose_below, up_of
 from ros_pose_stats.simulation.drop_body import drop_body
 

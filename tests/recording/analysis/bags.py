@@ -8,8 +8,8 @@ from rosbags.rosbag2 import Writer as RosbagWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from std_msgs.msg import String
 
-from ros_pose_stats.recording.message_types import message_type
-from ros_pose_stats.recording.run_log import RunLog
+from ros_pose_stats.recording.writer.message_types import message_type
+from ros_pose_stats.recording.writer.run_log import RunLog
 from tests.recording.analysis.messages import (
     SECOND,
     SHARE,

@@ -176,7 +176,7 @@ class TestNotCompared:
 
 def test_the_library_on_a_real_part(tmp_path):
     """A bag of this package's own estimate and simulation gives them back."""
-    from ros_pose_stats.geometry import shapes
+    from ros_pose_stats import shapes
 
     part = ros_pose_stats.part_from_mesh(*shapes.box(0.02, 0.03, 0.04), part_id="box")
     estimated = ros_pose_stats.estimate(part)

@@ -1,0 +1,1 @@
+"""What the command `bag` prints of recorded runs."""

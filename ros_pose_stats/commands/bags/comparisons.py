@@ -1,0 +1,189 @@
+"""Comparisons for people: estimates with simulations, predictions with what cameras counted."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...recording.analysis import (
+    Comparison,
+    CountComparison,
+    PartRecord,
+    Prediction,
+    ResultHistory,
+    SimulationComparison,
+)
+from ...statistics.chi_square import ChiSquare
+from ...statistics.intervals import jeffreys_interval
+from ..columns import (
+    MOST_POSES,
+    WIDTH,
+    Column,
+    columns,
+    interval,
+    millimetres,
+    percent,
+    printable,
+    several,
+    shortened,
+    utc,
+)
+
+WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
+
+
+def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Iterator[str]:
+    """One simulation and the estimates beside it."""
+    one, labels = found.simulation, _labels(history)
+    yield f"estimates against {labels[one]}"
+    yield f"  {_scene(one)}, expected error {percent(one.expected_error)} points"
+    poses = history.poses
+    order = np.argsort(-one.probability, kind="stable")[:MOST_POSES]
+    yield from _beside(
+        (Column("pose"), Column("group"), Column(labels[one], "%")),
+        [(str(poses.index[k]), str(poses.group[k]), percent(one.probability[k])) for k in order],
+        [(labels[each.prediction], each.prediction.probability[order])
+         for each in found.estimates])
+    yield ""
+    yield from _tests(found.estimates, labels)
+
+
+def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[str]:
+    """What cameras counted, and the predictions beside it."""
+    counts = found.counts
+    plate = f" on plate {shortened(printable(counts.plate), 40)}" if counts.plate else ""
+    total = counts.classified + counts.unclassified
+    low, high = map(float, jeffreys_interval(counts.unclassified, total))
+    yield f"camera counts{plate}: {several(counts.classified, 'part')} in stable poses"
+    yield (f"  {several(counts.messages, 'message')}, {utc(counts.begin)} to {utc(counts.end)} "
+           "UTC")
+    yield (f"  unclassified: {counts.unclassified} of {total}, "
+           f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} %)")
+    history = None if record is None or found.problem else next(
+        each for each in record.histories if each.cluster_tolerance == found.cluster_tolerance)
+    if history is None:
+        yield from _wrapped(f"not compared: {found.problem}")
+        yield from columns((Column("pose"), Column("counted")), (
+            (str(index), str(count)) for index, count
+            in zip(counts.index[:MOST_POSES], counts.count[:MOST_POSES], strict=True)))
+        return
+    labels = _labels(history)
+    for one in history.predictions:
+        if labels[one] != one.method or one.drops:
+            yield from _wrapped(f"{labels[one]}: {_scene(one)}")
+    yield from _counted(found, history, labels)
+    groups = np.unique(history.poses.group)
+    if 1 < groups.size < history.poses.index.size:
+        yield ""
+        yield from _by_group(found, history, labels, groups)
+    yield ""
+    yield from _tests(found.predictions, labels)
+    for remark in found.remarks:
+        yield from _wrapped(f"note: {remark}")
+    error = history.leading.plate_error
+    if math.isfinite(error):
+        yield from _wrapped(f"note: a real plate is expected to be off by some {percent(error)} "
+                            "points rms, however many drops are simulated")
+
+
+def _wrapped(text: str) -> list[str]:
+    return wrap(printable(text), WIDTH, initial_indent="  ", subsequent_indent="    ")
+
+
+def _labels(history: ResultHistory) -> dict[Prediction, str]:
+    """Short names of the predictions; numbered where a method stands for several scenes."""
+    methods = [one.method for one in history.predictions]
+    seen: Counter[str] = Counter()
+    labels = {}
+    for one in history.predictions:
+        seen[one.method] += 1
+        number = f" #{seen[one.method]}" if methods.count(one.method) > 1 else ""
+        labels[one] = shortened(printable(one.method), 16) + number
+    return labels
+
+
+def _scene(one: Prediction) -> str:
+    drops = f"{one.drops} drops" if one.drops else "an estimate"
+    if math.isnan(one.drop_height):
+        return drops
+    return (f"{drops}, restitution {one.restitution:g}, released at "
+            f"{millimetres(one.drop_height)} mm")
+
+
+def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
+            others: Sequence[tuple[str, NDArray[np.float64]]]) -> list[str]:
+    """A table with as many columns of probabilities beside it as the width allows."""
+    for shown in range(len(others), -1, -1):
+        lines = columns(
+            (*heads, *(Column(label, "%") for label, _ in others[:shown])),
+            ((*row, *(percent(values[k]) for _, values in others[:shown]))
+             for k, row in enumerate(rows)))
+        if max(map(len, lines)) <= WIDTH:
+            break
+    hidden = ", ".join(label for label, _ in others[shown:])
+    return [*lines, *(_wrapped(f"--json and --csv also list {hidden}") if hidden else [])]
+
+
+def _counted(found: CountComparison, history: ResultHistory,
+             labels: dict[Prediction, str]) -> Iterator[str]:
+    poses = history.poses
+    order = np.argsort(-found.count, kind="stable")[:MOST_POSES]
+    yield from _beside(
+        (Column("pose"), Column("group"), Column("counted"), Column("share", "%"),
+         Column("90 % interval", "%")),
+        [(str(poses.index[k]), str(poses.group[k]), str(found.count[k]), percent(found.share[k]),
+          interval(found.low[k], found.high[k])) for k in order],
+        [(labels[each], each.probability[order]) for each in history.predictions])
+
+
+def _by_group(found: CountComparison, history: ResultHistory, labels: dict[Prediction, str],
+              groups: NDArray[np.int64]) -> Iterator[str]:
+    place = np.searchsorted(groups, history.poses.group)
+    counts, total = np.bincount(place, found.count).astype(np.int64), found.count.sum()
+    low, high = jeffreys_interval(counts, total)
+    order = np.argsort(-counts, kind="stable")[:MOST_POSES]
+    members = np.bincount(place)
+    beside = [(labels[each], np.bincount(place, each.probability)[order].astype(np.float64))
+              for each in history.predictions]
+    yield from _beside(
+        (Column("group"), Column("poses"), Column("counted"), Column("share", "%"),
+         Column("90 % interval", "%")),
+        [(str(groups[k]), str(members[k]), str(counts[k]),
+          percent(counts[k] / total if total else math.nan), interval(low[k], high[k]))
+         for k in order], beside)
+
+
+def _tests(found: Sequence[Comparison], labels: dict[Prediction, str]) -> Iterator[str]:
+    rows = []
+    for one in found:
+        of_pose, of_group = one.by_pose, one.by_group
+        about = (labels[one.prediction], percent(one.rms), percent(one.largest),
+                 str(one.largest_pose) if one.largest_pose >= 0 else "-")
+        rows.append((*about, "pose", *_test(of_pose)))
+        if (of_group.bins, of_group.statistic) != (of_pose.bins, of_pose.statistic):
+            rows.append(("", "", "", "", "group", *_test(of_group)))
+    yield from columns(
+        (Column("against", left=True), Column("rms", "points"), Column("largest", "points"),
+         Column("at pose"), Column("by", left=True), Column("chi-square"), Column("df"),
+         Column("p"), Column("pooled"), Column("difference", left=True)), rows)
+    for one in found:
+        if one.unforeseen:
+            label = labels[one.prediction]
+            yield from _wrapped(f"note: {one.unforeseen} counted in poses that " + (
+                f"no drop of {label} came to" if one.prediction.counted
+                else f"{label} gives the probability 0"))
+
+
+def _test(test: ChiSquare) -> tuple[str, ...]:
+    if test.too_few:
+        return ("too few", "-", "-", str(test.pooled), "-")
+    p = test.p_value
+    verdict = ("within chance" if p >= WITHIN_CHANCE else
+               "doubtful" if p >= BEYOND_CHANCE else "beyond chance")
+    return (f"{test.statistic:.2f}", str(test.degrees_of_freedom),
+            f"{p:.4f}" if p >= 1e-4 else "<0.0001", str(test.pooled), verdict)

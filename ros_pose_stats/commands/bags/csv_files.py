@@ -1,0 +1,160 @@
+"""An analysis of bags as CSV files, for spreadsheets."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from ...recording.analysis import BagAnalysis, Comparison, CountComparison, PartAnalysis
+from ...recording.durable import replace_file
+from ..columns import SECOND
+
+PART = ("part_id", "part_digest", "cluster_tolerance_radii")
+PREDICTION = ("method", "restitution", "drop_height_m", "drops")
+HEADS: dict[str, tuple[str, ...]] = {
+    "files": ("bag", "file", "state", "note", "messages"),
+    "poses": (*PART, *PREDICTION, "pose", "group", "height_m", "top_m", "margin_rad", "barrier_m",
+              "spread_rad", "down_x", "down_y", "down_z", "probability", "probability_low",
+              "probability_high", "standard_error", "count"),
+    "answers": (*PART, "time_utc", "method", "restitution", "drop_height_m", "drops", "unsettled",
+                "expected_error", "largest_change", "final", "latched"),
+    "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
+             "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
+             "drop_height_m", "cluster_tolerance_radii", "target_error", "max_seconds_s",
+             "message"),
+    "counts": (*PART, "plate", "drop_height_m", "begin_utc", "end_utc", "pose", "count", "share",
+               "share_low", "share_high", "not_compared"),
+    "comparison": (*PART, "counts_of", "counted", *PREDICTION, "rms", "largest_difference",
+                   "largest_pose", "by", "chi_square", "degrees_of_freedom", "p_value", "bins",
+                   "pooled", "counted_where_probability_0"),
+}
+"""Columns of each file. Probabilities, shares and errors are fractions."""
+
+
+def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
+    """Write all files, each at once under its name; return their paths.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written; files under their names are whole.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, heads in HEADS.items():
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(heads)
+        writer.writerows([_cell(value) for value in row] for row in ROWS[name](found))
+        path = folder / f"{name}.csv"
+        replace_file(path, text.getvalue().encode())
+        written.append(path)
+    return written
+
+
+def _cell(value: Any) -> Any:
+    """Nothing where a number is not known; numbers with all their digits."""
+    if isinstance(value, float):
+        return repr(float(value)) if math.isfinite(value) else ""
+    return value
+
+
+def _utc(nanoseconds: int) -> str:
+    if not nanoseconds:
+        return ""
+    second = datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc)
+    return f"{second:%Y-%m-%dT%H:%M:%S}.{nanoseconds % SECOND:09d}Z"
+
+
+def _files(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for file in found.contents.files:
+        yield file.bag, file.path, file.state, file.note, file.messages
+
+
+def _name(part: PartAnalysis, tolerance: float) -> tuple[Any, ...]:
+    return part.record.part_id, part.record.part_digest, tolerance
+
+
+def _poses(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for part in found.parts:
+        for history in part.record.histories:
+            poses = history.poses
+            geometry = (poses.index, poses.group, poses.height, poses.top, poses.margin,
+                        poses.barrier, poses.spread, *poses.down.T)
+            for one in history.predictions:
+                values = (one.probability, one.probability_low, one.probability_high,
+                          one.standard_error, one.count)
+                head = (*_name(part, history.cluster_tolerance), one.method, one.restitution,
+                        one.drop_height, one.drops)
+                for row in zip(*(column.tolist() for column in (*geometry, *values)), strict=True):
+                    yield *head, *row
+
+
+def _answers(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for part in found.parts:
+        for history in part.record.histories:
+            name = _name(part, history.cluster_tolerance)
+            values = (history.method, history.restitution, history.drop_height, history.drops,
+                      history.unsettled, history.expected_error, history.largest_change,
+                      history.final, history.latched)
+            lists = (column.tolist() for column in values)
+            for time, *row in zip(history.time.tolist(), *lists, strict=True):
+                yield *name, _utc(time), *row
+
+
+def _jobs(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for part in found.parts:
+        for job in part.record.jobs:
+            yield (part.record.part_id, part.record.part_digest, job.job_id, job.state,
+                   job.refinement, _utc(job.queued), _utc(job.started), _utc(job.ended),
+                   job.drops_done, job.drops, job.seed, job.restitution, job.drop_height,
+                   job.cluster_tolerance, job.target_error, job.max_seconds, job.message)
+
+
+def _all_counts(found: BagAnalysis) -> Iterable[CountComparison]:
+    return [*(one for part in found.parts for one in part.counts), *found.strays]
+
+
+def _counts(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for one in _all_counts(found):
+        of = one.counts
+        head = (of.part_id, of.part_digest, of.cluster_tolerance, of.plate, of.drop_height,
+                _utc(of.begin), _utc(of.end))
+        shares = {int(pose): k for k, pose in enumerate(one.index)}
+        counted = dict(zip(of.index.tolist(), of.count.tolist(), strict=True))
+        for pose in shares or counted:
+            k = shares.get(pose)
+            known = ("", "", "") if k is None else (one.share[k], one.low[k], one.high[k])
+            yield *head, pose, counted.get(pose, 0), *known, one.problem
+        yield *head, "unclassified", of.unclassified, of.unclassified_share, "", "", one.problem
+
+
+def _comparison(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+    for part in found.parts:
+        for history, simulations in zip(part.record.histories, part.simulations, strict=True):
+            for one in simulations:
+                for each in one.estimates:
+                    yield from _tests(_name(part, history.cluster_tolerance), "simulation",
+                                      int(one.simulation.count.sum()), each)
+        for counts in part.counts:
+            for each in counts.predictions:
+                yield from _tests(_name(part, counts.cluster_tolerance), "camera",
+                                  counts.counts.classified, each)
+
+
+def _tests(head: Sequence[Any], of: str, counted: int,
+           one: Comparison) -> Iterator[Sequence[Any]]:
+    about = one.prediction
+    for by, test in (("pose", one.by_pose), ("group", one.by_group)):
+        yield (*head, of, counted, about.method, about.restitution, about.drop_height, about.drops,
+               one.rms, one.largest, one.largest_pose, by, test.statistic,
+               test.degrees_of_freedom, test.p_value, test.bins, test.pooled, one.unforeseen)
+
+
+ROWS = {"files": _files, "poses": _poses, "answers": _answers, "jobs": _jobs, "counts": _counts,
+        "comparison": _comparison}

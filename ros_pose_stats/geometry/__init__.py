@@ -1,1 +1,0 @@
-"""From mesh files to convex bodies, equilibria, poses and their splitting graph."""

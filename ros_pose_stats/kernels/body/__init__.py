@@ -1,0 +1,1 @@
+"""Convex bodies: their faces, their equilibria, and how they topple."""

@@ -1,0 +1,178 @@
+"""From hull triangles to a convex body: faces, sides and their distances from the origin.
+
+Everything that the estimators need of a side e of face f is three lengths. With the
+centre of mass at the origin, P the foot of the perpendicular on the face, Q the foot on
+the side's line and v the corner where the side starts:
+
+- inset  s: signed distance of P from the side, positive inside the polygon;
+- start  a: signed distance from v to Q along the side (`stop` for the far corner);
+- reach  q: distance |Q|, with q² = d² + s² and |v|² = q² + a².
+
+The triangle P Q v has its right angle at Q; projected on the unit sphere it is a right
+spherical triangle with corners n (normal of the face), Q/|Q| and v/|v|.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..array_types import Array1, Array2, Fixed2, FixedIndex2, Index1
+from ..compilation import entry_kernel, kernel
+from ..vectors import solid_angle
+from .coplanar import orient, planar_regions, twins
+from .polygons import corner_loops, pair_sides, planes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class BodyArrays(NamedTuple):
+    """A convex body about its centre of mass; lengths in units of the caller's points."""
+
+    face_start: Index1  # (F + 1,) first side of each face
+    corner: Index1      # (N,) hull point where a side starts, counter-clockwise
+    face: Index1        # (N,) face of a side
+    twin: Index1        # (N,) the same edge seen from the neighbour
+    normal: Array2      # (F, 3) outward
+    distance: Array1    # (F,) of the face's plane
+    area: Array1        # (F,)
+    angle: Array1       # (F,) centroid solid angle, steradians
+    inset: Array1       # (N,) s
+    start: Array1       # (N,) a at the side's first corner
+    stop: Array1        # (N,) a at its last corner
+    reach: Array1       # (N,) q
+    radius: Array1      # (H,) |v| of every hull point
+
+
+@entry_kernel
+def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
+               tolerance: float) -> tuple[bool, BodyArrays]:
+    """Merge coplanar hull triangles into faces and measure them.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+        Hull points relative to the centre of mass.
+    simplices, adjacent : (M, 3) arrays
+        Triangles of the hull; `adjacent[t, i]` lies opposite to vertex i.
+    tolerance : float
+        Coplanarity, in the unit of the points.
+
+    Returns
+    -------
+    valid : bool
+        False where merging at this tolerance gives no convex polyhedron around the origin.
+    body : BodyArrays
+    """
+    triangles, neighbors = simplices.copy(), adjacent.copy()
+    orient(points, triangles, neighbors)
+    opposite = twins(triangles, neighbors)
+    region = planar_regions(points, triangles, neighbors, tolerance)
+    valid, face_start, first, side_of = corner_loops(triangles, region, opposite, points.shape[0])
+    if not valid:
+        return False, _nothing()
+    corner = np.empty(first.shape[0], np.int64)
+    for k in range(first.shape[0]):
+        corner[k] = triangles[first[k] // 3, (first[k] + 1) % 3]
+    valid, twin, face = pair_sides(face_start, corner, first, side_of, opposite)
+    normal, distance, area = planes(points, face_start, corner)
+    if not valid or distance.min() <= 0.0:
+        return False, _nothing()
+    inset, start, stop, reach, radius = _side_lengths(points, face_start, corner, face, twin,
+                                                      normal, distance)
+    angle = _face_angles(points, face_start, corner, distance, inset, start, stop, reach, radius)
+    return True, BodyArrays(face_start, corner, face, twin, normal, distance, area, angle,
+                            inset, start, stop, reach, radius)
+
+
+@kernel
+def _nothing() -> BodyArrays:
+    index, number = np.zeros(0, np.int64), np.zeros(0)
+    return BodyArrays(index, index, index, index, np.zeros((0, 3)), number, number, number,
+                      number, number, number, number, number)
+
+
+@kernel
+def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, twin: Index,
+                  normal: Array, distance: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Inset, start, stop and reach of every side, and the radius of every point.
+
+    An edge lies along the difference of its corners, and along the line where its two planes
+    meet. Coordinates with an error eta turn the first by eta over its length and the second
+    by eta over the sine of the planes' angle, so the better of the two is taken. (Of two
+    corners 1e-7 apart the difference says nothing, and a foot far away would be put on the
+    wrong side.)
+    """
+    sides = corner.shape[0]
+    inset, start = np.empty(sides), np.empty(sides)
+    stop, reach = np.empty(sides), np.empty(sides)
+    radius = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        radius[i] = math.sqrt(x * x + y * y + z * z)
+    # Places far apart in memory are best fetched in a loop that does little else.
+    beyond = np.empty(sides, np.int64)
+    for k in range(sides):
+        beyond[k] = face[twin[k]]
+    for f in range(face_start.shape[0] - 1):
+        begin, end = face_start[f], face_start[f + 1]
+        nx, ny, nz, d = normal[f, 0], normal[f, 1], normal[f, 2], distance[f]
+        wx, wy, wz = points[corner[begin], 0], points[corner[begin], 1], points[corner[begin], 2]
+        for k in range(begin, end):
+            vx, vy, vz = wx, wy, wz
+            w = corner[k + 1 if k + 1 < end else begin]
+            wx, wy, wz = points[w, 0], points[w, 1], points[w, 2]
+            g = beyond[k]
+            mx, my, mz = normal[g, 0], normal[g, 1], normal[g, 2]
+            ex, ey, ez = wx - vx, wy - vy, wz - vz
+            length = math.sqrt(ex * ex + ey * ey + ez * ez)
+            lx, ly, lz = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
+            sine = math.sqrt(lx * lx + ly * ly + lz * lz)
+            if sine > length:
+                ex, ey, ez = lx / sine, ly / sine, lz / sine
+                s = (distance[g] - (nx * mx + ny * my + nz * mz) * d) / sine
+            else:
+                ex, ey, ez = ex / length, ey / length, ez / length
+                # n x e points into the polygon; n . (v x e) = -v . (n x e)
+                s = nx * (vy * ez - vz * ey) + ny * (vz * ex - vx * ez) + nz * (vx * ey - vy * ex)
+            inset[k] = s
+            # From the plane, so that no side of a merged face comes closer than the face itself.
+            reach[k] = math.sqrt(d * d + s * s)
+            start[k] = -(vx * ex + vy * ey + vz * ez)
+            stop[k] = wx * ex + wy * ey + wz * ez
+    return inset, start, stop, reach, radius
+
+
+@kernel
+def _face_angles(points: Array, face_start: Index, corner: Index, distance: Array,
+                 inset: Array, start: Array, stop: Array, reach: Array, radius: Array) -> Array:
+    """Solid angle of every face, by the form that keeps its digits.
+
+    With the foot inside, the right triangles of its sides all count one way; a long face
+    close by would lose digits in Van Oosterom and Strackee's sum of products. With the foot
+    outside it is the other way round: the right triangles cancel.
+    """
+    angle = np.zeros(face_start.shape[0] - 1)
+    for f in range(angle.shape[0]):
+        begin, end = face_start[f], face_start[f + 1]
+        inside = True
+        for k in range(begin, end):
+            inside = inside and inset[k] >= 0.0
+        total = 0.0
+        if inside:
+            d = distance[f]
+            for k in range(begin, end):
+                q, s = reach[k], inset[k]
+                v, w = radius[corner[k]], radius[corner[k + 1 if k + 1 < end else begin]]
+                total += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
+                total += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
+        else:
+            p = points[corner[begin]]
+            for k in range(begin + 1, end - 1):
+                total += solid_angle(p, points[corner[k]], points[corner[k + 1]])
+        angle[f] = total
+    return angle

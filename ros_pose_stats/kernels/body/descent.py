@@ -1,0 +1,165 @@
+"""Which faces are stable, and which stable face each of the others descends to.
+
+A part standing on a face topples over a side when the foot of its centre of mass lies
+beyond it (inset < 0); the neighbour's plane is then closer to the centre of mass. Every
+rule below goes to a lower face only, ties by number, so that no walk can return.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...tolerances import TIP_MARGIN
+from ..compilation import inlined, kernel
+from .convex_body import BodyArrays
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@inlined
+def side_level(reach: Array, start: Array, stop: Array, radius: Array, corner: Index, twin: Index,
+               k: int) -> float:
+    """Smallest distance of a polygon side (a segment) from the origin.
+
+    It is no smaller than the line's distance seen from either face; where corners lie off
+    their planes by what still counts as coplanar, this is enforced.
+    """
+    level = max(reach[k], reach[twin[k]])
+    if start[k] > 0.0 and stop[k] > 0.0:
+        return float(level)
+    return float(max(level, min(radius[corner[k]], radius[corner[twin[k]]])))
+
+
+@inlined
+def is_lower(distance: Array, g: int, f: int) -> bool:
+    """Face g lies below face f in the order of distances."""
+    if distance[g] == distance[f]:
+        return g < f
+    return bool(distance[g] < distance[f])
+
+
+@kernel
+def faces_beyond(body: BodyArrays) -> Index:
+    """Face (N,) on the other side of each polygon side."""
+    face, twin = body.face, body.twin
+    beyond = np.empty(twin.shape[0], np.int64)
+    for k in range(twin.shape[0]):
+        beyond[k] = face[twin[k]]
+    return beyond
+
+
+@kernel
+def descend(body: BodyArrays, beyond: Index) -> Index:
+    """Neighbour that each face joins when it is flooded from below; itself where stable.
+
+    Taken is the side nearest to the foot among those that the foot lies beyond: the level
+    {r < E} of the face first touches that side, and {R < E} flows over it as well, so the
+    basins found by following these steps serve both functions.
+    """
+    # Only numbers and arrays go to the helpers, no tuple of arrays: see `cap_areas`.
+    face_start, twin, corner, radius = body.face_start, body.twin, body.corner, body.radius
+    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
+    distance = body.distance
+    faces = distance.shape[0]
+    parent = np.arange(faces)
+    for f in range(faces):
+        best, best_inset = math.inf, math.inf
+        shallowest = math.inf
+        lowest = f
+        for k in range(face_start[f], face_start[f + 1]):
+            shallowest = min(shallowest, inset[k])
+            g = beyond[k]
+            if not is_lower(distance, g, f):
+                continue
+            if is_lower(distance, g, lowest):
+                lowest = g
+            if inset[k] > TIP_MARGIN:
+                continue
+            level = side_level(reach, start, stop, radius, corner, twin, k)
+            if level < best or (level == best and inset[k] < best_inset):
+                best, best_inset = level, inset[k]
+                parent[f] = g
+        # Rounding only: beyond a side, but the neighbour there is no lower.
+        if shallowest <= TIP_MARGIN and parent[f] == f:
+            parent[f] = lowest
+    return parent
+
+
+@kernel
+def basins(parent: Index) -> tuple[Index, Index]:
+    """Stable faces in order of number, and for each face the stable face it descends to.
+
+    Returns
+    -------
+    stable : (S,) array
+        Face numbers.
+    basin : (F,) array
+        Position in `stable`.
+    """
+    faces = parent.shape[0]
+    basin = np.full(faces, -1, np.int64)
+    stable = np.empty(faces, np.int64)
+    count = 0
+    for f in range(faces):
+        if parent[f] == f:
+            stable[count] = f
+            basin[f] = count
+            count += 1
+    for f in range(faces):
+        end = f
+        while basin[end] < 0:
+            end = parent[end]
+        found = basin[end]
+        walk = f
+        while basin[walk] < 0:
+            basin[walk] = found
+            walk = parent[walk]
+    return stable[:count].copy(), basin
+
+
+@kernel
+def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
+    """Let stable faces that nothing keeps in place descend further; tell whether any did.
+
+    Among faces that are coplanar but for rounding, one can be the lowest of its neighbours
+    and still have its foot outside, or a way out that does not rise at all. Each such step
+    leaves one stable face less and must not lead back.
+    """
+    stable, basin = basins(parent)
+    face_start, face, twin, corner = body.face_start, body.face, body.twin, body.corner
+    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
+    distance, radius = body.distance, body.radius
+    lowest = np.full(stable.shape[0], math.inf)
+    way_out = np.full(stable.shape[0], -1, np.int64)
+    for k in range(twin.shape[0]):
+        own = basin[face[k]]
+        if own == basin[beyond[k]]:
+            continue
+        level = side_level(reach, start, stop, radius, corner, twin, k)
+        if level < lowest[own]:
+            lowest[own], way_out[own] = level, k
+    moved = False
+    for i in range(stable.shape[0]):
+        f = stable[i]
+        onward = -1
+        if lowest[i] <= distance[f]:
+            onward = beyond[way_out[i]]
+        for k in range(face_start[f], face_start[f + 1]):
+            if inset[k] <= 0.0 and basin[beyond[k]] != i:
+                onward = beyond[k]
+        if onward >= 0 and end_of(parent, onward) != f:
+            parent[f] = onward
+            moved = True
+    return moved
+
+
+@kernel
+def end_of(parent: Index, f: int) -> int:
+    """Stable face that a face descends to."""
+    while parent[f] != f:
+        f = parent[f]
+    return f

@@ -1,0 +1,223 @@
+"""Corner loops of the planar faces, their planes and their edges.
+
+A hull vertex is a corner where at least three faces meet; a vertex between two faces lies
+on a straight edge and is dropped, so that subdividing a mesh changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compilation import inlined, kernel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flag = NDArray[np.bool_]
+
+
+@inlined
+def next_on_boundary(h: int, boundary: Flag, opposite: Index) -> int:
+    """The boundary half-edge of the same region that starts where half-edge h ends."""
+    h = following(h)
+    for _ in range(opposite.shape[0]):
+        if boundary[h]:
+            return h
+        h = following(opposite[h])
+    return -1
+
+
+@inlined
+def following(h: int) -> int:
+    """Next half-edge of the same triangle."""
+    return h + 1 if h % 3 < 2 else h - 2
+
+
+@kernel
+def corner_loops(triangles: Index, region: Index, opposite: Index,
+                 points: int) -> tuple[bool, Index, Index, Index]:
+    """Walk each region's boundary once and keep its corners.
+
+    Parameters
+    ----------
+    triangles : (M, 3) array
+    region : (M,) array
+    opposite : (3 M,) array
+        Twin of each half-edge.
+    points : int
+        Number of hull points.
+
+    Returns
+    -------
+    valid : bool
+        False where a region is no disc or has fewer than three corners.
+    face_start : (F + 1,) array
+    first : (N,) array
+        First triangle half-edge of each polygon side, counter-clockwise face by face.
+    side_of : (3 M,) array
+        Polygon side that a boundary half-edge belongs to, else -1.
+    """
+    halves = opposite.shape[0]
+    faces = region.max() + 1
+    degree = np.zeros(points, np.int64)
+    border = np.zeros(faces, np.int64)
+    entry = np.full(faces, -1, np.int64)
+    origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            h = 3 * t + i
+            origin[h] = triangles[t, i + 1 if i < 2 else 0]
+            if opposite[h] < 0:
+                return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
+            boundary[h] = region[t] != region[opposite[h] // 3]
+            if boundary[h]:
+                degree[origin[h]] += 1
+                border[region[t]] += 1
+    for h in range(halves):
+        if boundary[h] and degree[origin[h]] >= 3:
+            entry[region[h // 3]] = h
+    face_start = np.zeros(faces + 1, np.int64)
+    first = np.empty(border.sum(), np.int64)
+    side_of = np.full(halves, -1, np.int64)
+    size = 0
+    for f in range(faces):
+        h, walked, corners = entry[f], 0, 0
+        while h >= 0 and walked < border[f]:
+            if degree[origin[h]] >= 3:
+                first[size] = h
+                size += 1
+                corners += 1
+            side_of[h] = size - 1
+            walked += 1
+            h = next_on_boundary(h, boundary, opposite)
+            if h == entry[f]:
+                break
+        if walked != border[f] or h != entry[f] or corners < 3:
+            return False, face_start, first, side_of
+        face_start[f + 1] = size
+    return _in_standard_order(triangles, face_start, first[:size], side_of, points)
+
+
+@kernel
+def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_of: Index,
+                       points: int) -> tuple[bool, Index, Index, Index]:
+    """Begin each loop at its smallest corner and order the loops by their first two corners.
+
+    What comes later then depends on the faces alone, not on how the hull was cut into triangles;
+    a sum over corners rounds differently in another order.
+    """
+    faces = face_start.shape[0] - 1
+    begin, after = np.empty(faces, np.int64), np.empty(faces, np.int64)
+    place = np.zeros(points + 1, np.int64)
+    for f in range(faces):
+        low = face_start[f]
+        for k in range(face_start[f], face_start[f + 1]):
+            if _origin(triangles, first[k]) < _origin(triangles, first[low]):
+                low = k
+        begin[f] = low
+        after[f] = _origin(triangles, first[low + 1 if low + 1 < face_start[f + 1]
+                                            else face_start[f]])
+        place[_origin(triangles, first[low]) + 1] += 1
+    for v in range(points):
+        place[v + 1] += place[v]
+    order, filled = np.empty(faces, np.int64), place[:points].copy()
+    for f in range(faces):
+        v = _origin(triangles, first[begin[f]])
+        k = filled[v]
+        filled[v] += 1
+        while k > place[v] and after[order[k - 1]] > after[f]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = f
+    starts, sides = np.zeros(faces + 1, np.int64), np.empty(first.shape[0], np.int64)
+    renumbered = np.empty(first.shape[0], np.int64)
+    size = 0
+    for i in range(faces):
+        f = order[i]
+        k = begin[f]
+        for _ in range(face_start[f], face_start[f + 1]):
+            sides[size], renumbered[k] = first[k], size
+            size += 1
+            k = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
+        starts[i + 1] = size
+    for h in range(side_of.shape[0]):
+        if side_of[h] >= 0:
+            side_of[h] = renumbered[side_of[h]]
+    return True, starts, sides, side_of
+
+
+@inlined
+def _origin(triangles: Index, h: int) -> int:
+    """Hull point where half-edge h starts."""
+    return int(triangles[h // 3, (h + 1) % 3])
+
+
+@kernel
+def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Array, Array]:
+    """Outward normal (F, 3), distance from the origin (F,) and area (F,) of each polygon.
+
+    Newell's normal of the corner loop about the mean of its corners.
+    """
+    faces = face_start.shape[0] - 1
+    normals = np.empty((faces, 3))
+    distances = np.empty(faces)
+    areas = np.empty(faces)
+    for f in range(faces):
+        begin, end = face_start[f], face_start[f + 1]
+        mx = my = mz = 0.0
+        for k in range(begin, end):
+            p = points[corner[k]]
+            mx += p[0]
+            my += p[1]
+            mz += p[2]
+        count = end - begin
+        mx, my, mz = mx / count, my / count, mz / count
+        nx = ny = nz = 0.0
+        for k in range(begin, end):
+            p = points[corner[k]]
+            q = points[corner[k + 1 if k + 1 < end else begin]]
+            ax, ay, az = p[0] - mx, p[1] - my, p[2] - mz
+            bx, by, bz = q[0] - mx, q[1] - my, q[2] - mz
+            nx += ay * bz - az * by
+            ny += az * bx - ax * bz
+            nz += ax * by - ay * bx
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        areas[f] = 0.5 * length
+        if length == 0.0:
+            distances[f] = -1.0
+            continue
+        normals[f, 0], normals[f, 1], normals[f, 2] = nx / length, ny / length, nz / length
+        distances[f] = normals[f, 0] * mx + normals[f, 1] * my + normals[f, 2] * mz
+    return normals, distances, areas
+
+
+@kernel
+def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
+               opposite: Index) -> tuple[bool, Index, Index]:
+    """Twin of each polygon side and the face that it belongs to.
+
+    Returns
+    -------
+    valid : bool
+        False where two sides do not run between the same corners.
+    twin, face : (N,) arrays
+    """
+    sides = corner.shape[0]
+    twin = np.empty(sides, np.int64)
+    face = np.empty(sides, np.int64)
+    follow = np.empty(sides, np.int64)
+    for f in range(face_start.shape[0] - 1):
+        for k in range(face_start[f], face_start[f + 1]):
+            face[k] = f
+            follow[k] = k + 1 if k + 1 < face_start[f + 1] else face_start[f]
+    for k in range(sides):
+        twin[k] = side_of[opposite[first[k]]]
+    for k in range(sides):
+        t = twin[k]
+        if t < 0 or twin[t] != k:
+            return False, twin, face
+        if corner[k] != corner[follow[t]] or corner[follow[k]] != corner[t]:
+            return False, twin, face
+    return True, twin, face

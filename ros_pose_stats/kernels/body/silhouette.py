@@ -1,0 +1,115 @@
+"""Outline and top of a body resting on a plate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...tolerances import COPLANAR, SAME_POINT
+from ..array_types import Fixed2
+from ..compilation import entry_kernel, kernel
+from ..sorting import stable_order
+from .convex_body import BodyArrays
+
+Array = NDArray[np.float64]
+
+
+@entry_kernel
+def tops(points: Fixed2, downs: Fixed2) -> Array:
+    """Extent (P,) of the points against each direction (P, 3) from the origin."""
+    result = np.empty(downs.shape[0])
+    for p in range(downs.shape[0]):
+        least = np.inf
+        for i in range(points.shape[0]):
+            least = min(least, points[i, 0] * downs[p, 0] + points[i, 1] * downs[p, 1]
+                        + points[i, 2] * downs[p, 2])
+        result[p] = -least
+    return result
+
+
+@entry_kernel
+def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
+    """Convex outline seen along the plate's normal.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+    body : BodyArrays
+    rotation : (3, 3) array
+        Part axes to plate axes.
+
+    Returns
+    -------
+    (k, 2) array
+        In the unit of the points, counter-clockwise, without collinear points.
+    """
+    up = rotation[2]
+    on_outline = np.zeros(points.shape[0], np.bool_)
+    for k in range(body.twin.shape[0]):
+        n, m = body.normal[body.face[k]], body.normal[body.face[body.twin[k]]]
+        facing = n[0] * up[0] + n[1] * up[1] + n[2] * up[2]
+        turned = m[0] * up[0] + m[1] * up[1] + m[2] * up[2]
+        # Wider than any edge-on face is off, by rounding or merging: more points do no harm.
+        if facing >= -10.0 * COPLANAR and turned <= 10.0 * COPLANAR:
+            on_outline[body.corner[k]] = True
+            on_outline[body.corner[body.twin[k]]] = True
+    seen = np.empty((on_outline.sum(), 2))
+    k = 0
+    for i in range(points.shape[0]):
+        if on_outline[i]:
+            for c in range(2):
+                seen[k, c] = (points[i, 0] * rotation[c, 0] + points[i, 1] * rotation[c, 1]
+                              + points[i, 2] * rotation[c, 2])
+            k += 1
+    return _hull_2d(seen)
+
+
+@kernel
+def _hull_2d(points: Array) -> Array:
+    """Counter-clockwise hull by Andrew's monotone chain, exact first, then thinned out."""
+    count = points.shape[0]
+    by_y = points[stable_order(points[:, 1])]
+    ordered = by_y[stable_order(by_y[:, 0])]
+    chain = np.empty((2 * count, 2))
+    size = 0
+    for sweep in range(2):
+        floor = size + 1
+        for i in range(count):
+            p = ordered[i] if sweep == 0 else ordered[count - 1 - i]
+            while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 0.0:
+                size -= 1
+            chain[size] = p
+            size += 1
+        size -= 1
+    return _thinned(chain[:size])
+
+
+@kernel
+def _thinned(chain: Array) -> Array:
+    """Drop corners that are doubled or on a straight line, but for rounding."""
+    apart = np.empty_like(chain)
+    size = 0
+    for i in range(chain.shape[0]):
+        if _gap(chain[i], chain[i - 1]) >= SAME_POINT:
+            apart[size] = chain[i]
+            size += 1
+    kept = np.empty_like(chain)
+    left = 0
+    for i in range(size):
+        last = kept[left - 1] if left > 0 else apart[(i - 1) % size]
+        following = apart[(i + 1) % size]
+        length = _gap(last, apart[i]) + _gap(apart[i], following)
+        if _turn(last, apart[i], following) >= SAME_POINT * length:
+            kept[left] = apart[i]
+            left += 1
+    return kept[:left].copy()
+
+
+@kernel
+def _gap(a: Array, b: Array) -> float:
+    return float(max(abs(a[0] - b[0]), abs(a[1] - b[1])))
+
+
+@kernel
+def _turn(a: Array, b: Array, c: Array) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

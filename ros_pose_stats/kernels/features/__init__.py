@@ -1,0 +1,1 @@
+"""Features of surfaces and of splits, measured."""

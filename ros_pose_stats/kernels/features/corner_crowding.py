@@ -1,0 +1,137 @@
+"""How much of a body's turning is gathered in few corners.
+
+A corner's angle defect, 2 pi less the angles of its faces there, is its share of the 4 pi by
+which a convex body turns. The sum of the squares of these shares is one over the number of
+equal corners. Here shares that lie within a reach of each other count as one corner, the less
+the farther they are apart: so a corner that is cut off by a hair, or one more on a straight
+edge, changes nothing, as it would with the plain sum.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..array_types import Fixed1, Fixed2
+from ..body.convex_body import BodyArrays
+from ..compilation import entry_kernel, kernel
+from ..sorting import rising_order
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FEW = 500
+"""Corners up to which all pairs are looked at; from there on those of nearby cells."""
+
+CELLS = 2.0
+"""Cells in the largest reach."""
+
+
+@entry_kernel
+def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
+    """Sum over all pairs of corners of both shares times (1 - (distance / reach)^2)^2.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+        Hull points about the centre of mass, at most 1 away from it.
+    body : BodyArrays
+    reaches : (n,) array
+        Rising, in the points' unit; nothing counts from there on.
+
+    Returns
+    -------
+    (n,) array
+        From one over the number of corners, if they are equal and far apart, to 1.
+    """
+    share = corner_shares(points, body)
+    there = np.flatnonzero(share)
+    cells = 1
+    if there.shape[0] > FEW:
+        cells = max(1, int(2.0 * CELLS / reaches[-1]))
+    order, cell, start = _grid(points[there], cells)
+    share, place = share[there][order], points[there][order]
+    found = np.zeros(reaches.shape[0])
+    side = 2.0 / cells
+    span = int(reaches[-1] / side) + 1
+    for i in range(order.shape[0]):
+        found += share[i] * share[i]
+        # Cells before this one hold points before i, whose pairs are counted.
+        for x in range(cell[i, 0], min(cell[i, 0] + span, cells - 1) + 1):
+            low, high = max(cell[i, 1] - span, 0), min(cell[i, 1] + span, cells - 1)
+            for y in range(low, high + 1):
+                row = (x * cells + y) * cells
+                begin = start[row + max(cell[i, 2] - span, 0)]
+                end = start[row + min(cell[i, 2] + span, cells - 1) + 1]
+                _add_pairs(found, i, max(begin, i + 1), end, share, place, reaches)
+    return found
+
+
+@kernel
+def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: Array,
+               reaches: Array) -> None:
+    """Add the pairs of point i and those from `begin` to before `end`, twice each."""
+    farthest = reaches[-1] * reaches[-1]
+    for j in range(begin, end):
+        square = ((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2
+                  + (place[i, 2] - place[j, 2]) ** 2)
+        if square < farthest:
+            for n in range(reaches.shape[0]):
+                near = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
+                found[n] += 2.0 * share[i] * share[j] * near * near
+
+
+@kernel
+def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
+    """Sort points by the cells of a grid over [-1, 1]^3.
+
+    Returns
+    -------
+    order : (n,) array
+    cell : (n, 3) array
+        Of the sorted points.
+    start : (cells^3 + 1,) array
+        First sorted point of each cell, which run fastest along z.
+    """
+    cell = np.empty(place.shape, np.int64)
+    key = np.empty(place.shape[0], np.int64)
+    start = np.zeros(cells ** 3 + 1, np.int64)
+    for i in range(place.shape[0]):
+        for axis in range(3):
+            along = int(0.5 * cells * (place[i, axis] + 1.0))
+            cell[i, axis] = min(max(along, 0), cells - 1)
+        key[i] = (cell[i, 0] * cells + cell[i, 1]) * cells + cell[i, 2]
+        start[key[i] + 1] += 1
+    for k in range(start.shape[0] - 1):
+        start[k + 1] += start[k]
+    order = rising_order(key)
+    return order, cell[order], start
+
+
+@kernel
+def corner_shares(points: Array, body: BodyArrays) -> Array:
+    """Angle defect (H,) of every point over 4 pi; 0 for those that are no corners."""
+    share = np.zeros(points.shape[0])
+    for f in range(body.distance.shape[0]):
+        begin, end = body.face_start[f], body.face_start[f + 1]
+        for k in range(begin, end):
+            before = k - 1 if k > begin else end - 1
+            after = k + 1 if k + 1 < end else begin
+            at = body.corner[k]
+            share[at] += _angle(points[body.corner[before]], points[at],
+                                points[body.corner[after]])
+    for v in range(share.shape[0]):
+        if share[v] > 0.0:
+            share[v] = max(0.5 - share[v] / (4.0 * math.pi), 0.0)
+    return share
+
+
+@kernel
+def _angle(p: Array, at: Array, q: Array) -> float:
+    """Angle at a corner between the sides to p and q."""
+    ax, ay, az = p[0] - at[0], p[1] - at[1], p[2] - at[2]
+    bx, by, bz = q[0] - at[0], q[1] - at[1], q[2] - at[2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return math.atan2(math.sqrt(x * x + y * y + z * z), ax * bx + ay * by + az * bz)

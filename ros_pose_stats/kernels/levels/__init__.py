@@ -1,0 +1,1 @@
+"""Level sets of r and R: areas, basins, and how they split."""

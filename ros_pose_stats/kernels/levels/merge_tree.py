@@ -1,0 +1,150 @@
+"""The splitting graph's skeleton: at which levels the basins of stable faces join.
+
+Sides between two basins are sorted by their distance from the centre of mass and joined
+by Kruskal's rule. The saddles of r and of R are the same points with the same values, so
+one tree serves both (section 4.D); read downwards it is the paper's splitting graph.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...tolerances import SAME_LEVEL
+from ..array_types import Array1, Index1, Index2
+from ..body.convex_body import BodyArrays
+from ..body.descent import side_level
+from ..compilation import kernel
+from ..mesh.components import root
+from ..sorting import stable_order
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class MergeTree(NamedTuple):
+    """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
+
+    child: Index2       # (S - 1, 2) nodes joined
+    level: Array1       # (S - 1,) distance from the centre of mass at which they join
+    side: Index1        # (S - 1,) polygon side where they join
+    leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
+    leaf_range: Index2  # (2S - 1, 2) that range
+    face_order: Index1  # (F,) faces, gathered by leaf in that order
+    face_range: Index1  # (S + 1,) start of each position's faces
+
+
+@kernel
+def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
+    """Join basins bottom-up; the result does not depend on how ties are ordered."""
+    leaves = stable.shape[0]
+    sides, levels = _borders(body, basin)
+    child = np.full((max(leaves - 1, 0), 2), -1, np.int64)
+    level = np.zeros(max(leaves - 1, 0))
+    where = np.full(max(leaves - 1, 0), -1, np.int64)
+    link = np.arange(leaves)
+    node = np.arange(leaves)
+    bottom = body.distance[stable]
+    order = stable_order(levels)
+    tie = 0
+    joins = 0
+    for place in range(order.shape[0]):
+        if joins == leaves - 1:
+            break
+        if place == tie:
+            tie = _shallow_first(body, basin, sides, levels, link, bottom, order, place)
+        i = order[place]
+        k = sides[i]
+        a = root(link, basin[body.face[k]])
+        b = root(link, basin[body.face[body.twin[k]]])
+        if a == b:
+            continue
+        child[joins, 0], child[joins, 1] = node[a], node[b]
+        level[joins], where[joins] = levels[i], k
+        link[b] = a
+        bottom[a] = min(bottom[a], bottom[b])
+        node[a] = leaves + joins
+        joins += 1
+    leaf_order, leaf_range = _lay_out(child, leaves)
+    face_order, face_range = _gather_faces(basin, leaf_order)
+    return MergeTree(child, level, where, leaf_order, leaf_range, face_order, face_range)
+
+
+@kernel
+def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, link: Index,
+                   bottom: Array, order: Index, begin: int) -> int:
+    """Put the borders that tie with the one at `begin` in order; return where the tie ends.
+
+    Shallow regions join each other before a deep one takes them in, so that rounding does
+    not decide which of them can be one pose.
+    """
+    end = begin + 1
+    while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_LEVEL:
+        end += 1
+    if end - begin > 1:
+        depth = np.empty(end - begin)
+        for j in range(begin, end):
+            k = sides[order[j]]
+            depth[j - begin] = -min(bottom[root(link, basin[body.face[k]])],
+                                    bottom[root(link, basin[body.face[body.twin[k]]])])
+        order[begin:end] = order[begin:end][stable_order(depth)]
+    return end
+
+
+@kernel
+def _borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+    face, twin, corner, radius = body.face, body.twin, body.corner, body.radius
+    reach, start, stop = body.reach, body.start, body.stop
+    count = 0
+    for k in range(twin.shape[0]):
+        if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
+            count += 1
+    sides, levels = np.empty(count, np.int64), np.empty(count)
+    count = 0
+    for k in range(twin.shape[0]):
+        if k < twin[k] and basin[face[k]] != basin[face[twin[k]]]:
+            sides[count] = k
+            levels[count] = side_level(reach, start, stop, radius, corner, twin, k)
+            count += 1
+    return sides, levels
+
+
+@kernel
+def _lay_out(child: Index, leaves: int) -> tuple[Index, Index]:
+    size = np.ones(2 * leaves - 1, np.int64)
+    for j in range(leaves - 1):
+        size[leaves + j] = size[child[j, 0]] + size[child[j, 1]]
+    spans = np.zeros((2 * leaves - 1, 2), np.int64)
+    spans[2 * leaves - 2, 1] = leaves
+    for j in range(leaves - 2, -1, -1):
+        begin = spans[leaves + j, 0]
+        for c in range(2):
+            n = child[j, c]
+            spans[n, 0], spans[n, 1] = begin, begin + size[n]
+            begin += size[n]
+    order = np.empty(leaves, np.int64)
+    for s in range(leaves):
+        order[spans[s, 0]] = s
+    return order, spans
+
+
+@kernel
+def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
+    leaves = leaf_order.shape[0]
+    place = np.empty(leaves, np.int64)
+    for i in range(leaves):
+        place[leaf_order[i]] = i
+    begin = np.zeros(leaves + 1, np.int64)
+    for f in range(basin.shape[0]):
+        begin[place[basin[f]] + 1] += 1
+    for i in range(leaves):
+        begin[i + 1] += begin[i]
+    free = begin.copy()
+    order = np.empty(basin.shape[0], np.int64)
+    for f in range(basin.shape[0]):
+        i = place[basin[f]]
+        order[free[i]] = f
+        free[i] += 1
+    return order, begin

@@ -1,0 +1,1 @@
+"""Edges, shells and moments of triangle meshes."""

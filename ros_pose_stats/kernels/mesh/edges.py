@@ -1,0 +1,157 @@
+"""The directed edges of a triangle mesh, grouped by the undirected edge they run along.
+
+Directed edge 3 t + i runs from corner i of triangle t to the next one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..array_types import FixedFlags1, FixedIndex1, FixedIndex2
+from ..compilation import entry_kernel, inlined, kernel
+from ..sorting import rising_order
+
+Index = NDArray[np.int64]
+Flag = NDArray[np.bool_]
+
+FEW = 48
+"""Edges at one vertex up to which sorting them one by one is quicker than counting digits."""
+
+
+@entry_kernel
+def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flag, Index, Index]:
+    """Directed edges by rising numbers of their lower, then of their higher vertex.
+
+    Parameters
+    ----------
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    triangle : (3T,) array
+        Owner of each directed edge, sorted by undirected edge.
+    forward : (3T,) array of bool
+        Whether it runs from the lower to the higher vertex.
+    start, uses : (E,) arrays
+        Where each undirected edge begins in the two arrays above, and how many it has there.
+    """
+    entries, stop = _sorted_edges(triangles)
+    count = entries.shape[0]
+    triangle, forward = np.empty(count, np.int64), np.empty(count, np.bool_)
+    start, uses = np.empty(count, np.int64), np.empty(count, np.int64)
+    found = begin = 0
+    for v in range(stop.shape[0]):
+        for k in range(begin, stop[v]):
+            triangle[k] = entries[k, 1] // 6
+            forward[k] = entries[k, 1] & 1 == 1
+            if k == begin or entries[k, 0] != entries[k - 1, 0]:
+                start[found], uses[found] = k, 0
+                found += 1
+            uses[found - 1] += 1
+        begin = stop[v]
+    return triangle, forward, start[:found].copy(), uses[:found].copy()
+
+
+@kernel
+def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
+    """Sort directed edges by their lower, then by their higher vertex.
+
+    Vertex numbers are small integers: counting puts the edges in order by the lower vertex.
+    Few share it as a rule, so these are put in order by the higher one one by one.
+
+    Returns
+    -------
+    entries : (3T, 2) array
+        Higher vertex, and twice the number of the directed edge, plus one where it runs from
+        the lower vertex.
+    stop : (V,) array
+        Where the edges with each lower vertex end.
+    """
+    vertices = 0
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            vertices = max(vertices, triangles[t, i] + 1)
+    place = np.zeros(vertices + 1, np.int64)
+    for t in range(triangles.shape[0]):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        place[min(a, b) + 1] += 1
+        place[min(b, c) + 1] += 1
+        place[min(c, a) + 1] += 1
+    for v in range(vertices):
+        place[v + 1] += place[v]
+    entries = np.empty((triangles.size, 2), np.int64)
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            a, b = triangles[t, i], triangles[t, i + 1 if i < 2 else 0]
+            here = place[min(a, b)]
+            place[min(a, b)] = here + 1
+            entries[here, 0] = max(a, b)
+            entries[here, 1] = 2 * (3 * t + i) + (1 if a < b else 0)
+    begin = 0
+    for v in range(vertices):
+        if place[v] - begin > FEW:
+            _sort_many(entries, begin, place[v])
+        else:
+            _sort_few(entries, begin, place[v])
+        begin = place[v]
+    return entries, place[:vertices]
+
+
+@kernel
+def _sort_many(entries: Index, begin: int, end: int) -> None:
+    """Sort a range of entries by their first number; equal ones stay as they were."""
+    some = entries[begin:end].copy()
+    place = begin
+    for i in rising_order(some[:, 0].copy()):
+        entries[place, 0], entries[place, 1] = some[i, 0], some[i, 1]
+        place += 1
+
+
+@inlined
+def _sort_few(entries: Index, begin: int, end: int) -> None:
+    """Sort a short range of entries by their first number; equal ones stay as they were."""
+    for k in range(begin + 1, end):
+        key, item = entries[k, 0], entries[k, 1]
+        j = k - 1
+        while j >= begin and entries[j, 0] > key:
+            entries[j + 1, 0], entries[j + 1, 1] = entries[j, 0], entries[j, 1]
+            j -= 1
+        entries[j + 1, 0], entries[j + 1, 1] = key, item
+
+
+@entry_kernel
+def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
+                     uses: FixedIndex1) -> tuple[Index, Flag]:
+    """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree.
+
+    Parameters are as `grouped_edges` returns them.
+    """
+    pairs, agree = np.empty((start.shape[0], 2), np.int64), np.empty(start.shape[0], np.bool_)
+    found = 0
+    for e in range(start.shape[0]):
+        if uses[e] == 2:
+            k = start[e]
+            pairs[found, 0], pairs[found, 1] = triangle[k], triangle[k + 1]
+            agree[found] = forward[k] != forward[k + 1]
+            found += 1
+    return pairs[:found].copy(), agree[:found].copy()
+
+
+@kernel
+def neighbours(triangles: Index) -> Index:
+    """Triangle (T, 3) across the side opposite to each vertex; -1 where not exactly two meet."""
+    entries, stop = _sorted_edges(triangles)
+    across = np.full(triangles.shape, -1, np.int64)
+    begin = 0
+    for v in range(stop.shape[0]):
+        while begin < stop[v]:
+            end = begin + 1
+            while end < stop[v] and entries[end, 0] == entries[begin, 0]:
+                end += 1
+            if end - begin == 2:
+                h, other = entries[begin, 1] // 2, entries[begin + 1, 1] // 2
+                across[h // 3, (h + 2) % 3] = other // 3
+                across[other // 3, (other + 2) % 3] = h // 3
+            begin = end
+    return across

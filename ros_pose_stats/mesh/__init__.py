@@ -1,0 +1,1 @@
+"""From mesh files or arrays to a part."""

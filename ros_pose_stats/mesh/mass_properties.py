@@ -1,0 +1,186 @@
+"""Volume, centroid and inertia of a solid, and the mass properties a part is used with.
+
+A closed surface is split into tetrahedra from one common apex; their signed volumes,
+first and second moments are polynomials in the vertices and add up exactly (divergence
+theorem). The apex is the centre of the bounding box and the size is scaled to one, so
+neither the place of the part nor its unit costs digits. Powers are written as
+products, for the C library's round differently on other processors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MassPropertiesError
+from ..kernels.extents import bounds
+from ..kernels.mesh.tetrahedra import solid_moments
+from ..kernels.principal_axes import principal_axes
+from ..tolerances import TRIANGLE_INEQUALITY
+from .given_numbers import NOT_NUMBERS, real_array, real_number
+
+# Beyond these the product with the square of a length from 1e-50 to 1e50 m, and a least moment
+# of 1e-15 of the largest, come near the ends of float64.
+_SMALLEST_MASS = 1e-100
+_SMALLEST_INERTIA = 1e-250
+
+
+class Solid(NamedTuple):
+    """A solid of density one.
+
+    Attributes
+    ----------
+    volume : float
+        m³; negative when the surface is wound inward.
+    centroid : (3,) array
+        Metres; NaN when the volume is zero.
+    inertia : (3, 3) array
+        About the centroid, m⁵ (times a density: kg m²).
+    """
+
+    volume: float
+    centroid: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+
+
+def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Solid:
+    """Integrate over the solid that a closed surface encloses.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array
+        Closed surface.
+
+    Returns
+    -------
+    Solid
+    """
+    vertices, triangles = np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
+    low, high = bounds(vertices)
+    shift, scale = low + 0.5 * (high - low), float((high - low).max())
+    volume, *moments = solid_moments((vertices - shift) / scale, triangles).tolist()
+    if volume == 0.0:
+        return Solid(0.0, np.full(3, math.nan), np.full((3, 3), math.nan))
+    x, y, z = (first / volume for first in moments[:3])
+    xx, yy, zz, xy, xz, yz = moments[3:]
+    xx, yy, zz = xx - volume * x * x, yy - volume * y * y, zz - volume * z * z
+    xy, xz, yz = xy - volume * x * y, xz - volume * x * z, yz - volume * y * z
+    inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
+    cube = scale * scale * scale
+    return Solid(volume * cube, shift + scale * np.array([x, y, z]),
+                 inertia * (cube * scale * scale))
+
+
+def given_mass(mass: float | None) -> float | None:
+    """Check a given mass in kilograms.
+
+    Raises
+    ------
+    MassPropertiesError
+        Unless it is None or finite, positive and not beyond what can be computed with.
+    """
+    if mass is None:
+        return None
+    try:
+        value = real_number(mass)
+    except NOT_NUMBERS as error:
+        raise MassPropertiesError("a mass in kilograms", f"{mass!r}", "give one number") from error
+    if not 0.0 < value < math.inf:
+        raise MassPropertiesError("a finite mass above 0 kg", f"{value} kg",
+                                  "leave it out for unit mass")
+    if not _SMALLEST_MASS <= value <= 1.0 / _SMALLEST_MASS:
+        raise MassPropertiesError(f"a mass from {_SMALLEST_MASS:g} to {1.0 / _SMALLEST_MASS:g} kg",
+                                  f"{value:g} kg", "check its unit")
+    return value
+
+
+def given_center_of_mass(center_of_mass: ArrayLike | None) -> NDArray[np.float64] | None:
+    """Check the form of a given centre of mass, metres in the part frame.
+
+    Raises
+    ------
+    MassPropertiesError
+        Unless it is None or three finite numbers.
+    """
+    if center_of_mass is None:
+        return None
+    center = _numbers(center_of_mass, "a centre of mass of three numbers in metres")
+    if center.shape != (3,) or not np.isfinite(center).all():
+        raise MassPropertiesError("a centre of mass of three finite numbers in metres",
+                                  f"{center.tolist()}", "leave it out for uniform density")
+    return center
+
+
+def given_inertia(
+    inertia: ArrayLike | None, mass: float | None
+) -> NDArray[np.float64] | None:
+    """Check a given inertia tensor.
+
+    Parameters
+    ----------
+    inertia : (3, 3) array or None
+        About the centre of mass in part axes, kg m².
+    mass : float or None
+        Kilograms, checked.
+
+    Returns
+    -------
+    (3, 3) array or None
+        None when none was given, or a tensor of zeros: the uniform one is meant.
+
+    Raises
+    ------
+    MassPropertiesError
+        If it comes without a mass, or no rigid body can have it.
+    """
+    if inertia is None:
+        return None
+    tensor = _numbers(inertia, "an inertia tensor of 3 x 3 numbers in kg m²")
+    if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
+        raise MassPropertiesError("an inertia tensor of 3 x 3 finite numbers in kg m²",
+                                  f"{tensor.tolist()}", "leave it out for uniform density")
+    if mass is None:
+        raise MassPropertiesError("a mass with the inertia tensor", "a tensor alone",
+                                  "give the mass in kilograms too")
+    if not tensor.any():
+        return None
+    _check_physical(tensor)
+    return 0.5 * (tensor + tensor.T)
+
+
+def _numbers(values: ArrayLike, expected: str) -> NDArray[np.float64]:
+    """Copy as float64."""
+    try:
+        return real_array(values).copy()
+    except NOT_NUMBERS as error:
+        raise MassPropertiesError(expected, f"{values!r}", "give plain numbers") from error
+
+
+def _check_physical(tensor: NDArray[np.float64]) -> None:
+    """Refuse a tensor that is not symmetric, not positive, or of no mass distribution."""
+    size = np.abs(tensor).max()
+    if not _SMALLEST_INERTIA <= size <= 1.0 / _SMALLEST_INERTIA:
+        raise MassPropertiesError(
+            f"moments of inertia from {_SMALLEST_INERTIA:g} to {1.0 / _SMALLEST_INERTIA:g} kg m²",
+            f"{size:g} kg m²", "check the unit of the tensor")
+    lopsided = np.abs(tensor - tensor.T).max() / size
+    if lopsided > TRIANGLE_INEQUALITY:
+        raise MassPropertiesError("a symmetric inertia tensor",
+                                  f"opposite entries that differ by {lopsided:.2g} of the largest",
+                                  "products of inertia appear twice with the same sign")
+    moments, _ = principal_axes((tensor + tensor.T) / (2.0 * size))
+    # A needle of 1 : 1e-7 has moments of 1 : 1e-14; eigenvalues are good to 1e-16.
+    if moments[0] <= 1e-15 * moments[2]:
+        raise MassPropertiesError("positive principal moments of inertia",
+                                  f"{(moments * size).tolist()} kg m²",
+                                  "check signs and units of the tensor")
+    if moments[0] + moments[1] < moments[2] * (1.0 - TRIANGLE_INEQUALITY):
+        raise MassPropertiesError(
+            "principal moments of inertia of which no one exceeds the sum of the others",
+            f"{(moments * size).tolist()} kg m²",
+            "products of inertia may have the opposite sign in your CAD system")

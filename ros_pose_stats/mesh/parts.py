@@ -1,0 +1,263 @@
+"""From a mesh to a part: check, weld, repair, orient, integrate."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MassPropertiesError, MeshError, RequestError
+from ..kernels.extents import bounds, thinness
+from ..kernels.principal_axes import principal_axes
+from ..records.part import Part
+from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
+from .arrays import checked_mesh, coordinate_rounding, in_standard_order
+from .files import metres_per_unit, read_mesh
+from .hull import Hull, hull_of, keep_hull
+from .mass_properties import Solid, given_center_of_mass, given_inertia, given_mass, solid_of
+from .shells import oriented_outward
+from .vectors import lengths
+from .welding import weld, without_unused
+from .winding import closed_shells
+
+_LARGEST_USUAL = 2.0
+_SMALLEST_USUAL = 0.2e-3
+
+_OPEN_MESH = ("OPEN_MESH: the mesh has holes or encloses no solid, so its convex hull stands in "
+              "for it; mass properties that you do not give are the hull's.")
+_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
+                   "they share counts twice in the mass properties; unite them in CAD or give "
+                   "mass properties.")
+
+
+class Surface(NamedTuple):
+    """A welded closed surface with the solid in it.
+
+    Attributes
+    ----------
+    vertices : (W, 3) array
+        Metres.
+    triangles : (U, 3) array
+        Normals point out of the material.
+    solid : Solid
+    hull : Hull
+        Of `vertices`.
+    warnings : tuple of str
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    solid: Solid
+    hull: Hull
+    warnings: tuple[str, ...]
+
+
+def load_part(
+    file: str | os.PathLike[str],
+    unit: str | float | None = None,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    part_id: str = "",
+) -> Part:
+    """Load a part from a mesh file.
+
+    Parameters
+    ----------
+    file : path
+        STL, OBJ, PLY, OFF or 3MF.
+    unit : str or float, optional
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (3MF),
+        else metres.
+    center_of_mass, mass, inertia
+        See `part_from_mesh`.
+    part_id : str
+        Default: the file's name without its suffix.
+
+    Returns
+    -------
+    Part
+
+    Raises
+    ------
+    MeshFileError, MeshError, MassPropertiesError, RequestError
+        Each with one line that says what is wrong.
+    """
+    length = None if unit is None else metres_per_unit(unit)
+    vertices, triangles, declared = read_mesh(file)
+    return part_from_mesh(vertices, triangles, center_of_mass, mass, inertia,
+                          part_id=part_id or Path(file).stem, unit=length or declared or 1.0)
+
+
+def part_from_mesh(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    center_of_mass: ArrayLike | None = None,
+    mass: float | None = None,
+    inertia: ArrayLike | None = None,
+    *,
+    part_id: str = "",
+    unit: str | float = 1.0,
+) -> Part:
+    """Make a part from a triangle mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        In `unit`, part frame.
+    triangles : (T, 3) array of int
+        Vertex numbers; either winding, repaired where it is inconsistent.
+    center_of_mass : (3,) array, optional
+        Metres, part frame, strictly inside the convex hull; default: uniform density. Given
+        alone, the uniform body's inertia about its own centroid is kept.
+    mass : float, optional
+        Kilograms; default 1.
+    inertia : (3, 3) array, optional
+        About the centre of mass in part axes, kg m²; needs `mass`. Default, or zeros:
+        uniform density.
+    part_id : str
+        Default: `mesh_` and twelve digits of the digest.
+    unit : str or float
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit.
+
+    Returns
+    -------
+    Part
+        With warnings `OPEN_MESH`, `BODIES_OVERLAP`, `UNIT_SUSPECT` where they apply.
+
+    Raises
+    ------
+    MeshError
+        If the arrays are no triangle mesh or span no volume.
+    MassPropertiesError
+        If no rigid part of this shape can have the given mass properties.
+    RequestError
+        If `unit` is not a unit, or `part_id` no text.
+    """
+    if not isinstance(part_id, str):
+        raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
+    kilograms = given_mass(mass)
+    tensor = given_inertia(inertia, kilograms)
+    center = given_center_of_mass(center_of_mass)
+    metres, corners = checked_mesh(vertices, triangles, metres_per_unit(unit))
+    surface = _surface(metres, corners.astype(np.int64))
+    if center is None:
+        center = surface.solid.centroid
+    else:
+        _check_inside(center, surface)
+    kilograms = 1.0 if kilograms is None else kilograms
+    if tensor is None:
+        tensor = surface.solid.inertia * (kilograms / surface.solid.volume)
+    warnings = surface.warnings + _inertia_warning(tensor, kilograms, center, surface)
+    part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
+                center, tensor, warnings,
+                coordinate_rounding(vertices, corners) * metres_per_unit(unit))
+    keep_hull(part, surface.hull)
+    return part
+
+
+def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
+    """Weld, close, orient and integrate; the convex hull where that leads to no solid."""
+    vertices, triangles = weld(vertices, triangles)
+    _check_spans_volume(vertices, triangles)
+    warnings = _unit_warning(vertices)
+    shells = closed_shells(vertices, triangles)
+    if shells is not None:
+        points, kept = without_unused(vertices, shells.triangles)
+        oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
+        solid, hull = solid_of(points, oriented), hull_of(points)
+        if _is_solid(solid, hull):
+            if overlapping:
+                warnings += (_BODIES_OVERLAP,)
+            return Surface(points, np.ascontiguousarray(oriented), solid, hull, warnings)
+    hull = hull_of(vertices)
+    around = _hull_triangles(vertices, hull)
+    return Surface(vertices, around, solid_of(vertices, around), hull, (*warnings, _OPEN_MESH))
+
+
+def _is_solid(solid: Solid, hull: Hull) -> bool:
+    """Whether volume, centroid and inertia are such as a solid in this hull can have."""
+    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
+    return bool(solid.volume > HOLLOW * whole
+                and _beyond_hull(solid.centroid, hull) < 0.0
+                and principal_axes(solid.inertia)[0][0] > 0.0)
+
+
+def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
+    """Triangles of the hull, normals outward."""
+    triangles = hull.qhull.simplices.astype(np.int64)
+    shells = closed_shells(vertices, triangles)
+    if shells is not None:
+        return in_standard_order(oriented_outward(vertices, shells)[0])
+    # Qhull has split a merged facet into slivers that fold; its normals are right still.
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
+    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
+
+
+def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
+    """How far a point is beyond the nearest hull plane, metres; negative inside."""
+    planes = hull.qhull.equations
+    with np.errstate(over="ignore"):
+        aside = float(np.abs((point - hull.shift) / hull.scale).max())
+    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
+        return aside * hull.scale
+    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
+                 * hull.scale)
+
+
+def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
+    """Refuse a centre of mass on or outside the convex hull."""
+    beyond = _beyond_hull(center, surface.hull)
+    # The square of a distance from far outside may be beyond float64.
+    radius = surface.hull.scale if beyond > surface.hull.scale else _reach(center, surface)
+    if beyond < -ON_HULL * radius:
+        return
+    place = f"{center.tolist()} m"
+    where = "on its surface" if beyond <= ON_HULL * radius else f"{beyond:.3g} m outside"
+    raise MassPropertiesError("a centre of mass inside the part's convex hull",
+                              f"{place}, {where}",
+                              "check its unit, and that it is in the mesh's own frame")
+
+
+def _reach(center: NDArray[np.float64], surface: Surface) -> float:
+    """Largest distance of a vertex from the centre of mass, metres."""
+    return float(lengths(surface.vertices - center).max())
+
+
+def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
+    if len(triangles) == 0:
+        raise MeshError("triangles that span an area", "only triangles with coincident corners",
+                        "check the mesh's unit and export it again with more digits")
+    thinnest = thinness(vertices, *bounds(vertices))
+    if thinnest < FLATTEST:
+        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
+                        f"one that is {thinnest:.2g} of its length thick",
+                        "give a flat part its real thickness")
+
+
+def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
+    """Warn about a part of an unlikely size."""
+    low, high = bounds(vertices)
+    extent = float((high - low).max())
+    if _SMALLEST_USUAL <= extent <= _LARGEST_USUAL:
+        return ()
+    return (f"UNIT_SUSPECT: the part is {extent:.3g} m long, unusual for a fed part; "
+            "check the mesh's unit (mm, cm, inch).",)
+
+
+def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
+                     surface: Surface) -> tuple[str, ...]:
+    """Warn about an inertia that no material inside the convex hull can have."""
+    reach = _reach(center, surface)
+    limit = mass * reach * reach
+    largest = float(principal_axes(inertia)[0][-1])
+    if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):
+        return ()
+    return (f"INERTIA_SUSPECT: a principal moment of {largest:.3g} kg m² is more than material "
+            f"inside the part can have ({limit:.3g} kg m²); check its unit (kg mm², g mm²).",)

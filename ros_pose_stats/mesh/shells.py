@@ -1,0 +1,208 @@
+"""Which shells are bodies, which are voids, and which have to be turned inside out.
+
+Shells that do not cut each other form a forest: the parent of a shell is the smallest one
+around it. Outside of everything and inside a void there is nothing, inside a body there is
+metal. A shell wound inward encloses nothing; that makes sense in metal only. Where it lies
+in nothing it was exported inverted and is turned, and from there on down the windings tell
+nothing: the shells in it are voids and bodies in turn.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.extents import bounds, boxes_around
+from ..kernels.mesh.tetrahedra import tetrahedra
+from ..tolerances import OVERLAP
+from .crossings import crossings
+from .overlap import reach_into_each_other
+from .winding import Shells
+
+# Rounding of a sum of volumes of order one; a folded sheet encloses no more.
+_NO_VOLUME = 1e-14
+
+# With more candidates than this, one mask over all triangles is cheaper than slices.
+_FEW = 4
+
+
+class Nesting(NamedTuple):
+    """What the shells are, ordered from the largest to the smallest volume.
+
+    Attributes
+    ----------
+    parent : (S,) array
+        The smallest shell around each, -1 where there is none.
+    outward : (S,) array of bool
+        Whether the shell has to bound material from outside.
+    body : (S,) array
+        Number of the body a shell belongs to: a void to the body around it.
+    doubled : bool
+        Whether one body lies in the metal of another.
+    """
+
+    parent: NDArray[np.int64]
+    outward: NDArray[np.bool_]
+    body: NDArray[np.int64]
+    doubled: bool
+
+
+def oriented_outward(
+    vertices: NDArray[np.float64], shells: Shells
+) -> tuple[NDArray[np.int64], bool]:
+    """Turn the shells so that all normals point out of the material.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Welded, all in use.
+    shells : Shells
+
+    Returns
+    -------
+    triangles : (T, 3) array
+    overlapping : bool
+        Whether bodies reach into each other by more than `OVERLAP` of the size.
+    """
+    low, high = bounds(vertices)
+    size = float((high - low).max())
+    points = (vertices - (low + 0.5 * (high - low))) / size
+    weights = tetrahedra(points, shells.triangles)
+    if shells.total == 1:
+        inverted = float(weights.sum()) < 0.0
+        return (_reversed(shells.triangles) if inverted else shells.triangles), False
+    volumes = np.bincount(shells.shell, weights=weights, minlength=shells.total
+                          ).astype(np.float64)
+    rank = np.empty(shells.total, dtype=np.int64)
+    rank[np.argsort(-np.abs(volumes), kind="stable")] = np.arange(shells.total)
+    order = np.argsort(rank[shells.shell], kind="stable")
+    ranked = shells._replace(triangles=shells.triangles[order],
+                             shell=rank[shells.shell][order])
+    volumes = volumes[np.argsort(rank)]
+    nesting = _nesting(points, ranked, volumes)
+    turn = (nesting.outward != (volumes > 0.0))[ranked.shell]
+    triangles = np.empty_like(ranked.triangles)
+    triangles[order] = np.where(turn[:, None], ranked.triangles[:, ::-1], ranked.triangles)
+    overlapping = nesting.doubled or reach_into_each_other(
+        points, ranked.triangles, nesting.body[ranked.shell])
+    return triangles, overlapping
+
+
+def _reversed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles (T, 3) wound the other way."""
+    return np.ascontiguousarray(triangles[:, ::-1])
+
+
+def _nesting(
+    points: NDArray[np.float64], shells: Shells, volumes: NDArray[np.float64]
+) -> Nesting:
+    """Apply the rules of the module's head from the outermost shells inward."""
+    parent = _parents(points, shells, volumes)
+    outward = volumes > 0.0
+    body = np.arange(shells.total)
+    untold = np.zeros(shells.total, dtype=bool)
+    doubled = False
+    for shell, around in enumerate(parent.tolist()):
+        if abs(volumes[shell]) <= _NO_VOLUME:
+            body[shell] = 0  # a loose flap is nobody's second body
+            continue
+        in_metal = around >= 0 and outward[around]
+        if around >= 0 and untold[around]:
+            outward[shell], untold[shell] = not in_metal, True
+        elif not in_metal and not outward[shell]:
+            outward[shell] = untold[shell] = True
+        doubled |= bool(in_metal and outward[shell])
+        if not outward[shell]:
+            body[shell] = body[around]
+    return Nesting(parent, outward, body, doubled)
+
+
+def _parents(
+    points: NDArray[np.float64], shells: Shells, volumes: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Find the smallest shell around each (S,), -1 for none; shells by falling volume."""
+    corners = points[shells.triangles]
+    first = np.searchsorted(shells.shell, np.arange(shells.total + 1))
+    low = np.minimum.reduceat(corners.min(axis=1), first[:-1])
+    high = np.maximum.reduceat(corners.max(axis=1), first[:-1])
+    parent = np.full(shells.total, -1)
+    for shell in range(1, shells.total):
+        if abs(volumes[shell]) <= _NO_VOLUME:
+            break
+        around = boxes_around(low, high, shell, OVERLAP)
+        if len(around) == 0:
+            continue
+        own = slice(int(first[shell]), int(first[shell + 1]))
+        inside = _inner_point(points, shells.triangles[own])
+        if inside is None:
+            continue
+        parent[shell] = _smallest_around(points, shells, first, around, inside)
+    return parent
+
+
+def _smallest_around(
+    points: NDArray[np.float64], shells: Shells, first: NDArray[np.int64],
+    candidates: NDArray[np.int64], inside: NDArray[np.float64],
+) -> int:
+    """Find the last of the candidates (rising) that encloses a point, -1 for none.
+
+    The parent tends to be among the smallest candidates: they are asked first, a few, then
+    more and more at once.
+    """
+    batch = _FEW
+    while len(candidates):
+        candidates, asked = candidates[:-batch], candidates[-batch:]
+        near = _triangles_of(asked, first, shells.shell)
+        enclosing = _enclosing(points, shells, near, inside)
+        if len(enclosing):
+            return int(enclosing.max())
+        batch *= 4
+    return -1
+
+
+def _triangles_of(
+    chosen: NDArray[np.int64], first: NDArray[np.int64], shell: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Triangle numbers of some shells; `first` is where each shell's triangles begin."""
+    if len(chosen) <= _FEW:
+        return np.concatenate([np.arange(first[k], first[k + 1]) for k in chosen])
+    wanted = np.zeros(len(first) - 1, dtype=bool)
+    wanted[chosen] = True
+    return np.flatnonzero(wanted[shell])
+
+
+def _inner_point(
+    points: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> NDArray[np.float64] | None:
+    """Find a point well inside one shell: the middle of its widest vertical passage there.
+
+    The passage is taken through the triangle that is largest as seen from above. A point
+    on the shell would not do: it may also be on the shell that is asked about.
+    """
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    widest = int(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).argmax())
+    x, y = ((a + b + c)[widest, :2] / 3.0).tolist()
+    _, height, sign = crossings(points, triangles, x, y)
+    if len(height) < 2:
+        return None
+    order = np.argsort(height, kind="stable")
+    passage = np.diff(height[order]) * (np.cumsum(sign[order])[:-1] != 0)
+    longest = int(passage.argmax())
+    if passage[longest] <= 0.0:
+        return None
+    return np.array([x, y, height[order[longest]] + 0.5 * passage[longest]])
+
+
+def _enclosing(
+    points: NDArray[np.float64], shells: Shells, near: NDArray[np.int64],
+    inside: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Which shells, among those of the triangles `near`, wind around a point."""
+    x, y, z = inside.tolist()
+    which, height, sign = crossings(points, shells.triangles[near], x, y)
+    above = height > z
+    winding = np.bincount(shells.shell[near[which[above]]], weights=sign[above])
+    return np.flatnonzero(winding)

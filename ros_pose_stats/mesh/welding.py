@@ -1,0 +1,98 @@
+"""Welding: vertices that coincide become one, and what that leaves over is cleared away."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.extents import bounds
+from ..kernels.mesh.coincidence import first_of_coincident
+from ..tolerances import WELD
+
+
+def weld(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Merge coincident vertices and drop the triangles that collapse.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    vertices : (W, 3) array
+        Those in use, each the first of its coincident ones, in the order given; the very
+        array given when nothing changes.
+    triangles : (U, 3) array
+
+    Notes
+    -----
+    Vertices within `WELD` of the largest extent are merged, transitively.
+    """
+    vertices, triangles = without_unused(vertices, triangles)
+    if len(triangles) == 0:
+        return vertices, triangles
+    low, high = bounds(vertices)
+    extent = float((high - low).max())
+    if extent == 0.0:
+        return vertices[:1], triangles[:0]
+    found, first = first_of_coincident(vertices, low, WELD * extent)
+    if not found:
+        return without_unused(vertices, _without_collapsed(triangles))
+    kept = first == np.arange(len(vertices))
+    renumbered = np.cumsum(kept) - 1
+    triangles = _without_collapsed(renumbered[first][triangles])
+    return without_unused(vertices[kept], triangles)
+
+
+def without_unused(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Leave out vertices of no triangle; the very arrays given when there are none."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[triangles.ravel()] = True
+    if used.all():
+        return vertices, triangles
+    return vertices[used], (np.cumsum(used) - 1)[triangles]
+
+
+def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Leave out triangles with a repeated corner."""
+    a, b, c = triangles.T
+    whole = (a != b) & (b != c) & (c != a)
+    return triangles if whole.all() else triangles[whole]
+
+
+def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Clear away triangles that occupy the same three vertices.
+
+    Parameters
+    ----------
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    (U, 3) array
+        One of each orientation is kept. Opposite pairs are internal walls, where two bodies
+        were joined, and vanish; unless every triangle has its opposite: then the mesh was
+        exported double-sided and the first of each pair stays.
+    """
+    corners = np.sort(triangles, axis=1)
+    a, b, c = triangles.T
+    odd = (a > b) ^ (b > c) ^ (a > c)
+    order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
+    new = np.ones(len(triangles), dtype=bool)
+    new[1:] = (corners[order[1:]] != corners[order[:-1]]).any(axis=1)
+    if new.all():
+        return triangles
+    group = np.cumsum(new) - 1
+    has_odd = np.zeros(int(group[-1]) + 1, dtype=bool)
+    has_even = has_odd.copy()
+    has_odd[group[odd[order]]] = True
+    has_even[group[~odd[order]]] = True
+    wall = has_odd & has_even
+    first = order[new]  # lexsort is stable: the first in the order given
+    kept: NDArray[np.int64] = first if wall.all() else first[~wall]
+    return triangles[np.sort(kept)]

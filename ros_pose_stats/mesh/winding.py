@@ -1,0 +1,207 @@
+"""Closedness, shells and a consistent winding of a welded triangle mesh.
+
+A surface is closed when every directed edge is balanced by its reverse. Triangles are
+linked through the edges that exactly two of them share; such linked triangles form
+patches, and a closed patch is a shell. Edges with four or more triangles, where bodies
+touch along an edge, link patches only if those are not closed by themselves there.
+
+Making the winding of a patch consistent is a two-colouring. It is found without walking the
+mesh, as connected components of its double cover: each triangle stands there twice, as given
+and turned round, and two copies are linked when they agree along a shared edge.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.mesh.components import component_labels
+from ..kernels.mesh.edges import grouped_edges, linked_triangles
+from ..tolerances import WELD
+from .crossings import crossings
+from .welding import without_repeated
+
+# Patches of shells with crowded edges that are looked into, widest first.
+_MOST_PATCHES: Final = 256
+
+
+class Edges(NamedTuple):
+    """The directed edges of a mesh, grouped by the undirected edge they run along.
+
+    Attributes
+    ----------
+    triangle : (3T,) array
+        Owner of each directed edge, sorted by undirected edge.
+    forward : (3T,) array of bool
+        Whether it runs from the lower to the higher vertex.
+    start : (E,) array
+        Where each undirected edge begins in the two arrays above.
+    uses : (E,) array
+        How many triangles have that edge.
+    """
+
+    triangle: NDArray[np.int64]
+    forward: NDArray[np.bool_]
+    start: NDArray[np.int64]
+    uses: NDArray[np.int64]
+
+
+class Shells(NamedTuple):
+    """A closed surface, consistently wound within each of its shells.
+
+    Attributes
+    ----------
+    triangles : (T, 3) array
+    shell : (T,) array
+        Number of the shell of each triangle, 0, 1, ... without gaps.
+    total : int
+    """
+
+    triangles: NDArray[np.int64]
+    shell: NDArray[np.int64]
+    total: int
+
+
+def closed_shells(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> Shells | None:
+    """Clear away repeated triangles, split into shells and wind each one consistently.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Welded.
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    Shells or None
+        None when the surface is open, closed but one-sided as a Klein bottle, or made of
+        patches that meet at crowded edges and are wound against each other. An
+        inconsistent shell takes the winding that most of its area had.
+    """
+    edges = edges_of(triangles)
+    if (edges.uses > 2).any():
+        cleared = without_repeated(triangles)
+        if len(cleared) != len(triangles):
+            triangles = cleared
+            edges = edges_of(triangles)
+    if len(triangles) == 0 or (edges.uses & 1).any():
+        return None
+    pairs, agree = linked_triangles(*edges)
+    patch = component_labels(len(triangles), pairs)
+    if not agree.all():
+        turn = _turned(vertices, triangles, pairs, agree)
+        if turn is None:
+            return None
+        triangles = triangles.copy()
+        triangles[turn] = triangles[turn, ::-1]
+        edges = edges._replace(forward=edges.forward ^ turn[edges.triangle])
+    if len(pairs) * 2 < len(edges.triangle):
+        shell = _joined_patches(edges, patch)
+        if not _balanced(edges, shell) or _mixed(vertices, triangles, patch, shell):
+            return None
+    else:
+        shell = patch
+    return Shells(triangles, shell, int(shell.max()) + 1)
+
+
+def edges_of(triangles: NDArray[np.int64]) -> Edges:
+    """Group the directed edges of triangles (T, 3) by undirected edge."""
+    return Edges(*grouped_edges(np.ascontiguousarray(triangles)))
+
+
+def _turned(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    pairs: NDArray[np.int64],
+    agree: NDArray[np.bool_],
+) -> NDArray[np.bool_] | None:
+    """Which triangles (T,) to turn round; None where no winding is consistent."""
+    size = len(triangles)
+    left, right = pairs.T
+    swap = np.where(agree, 0, size)
+    cover = np.concatenate((
+        np.stack((left, right + swap), axis=1),
+        np.stack((left + size, right + size - swap), axis=1),
+    ))
+    side = component_labels(2 * size, cover)
+    as_given, turned = side[:size], side[size:]
+    if (as_given == turned).any():
+        return None
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    kept_area = np.bincount(as_given, weights=area, minlength=int(side.max()) + 1)
+    # Of the two sides of a patch the one that keeps more area; ties: the lower number.
+    lose = kept_area[as_given] < kept_area[turned]
+    tie = kept_area[as_given] == kept_area[turned]
+    outcome: NDArray[np.bool_] = lose | (tie & (as_given > turned))
+    return outcome
+
+
+def _joined_patches(edges: Edges, patch: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Shell of each triangle: patches joined where they are not closed by themselves."""
+    edge, owner = _crowded(edges)
+    patch_count = int(patch.max()) + 1
+    _, where, times = np.unique(edge * patch_count + patch[owner],
+                                return_inverse=True, return_counts=True)
+    alone = times[where.ravel()] == 2
+    crowded_alone = np.ones(len(edges.start), dtype=bool)
+    np.logical_and.at(crowded_alone, edge, alone)
+    follows = edge[1:] == edge[:-1]
+    join = np.flatnonzero(follows & ~crowded_alone[edge[1:]])
+    links = np.stack((patch[owner[join]], patch[owner[join + 1]]), axis=1)
+    return component_labels(patch_count, links)[patch]
+
+
+def _balanced(edges: Edges, shell: NDArray[np.int64]) -> bool:
+    """Whether every shell runs both ways equally often along the crowded edges."""
+    edge, owner = _crowded(edges)
+    forward = edges.forward[(edges.uses > 2)[_edge_number(edges)]]
+    _, where = np.unique(edge * (int(shell.max()) + 1) + shell[owner], return_inverse=True)
+    return not np.bincount(where.ravel(), weights=np.where(forward, 1.0, -1.0)).any()
+
+
+def _mixed(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    patch: NDArray[np.int64],
+    shell: NDArray[np.int64],
+) -> bool:
+    """Whether a shell of several patches encloses space in both senses.
+
+    Patches linked by crowded edges alone may balance there although one half of the shell is
+    inside out. A vertical line through the widest triangle of a patch shows it.
+    """
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    wide = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    order = np.lexsort((-wide, patch))
+    widest = order[np.searchsorted(patch[order], np.arange(int(patch.max()) + 1))]
+    patches = np.bincount(shell[widest])
+    widest = widest[(patches[shell[widest]] > 1) & (wide[widest] > 0.0)]
+    widest = widest[np.argsort(-wide[widest], kind="stable")][:_MOST_PATCHES]
+    senses = np.zeros((int(shell.max()) + 1, 2), dtype=bool)
+    for triangle in widest:
+        same = triangles[shell == shell[triangle]]
+        x, y = ((a + b + c)[triangle, :2] / 3.0).tolist()
+        _, height, sign = crossings(vertices, same, x, y)
+        upward = np.argsort(height, kind="stable")
+        passage = np.diff(height[upward]) > WELD * float(np.ptp(vertices[:, 2]))
+        winding = np.cumsum(sign[upward])[:-1][passage]
+        senses[shell[triangle]] |= [(winding < 0).any(), (winding > 0).any()]
+    return bool(senses.all(axis=1).any())
+
+
+def _crowded(edges: Edges) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Edge number and triangle of each directed edge along edges of more than two."""
+    number = _edge_number(edges)
+    crowded = (edges.uses > 2)[number]
+    return number[crowded], edges.triangle[crowded]
+
+
+def _edge_number(edges: Edges) -> NDArray[np.int64]:
+    """Undirected edge (its number) of each directed edge."""
+    return np.repeat(np.arange(len(edges.uses)), edges.uses)

@@ -1,0 +1,1 @@
+"""The study's figures: the paper's, those of its tables, and the chart."""

@@ -1,0 +1,94 @@
+"""Cost against the number of vertices, on logarithmic axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from ..spacing import apart
+
+Array = NDArray[np.float64]
+
+# Okabe and Ito's colours for the colour-blind, each with its own marker so that nothing
+# hangs on the colour.
+STYLES = (
+    ("#000000", "-", "o"),
+    ("#0072B2", "--", "s"),
+    ("#D55E00", "-", "^"),
+    ("#009E73", "-.", "D"),
+    ("#CC79A7", "--", "v"),
+    ("#E69F00", "-", "P"),
+)
+LABEL_GAP = 0.052  # of the axes' height
+INK, REFERENCE = "#222222", "#767676"
+
+
+def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
+                title: str = "") -> Figure:
+    """Draw the time of each stage against the number of vertices.
+
+    Parameters
+    ----------
+    vertices : (k,) array
+        Rising.
+    stages : sequence of (label, (k,) array)
+        Milliseconds; at most as many as there are styles.
+    title : str
+
+    Returns
+    -------
+    Figure
+        Log-log, a label at the end of each line, and a line of slope 1 to compare with.
+    """
+    count = np.asarray(vertices, dtype=np.float64)
+    times = [(label, np.asarray(values, dtype=np.float64)) for label, values in stages]
+    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set(xscale="log", yscale="log", xlabel="hull vertices", ylabel="time, ms", title=title)
+    for (_, values), (colour, dash, marker) in zip(times, STYLES, strict=False):
+        axes.plot(count, values, color=colour, linestyle=dash, marker=marker, markersize=4.5,
+                  linewidth=1.6)
+    low = min(float(values.min()) for _, values in times) / 1.6
+    high = max(float(values.max()) for _, values in times) * 1.6
+    axes.set_xlim(count[0] / 1.25, count[-1] * 1.25)
+    axes.set_ylim(low, high)
+    axes.xaxis.set_major_formatter(_plain)
+    axes.yaxis.set_major_formatter(_plain)
+    _slope_one(axes, count, low)
+    _label_ends(axes, times)
+    axes.grid(which="major", color="#dddddd", linewidth=0.7)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _plain(value: float, _: float) -> str:
+    """Tick label without an exponent, thousands apart."""
+    return f"{value:,g}".replace(",", " ")
+
+
+def _slope_one(axes: Axes, count: Array, low: float) -> None:
+    """A thin line proportional to the number of vertices, below the data."""
+    begin = count[-1] / 60.0
+    ends = np.array((begin, count[-1] / 1.5))
+    axes.plot(ends, 1.7 * low * ends / begin, color=REFERENCE, linewidth=1.0, linestyle=":")
+    axes.annotate("slope 1", (ends[0], 1.7 * low), xytext=(-5, 0), textcoords="offset points",
+                  ha="right", va="center", color=REFERENCE, fontsize=9)
+
+
+def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
+    """Name each line at its right end, pushed apart where they would overlap."""
+    low, high = np.log(axes.get_ylim())
+    ends = np.array([(np.log(values[-1]) - low) / (high - low) for _, values in times])
+    heights = apart(ends, LABEL_GAP)
+    for number, (label, _) in enumerate(times):
+        axes.annotate(label, (1.0, ends[number]), xycoords="axes fraction",
+                      xytext=(1.03, heights[number]), textcoords="axes fraction",
+                      color=INK, fontsize=10, va="center",
+                      arrowprops={"arrowstyle": "-", "color": STYLES[number][0],
+                                  "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})

@@ -1,0 +1,122 @@
+"""What the chart is made of, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ....errors import RequestError
+
+
+class Kind(NamedTuple):
+    """How points of a kind are drawn.
+
+    Attributes
+    ----------
+    colour, ink, marker : str
+        Okabe and Ito's colours, darker for print; markers differ too, so that nothing hangs on
+        the colour.
+    says : str
+        Its name in the key.
+    size : float
+        Of the marker, points.
+    """
+
+    colour: str
+    ink: str
+    marker: str
+    says: str
+    size: float = 6.5
+
+
+KINDS = {"paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
+         "estimator": Kind("#0072B2", "#00537F", "*", "split estimator", 11.0),
+         "hybrid": Kind("#CC79A7", "#8F4B74", "D", "split and n drops (hybrid)"),
+         "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
+         "outside": Kind("#009E73", "#006B4E", "^", "other software")}
+
+ESTIMATORS = ("paper", "estimator")
+"""Kinds whose names stand in a column; they form no series."""
+
+
+class ChartPoint(NamedTuple):
+    """One way to get the probabilities.
+
+    Attributes
+    ----------
+    name : str
+        Written beside it; within a series what tells its points apart, such as "n = 100".
+    kind : str
+        "paper" (faded), "estimator", "hybrid", "simulation" or "outside".
+    seconds : float
+        Time of a part on one core, above 0.
+    error : float
+        As a fraction of 1, above 0.
+    low, high : float
+        Bounds of the error as fractions of 1, low <= high. A bar that begins at 0 or below is
+        drawn from the end of the axis.
+    series : str or None
+        Points of one series are joined, and its name is written once. Estimators have none.
+    """
+
+    name: str
+    kind: str
+    seconds: float
+    error: float
+    low: float
+    high: float
+    series: str | None = None
+
+
+class ChartPanel(NamedTuple):
+    """A size of part.
+
+    Attributes
+    ----------
+    title : str
+        Such as "200 vertices".
+    points : sequence of ChartPoint
+        At least one.
+    """
+
+    title: str
+    points: Sequence[ChartPoint]
+
+
+def check(panels: Sequence[ChartPanel]) -> None:
+    """Refuse what has no place on the axes.
+
+    Raises
+    ------
+    RequestError
+        No panel, an empty one, an unknown kind, an estimator in a series, a time or an error
+        that is not finite and above 0, or bounds that are not finite and in order.
+    """
+    if not panels:
+        raise RequestError("at least one panel", "none", "give one a size of part")
+    for panel in panels:
+        if not panel.points:
+            raise RequestError(f"at least one point in the panel {panel.title!r}", "none",
+                               "leave the panel out")
+        for point in panel.points:
+            _check_point(point, f"{point.name!r} in the panel {panel.title!r}")
+
+
+def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]]:
+    """Names of the series with their points, the fastest first."""
+    names = dict.fromkeys(point.series for point in points if point.series is not None)
+    return [(name, sorted((point for point in points if point.series == name),
+                          key=lambda point: point.seconds)) for name in names]
+
+
+def _check_point(point: ChartPoint, where: str) -> None:
+    if point.kind not in KINDS or (point.kind in ESTIMATORS and point.series is not None):
+        raise RequestError(f"one of {', '.join(KINDS)} for {where}, estimators without a series",
+                           f"{point.kind!r} in the series {point.series!r}", "correct it")
+    for value, what in ((point.seconds, "a time in seconds"), (point.error, "an error")):
+        if not (math.isfinite(value) and value > 0.0):
+            raise RequestError(f"{what} above 0 for {where}", f"{value}", "leave the point out")
+    if not (math.isfinite(point.low) and math.isfinite(point.high) and point.low <= point.high):
+        raise RequestError(f"finite bounds in order for {where}", f"{point.low} and {point.high}",
+                           "give the error twice where there are no bounds")

@@ -1,0 +1,1 @@
+"""Bags read back, whoever wrote them and however they ended."""

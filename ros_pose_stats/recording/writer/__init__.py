@@ -1,0 +1,1 @@
+"""Bags while they are written."""

@@ -1,0 +1,175 @@
+"""One file of a bag while it is being written."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from ..directory_lock import is_file_at
+from ..durable import sync_directory, write_all
+from .mcap_layout import closing, message_head, opening
+from .message_types import MessageType
+
+_GROWTH: Final = 40
+"""Bytes by which a number that was 0 may grow in metadata and summary."""
+
+
+class BagFile:
+    """An MCAP file that ends with a whole record whenever a call returns or raises.
+
+    `append` and `finish` are called by one thread at a time; `sync` by any number, which share
+    what is one sync on the disk.
+
+    Parameters
+    ----------
+    path : Path
+        Must not exist yet.
+    types : mapping
+        Type of each topic.
+    node : str
+        Name of the node that records.
+
+    Raises
+    ------
+    OSError
+        Nothing is left of the file.
+
+    Attributes
+    ----------
+    path : Path
+        Where the file was made.
+    size : int
+        Bytes up to the end of the last whole record.
+    written : int
+        Records appended.
+    contents : Contents
+        What was appended.
+    broken : OSError or None
+        Why the file cannot be gone on with.
+    """
+
+    def __init__(self, path: Path, types: Mapping[str, MessageType], node: str = "") -> None:
+        self.path = path
+        self.written = 0
+        self.broken: OSError | None = None
+        start, self.contents = opening(path.name, types, time.time_ns(), node)
+        self._channels = {channel.topic: number
+                          for number, channel in self.contents.channels.items()}
+        self._closing_size = len(closing(path.name, self.contents, 0)) + _GROWTH * (
+            len(self._channels) + 10)
+        self._syncing = threading.Lock()
+        self._synced = 0
+        self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        try:
+            self.size = write_all(self._number, [start], 0)
+            os.fsync(self._number)
+            sync_directory(path.parent)
+        except OSError:
+            os.close(self._number)
+            with suppress(OSError):
+                path.unlink()
+            raise
+
+    def size_with(self, record: int) -> int:
+        """Upper bound of the finished file's size after one more record of so many bytes."""
+        return self.size + record + self._closing_size
+
+    def is_gone(self) -> bool:
+        """Whether the file was deleted, moved or replaced.
+
+        Raises
+        ------
+        OSError
+            Nobody knows.
+        """
+        return not is_file_at(self._number, self.path)
+
+    def append(self, topic: str, data: memoryview, log_time: int) -> int:
+        """Write a message; return its number, which `sync` takes.
+
+        Raises
+        ------
+        OSError
+            It is not in the file.
+        """
+        channel = self._channels[topic]
+        number = self.contents.counts.get(channel, 0)
+        end = self._write([message_head(channel, number, log_time, data), data])
+        self.contents.count(channel, log_time)
+        self.size = end
+        self.written += 1
+        return self.written
+
+    def sync(self, number: int) -> None:
+        """Return once the message of this number, and all before it, are on the disk.
+
+        Raises
+        ------
+        OSError
+            Nobody knows whether they are. The kernel forgets what it could not write, so that
+            a second try would succeed without having done anything: the file is broken.
+        """
+        with self._syncing:
+            if self._synced >= number:
+                return
+            if self.broken is not None:
+                raise self.broken
+            written = self.written
+            try:
+                os.fdatasync(self._number)
+            except OSError as error:
+                self.broken = error
+                raise
+            self._synced = written
+
+    def finish(self) -> None:
+        """Write summary and footer, make all durable, and close.
+
+        Raises
+        ------
+        OSError
+            The file is still open and ends with its last message.
+        """
+        with self._syncing:
+            if self.broken is not None:
+                raise self.broken
+            end = self._write([closing(self.path.name, self.contents, self.size)])
+            try:
+                os.fsync(self._number)
+            except OSError as error:
+                self.broken = error
+                raise
+            self.size = end
+            self._synced = self.written
+            self._close()
+
+    def abandon(self, cause: OSError) -> None:
+        """Close without a footer; whoever still waits for a sync is told the cause."""
+        with self._syncing:
+            self.broken = self.broken or cause
+            self._close()
+
+    def _close(self) -> None:
+        number, self._number = self._number, -1
+        with suppress(OSError):
+            os.close(number)
+
+    def _write(self, buffers: list[bytes | memoryview]) -> int:
+        """Write behind the last whole record; return the new end."""
+        try:
+            return write_all(self._number, buffers, self.size)
+        except OSError:
+            self._cut()
+            raise
+
+    def _cut(self) -> None:
+        """Take half a record away again."""
+        try:
+            os.ftruncate(self._number, self.size)
+        except OSError as error:
+            self.broken = error

@@ -1,0 +1,166 @@
+"""The record of one run, as the node keeps it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..reader.cdr_length import CdrLength
+from ..recording_error import RecordingError
+from ..repair.space_bound import SpaceBound
+from ..run_names import new_run_name
+from .bag import Bag
+from .mcap_layout import message_size, opening
+from .message_types import MessageType
+
+
+class RunLog:
+    """One run's bag: `<log_directory>/pose_stats_<time>_<microseconds>_<pid>/`.
+
+    Nothing is made before the first record is written. All methods may be called from any
+    thread; those that wait for the disk share one sync. A file that cannot be gone on with is
+    followed by another one, and a bag that was deleted or moved away by another bag.
+
+    Parameters
+    ----------
+    log_directory : Path
+        Made when it is needed.
+    types : mapping
+        Type of each topic that may be written.
+    max_bag_bytes : int
+        A file that would grow beyond it is finished and followed by the next.
+    max_log_bytes : int, optional
+        Bound of the log directory: the oldest finished runs are deleted to stay below it; 0
+        for no bound.
+    name : str, optional
+        Of the directory, in place of one made from time and process.
+    node : str, optional
+        Name of the node that records; several may share a log directory.
+
+    Attributes
+    ----------
+    directory : Path
+        Where the bag is, or will be once something is written. It changes when the bag is lost.
+    times_lost : int
+        How often the bag was found deleted or moved away. What had been written is not written
+        again.
+    """
+
+    def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
+                 max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None,
+                 node: str = "") -> None:
+        self.directory = log_directory / (name or new_run_name(log_directory))
+        self.times_lost = 0
+        self._types = dict(types)
+        self._node = node
+        self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
+        self._max_bag_bytes = max_bag_bytes
+        self._overhead = 2 * len(opening("", self._types, 0, node)[0])
+        self._space = SpaceBound(log_directory, max_log_bytes)
+        self._lock = threading.Lock()
+        self._bag: Bag | None = None
+        self._closed = False
+        self._last_time = 0
+
+    def write(self, topic: str, data: bytes, *, durable: bool) -> None:
+        """Record a message.
+
+        Parameters
+        ----------
+        topic : str
+            One of those given.
+        data : bytes
+            CDR with its header of 4 bytes. What follows the message in it is left out.
+        durable : bool
+            Return only once this and everything before it are on the disk.
+
+        Raises
+        ------
+        RecordingError
+            It is not recorded, or nobody knows; the next write tries again.
+        """
+        message = self._lengths[topic].trimmed(data)
+        try:
+            with self._lock:
+                bag = self._bag_for(message_size(message))
+                self._last_time = max(time.time_ns(), self._last_time + 1)
+                file, number = bag.append(topic, message, self._last_time)
+            if durable:
+                file.sync(number)
+        except OSError as error:
+            raise RecordingError(self.directory, error) from error
+
+    def sync(self) -> None:
+        """Make everything written so far durable.
+
+        Raises
+        ------
+        RecordingError
+            Nobody knows whether it is.
+        """
+        with self._lock:
+            file = self._bag.file if self._bag else None
+        try:
+            if file is not None:
+                file.sync(file.written)
+        except OSError as error:
+            raise RecordingError(self.directory, error) from error
+
+    def close(self) -> None:
+        """Write summary, footer and final metadata, and let go of the bag.
+
+        Raises
+        ------
+        RecordingError
+            The bag is not finished; `repair_bags` does that at the next start.
+        """
+        with self._lock:
+            self._closed = True
+            bag, self._bag = self._bag, None
+            try:
+                if bag is not None:
+                    bag.finish()
+            except OSError as error:
+                raise RecordingError(self.directory, error) from error
+
+    @property
+    def bytes_written(self) -> int:
+        """Bytes of the bag's files."""
+        with self._lock:
+            return self._bag.size if self._bag else 0
+
+    @property
+    def bytes_left(self) -> int | None:
+        """Bytes by which the log directory may still grow; None without a bound."""
+        return self._space.left(self.bytes_written)
+
+    @property
+    def over_bound(self) -> bool:
+        """Whether the log directory is beyond its bound and nothing in it may be deleted."""
+        return self._space.exceeded
+
+    @property
+    def deleted_runs(self) -> list[Path]:
+        """Runs that were deleted to make room, since this was last asked."""
+        with self._lock:
+            deleted, self._space.deleted = self._space.deleted, []
+        return deleted
+
+    def _bag_for(self, record: int) -> Bag:
+        """The bag for a record of so many bytes."""
+        if self._closed:
+            raise OSError("the log is closed")
+        if self._bag is not None and self._bag.is_gone():
+            self._bag.abandon()
+            self._bag = None
+            self.times_lost += 1
+            self.directory = self.directory.with_name(new_run_name(self.directory.parent))
+        size = self._bag.size if self._bag else 0
+        self._space.enforce(self.directory, size + record + self._overhead)
+        if self._bag is None:
+            if self.directory.exists():
+                self.directory = self.directory.with_name(new_run_name(self.directory.parent))
+            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node)
+        return self._bag

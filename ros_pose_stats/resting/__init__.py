@@ -1,0 +1,1 @@
+"""From a part to its equilibria, poses, symmetry and splitting graph."""

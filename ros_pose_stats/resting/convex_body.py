@@ -1,0 +1,154 @@
+"""The convex hull of a part as a polyhedron with true faces.
+
+A part rests on its convex hull, so this body is all that the estimators and the simulation
+see of a part, besides its mass properties. Lengths are scaled by the part's radius and
+positions are relative to the centre of mass, in part axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from ..kernels.body.convex_body import BodyArrays, build_body
+from ..kernels.levels.cap_areas import areas_below
+from ..kernels.principal_axes import principal_axes
+from ..mesh.hull import hull_of_part
+from ..mesh.vectors import lengths, scatter
+from ..records import Part
+from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexBody:
+    """A convex polyhedron about its centre of mass, scaled to a radius of 1.
+
+    Attributes
+    ----------
+    radius : float
+        Largest distance from the centre of mass to a vertex, metres.
+    points : (H, 3) array
+        Hull points; all but those on straight edges or inside faces are corners.
+    arrays : BodyArrays
+        Faces as corner loops with their normals, distances, areas, solid angles and sides.
+    tolerance : float
+        Coplanarity at which the faces were merged, as a fraction of the radius.
+    """
+
+    radius: float
+    points: Array
+    arrays: BodyArrays
+    tolerance: float
+
+    @property
+    def faces(self) -> int:
+        """Number of planar faces."""
+        return int(self.arrays.distance.shape[0])
+
+    def polygon(self, face: int) -> Array:
+        """Corners (k, 3) of a face, counter-clockwise seen from outside."""
+        sides = slice(self.arrays.face_start[face], self.arrays.face_start[face + 1])
+        return self.points[self.arrays.corner[sides]]
+
+    @property
+    def edges(self) -> tuple[Index, Index]:
+        """End points (E, 2) and the two faces (E, 2) of every edge."""
+        twin = self.arrays.twin
+        side = np.flatnonzero(np.arange(twin.shape[0]) < twin)
+        ends = np.stack([self.arrays.corner[side], self.arrays.corner[twin[side]]], axis=1)
+        return ends, np.stack([self.arrays.face[side], self.arrays.face[twin[side]]], axis=1)
+
+    def r(self, directions: Array) -> Array:
+        """Distance from the centre of mass to the surface (section 2.C).
+
+        Parameters
+        ----------
+        directions : (..., 3) array
+            Unit vectors in part axes.
+
+        Returns
+        -------
+        (...) array
+            In radii.
+        """
+        along = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
+        with np.errstate(divide="ignore"):
+            distance = np.where(along > 0.0, self.arrays.distance / along, np.inf)
+        return np.asarray(distance.min(axis=-1))
+
+    def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
+        """Height of the centre of mass when `directions` points down (section 2.C).
+
+        Parameters
+        ----------
+        directions : (..., 3) array
+            Unit vectors in part axes.
+
+        Returns
+        -------
+        (...) array
+            In radii.
+        """
+        return np.asarray((np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1))
+
+    def angles_below_r(self, level: float) -> Array:
+        """Centroid solid angle (F,) of {r < level} on each face, steradians; level in radii."""
+        return areas_below(self.arrays, level, False)
+
+    def angles_below_R(self, level: float) -> Array:  # noqa: N802 - the paper's name
+        """Centroid solid angle (F,) of {R < level} counted with each face, steradians.
+
+        The sum over the faces of a connected component is the component's solid angle at the
+        energy m g level (Eq. 7), the sum over all faces that of the whole reachable set; how
+        it is shared among the faces of one component has no meaning of its own.
+        """
+        return areas_below(self.arrays, level, True)
+
+
+_bodies: WeakKeyDictionary[Part, ConvexBody] = WeakKeyDictionary()
+
+
+def convex_body(part: Part) -> ConvexBody:
+    """Convex body of a part, built once and remembered while the part lives.
+
+    Raises
+    ------
+    MeshError
+        If no convex polyhedron around the centre of mass can be formed.
+    """
+    body = _bodies.get(part)
+    if body is None:
+        body = _bodies[part] = _build(part)
+    return body
+
+
+def _build(part: Part) -> ConvexBody:
+    """Merge coplanar triangles; where that leaves no polyhedron, merge more cautiously."""
+    hull, shift, scale = hull_of_part(part)
+    used = hull.vertices
+    points = hull.points[used] + (shift - part.center_of_mass) / scale
+    radius = float(lengths(points).max())
+    points /= radius
+    number = np.empty(hull.points.shape[0], dtype=np.int64)
+    number[used] = np.arange(used.shape[0])
+    triangles = number[hull.simplices]
+    neighbors = hull.neighbors.astype(np.int64)
+    moment, _ = principal_axes(scatter(points))
+    thickness = float(np.sqrt(max(moment[0], 0.0)))
+    rounding = min(COPLANAR_ROUNDINGS * part.rounding / (radius * scale), COPLANAR_MOST)
+    widest = min(max(COPLANAR, rounding), COPLANAR_OF_THICKNESS * thickness)
+    for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
+        valid, arrays = build_body(points, triangles, neighbors, tolerance)
+        if valid:
+            points.flags.writeable = False
+            return ConvexBody(radius * scale, points, arrays, tolerance)
+    raise MeshError("a convex hull that encloses the centre of mass",
+                    "faces through the centre of mass",
+                    "check the mesh and the given centre of mass")

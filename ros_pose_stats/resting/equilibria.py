@@ -1,0 +1,144 @@
+"""Equilibria of a part on a horizontal plate (sections 2.B, 2.C).
+
+Stable faces are numbered by rising height, ties by the components of `down`; nothing here
+depends on a method, a scene or a seed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
+from ..kernels.ties import number_ties
+from ..records import Part
+from ..tolerances import SAME_DOWN, SAME_HEIGHT
+from .convex_body import ConvexBody, convex_body
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """Stable, saddle and unstable equilibria of a convex body.
+
+    Attributes
+    ----------
+    body : ConvexBody
+    arrays : EquilibriumArrays
+        As the kernel left them: `arrays.stable` in the order of face numbers.
+    order : (S,) array
+        Positions in `arrays.stable` by rising height: the numbering of the stable faces.
+    """
+
+    body: ConvexBody
+    arrays: EquilibriumArrays
+    order: Index
+
+    @cached_property
+    def faces(self) -> Index:
+        """Face (S,) of each stable face, by rising height."""
+        return self.arrays.stable[self.order]
+
+    @cached_property
+    def heights(self) -> Array:
+        """Height (S,) of the centre of mass on each stable face, in radii."""
+        return self.body.arrays.distance[self.faces]
+
+    @cached_property
+    def downs(self) -> Array:
+        """Direction (S, 3) that points down on each stable face."""
+        return self.body.arrays.normal[self.faces]
+
+    @cached_property
+    def rank(self) -> Index:
+        """Number (S,) of each entry of `arrays.stable`: the inverse of `order`."""
+        rank = np.empty_like(self.order)
+        rank[self.order] = np.arange(self.order.shape[0])
+        return rank
+
+    @property
+    def saddles(self) -> Index:
+        """Polygon sides (H,) whose edge carries a saddle of r and R."""
+        return self.arrays.saddle
+
+    @property
+    def unstable(self) -> Index:
+        """Hull points (U,) at a maximum of r and R."""
+        return self.arrays.unstable
+
+    @property
+    def poincare_hopf(self) -> int:
+        """S - H + U, which is 2 for a body without degenerate equilibria."""
+        return len(self.arrays.stable) - len(self.saddles) + len(self.unstable)
+
+    @cached_property
+    def tilts(self) -> Array:
+        """Tilt (N,) at which the part topples over each polygon side, radians."""
+        arrays = self.body.arrays
+        return np.arctan2(arrays.inset, arrays.distance[arrays.face])
+
+
+_found: WeakKeyDictionary[Part, Equilibria] = WeakKeyDictionary()
+
+
+def equilibria(part: Part) -> Equilibria:
+    """Equilibria of a part, found once and remembered while the part lives."""
+    found = _found.get(part)
+    if found is None:
+        body = convex_body(part)
+        arrays = find_equilibria(body.points, body.arrays)
+        heights = body.arrays.distance[arrays.stable]
+        order = pose_order(heights, body.arrays.normal[arrays.stable])
+        found = _found[part] = Equilibria(body, arrays, order)
+    return found
+
+
+def pose_order(heights: Array, downs: Array) -> Index:
+    """Order of poses by rising height, ties by the components of `down`.
+
+    Parameters
+    ----------
+    heights : (S,) array
+        In radii.
+    downs : (S, 3) array
+
+    Returns
+    -------
+    (S,) array of int
+    """
+    group = ties((heights, SAME_HEIGHT), *((down, SAME_DOWN) for down in downs.T))
+    return np.argsort(group, kind="stable")
+
+
+def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
+    """Number ties by rising value of the first key, then of the next, and so on.
+
+    A tie opens at its smallest value and takes in all within the tolerance of that, so that
+    rounding decides nothing among separate values and a dense run is not one long tie.
+
+    Parameters
+    ----------
+    *keys : pairs of (S,) array and float
+        Values and their tolerance, the most important first.
+    within : (S,) array of int, optional
+        Groups that come before all keys in the order.
+
+    Returns
+    -------
+    (S,) array of int
+    """
+    size = keys[0][0].shape[0]
+    group = np.zeros(size, dtype=np.int64) if within is None else within
+    count = 1 if within is None else int(within.max()) + 1
+    for values, tolerance in keys:
+        if count == size:  # nothing is tied any more
+            break
+        plain = np.ascontiguousarray(values)
+        group, count = number_ties(plain, tolerance, group, np.lexsort((plain, group)))
+    return group

@@ -1,0 +1,215 @@
+"""The stable poses of a part as records, before any probability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..errors import RequestError
+from ..kernels.body.equilibria import ways_out
+from ..kernels.body.silhouette import silhouette, tops
+from ..kernels.features.corner_crowding import corner_crowding
+from ..kernels.features.split_features import split_features
+from ..kernels.levels.splits import split_probabilities
+from ..kernels.principal_axes import principal_axes
+from ..records import DropScene, Part, StablePose
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
+from .clusters import Clusters, clusters
+from .convex_body import ConvexBody
+from .equilibria import Equilibria, equilibria
+from .orientation import resting_quaternions, rotation_matrices
+from .symmetry import symmetry_groups
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CORNER_REACHES = np.array([0.05, 0.3125])
+"""Radii within which corners count as one: for edges and bevels, and for the form."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestingPoses:
+    """Stable poses of a part at one cluster tolerance, in the order of their `index`.
+
+    Attributes
+    ----------
+    equilibria : Equilibria
+    clusters : Clusters
+    poses : tuple of StablePose
+        Without probabilities.
+    inertia : (3, 3) array
+        Central inertia in part axes over the mass and the squared radius.
+    """
+
+    equilibria: Equilibria
+    clusters: Clusters
+    poses: tuple[StablePose, ...]
+    inertia: Array
+
+    @property
+    def body(self) -> ConvexBody:
+        """The convex body that rests."""
+        return self.equilibria.body
+
+    @cached_property
+    def group(self) -> Index:
+        """Symmetry group (P,) of each pose."""
+        return np.array([pose.group for pose in self.poses])
+
+    @cached_property
+    def moments(self) -> Array:
+        """Principal moments (3,) of `inertia`, rising."""
+        return principal_axes(self.inertia)[0]
+
+    @cached_property
+    def passage_r(self) -> tuple[Array, Array]:
+        """Component areas and node probabilities for r; see `split_probabilities`."""
+        return self._passage(False)
+
+    @cached_property
+    def passage_R(self) -> tuple[Array, Array]:  # noqa: N802 - the paper's name
+        """Component areas and node probabilities for R; see `split_probabilities`."""
+        return self._passage(True)
+
+    @cached_property
+    def split_features(self) -> Array:
+        """What tells the components of each split apart; see `kernels.split_features`."""
+        found = self.equilibria.arrays
+        return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
+                              found.tree, self.clusters.split, self.passage_r[0],
+                              self.passage_R[0], self.inertia)
+
+    @cached_property
+    def corner_crowding(self) -> Array:
+        """At each of `CORNER_REACHES`, (2,); see `kernels.corner_crowding`."""
+        return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
+
+    def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
+        tree = self.equilibria.arrays.tree
+        return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
+
+    def gather(self, stable: Array) -> Array:
+        """Sum values of the stable faces (S,), by rising height, over the poses (P,)."""
+        sums = np.bincount(self.clusters.pose, stable, len(self.poses))
+        return sums.astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseShape:
+    """Contact polygon and outline of a body in one pose, drawn on demand."""
+
+    body: ConvexBody
+    face: int
+    rotation: Array
+
+    def support_polygon(self) -> Array:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
+        seen = self.body.polygon(self.face)[::-1] @ self.rotation[:2].T
+        return np.asarray(seen * self.body.radius)
+
+    def outline(self) -> Array:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+        seen = silhouette(self.body.points, self.body.arrays, self.rotation)
+        return np.asarray(seen * self.body.radius)
+
+
+# Nothing that is kept here may refer to the part, or it would never be let go.
+_known: WeakKeyDictionary[Part, dict[float, RestingPoses]] = WeakKeyDictionary()
+
+
+def resting_poses(part: Part,
+                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> RestingPoses:
+    """Stable poses of a part, found once a tolerance and remembered while the part lives.
+
+    Parameters
+    ----------
+    part : Part
+    cluster_tolerance : float
+        Fraction of the radius; 0 keeps every stable face.
+
+    Raises
+    ------
+    RequestError
+        If this is no part, or the tolerance is not from 0 to below 1.
+    """
+    if not isinstance(part, Part):
+        raise RequestError("a Part", f"{type(part).__name__}",
+                           "make one with load_part or part_from_mesh")
+    cluster_tolerance = DropScene(cluster_tolerance=cluster_tolerance).cluster_tolerance
+    known = _known.setdefault(part, {})
+    resting = known.get(cluster_tolerance)
+    if resting is None:
+        found = equilibria(part)
+        grouped = clusters(found, cluster_tolerance)
+        poses = _records(part, found, grouped)
+        resting = known[cluster_tolerance] = RestingPoses(
+            found, grouped, poses,
+            part.inertia / (part.mass * found.body.radius * found.body.radius))
+    return resting
+
+
+def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:
+    body = found.body
+    downs = found.downs[grouped.lowest]
+    heights = found.heights[grouped.lowest] * body.radius
+    quaternions = resting_quaternions(downs)
+    rotations = rotation_matrices(quaternions)
+    positions = -rotations @ part.center_of_mass
+    positions[:, 2] += heights
+    top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
+    margins = _margins(found, grouped)
+    groups = symmetry_groups(part, found, grouped.pose)
+    faces = found.faces[grouped.lowest]
+    barriers = grouped.barrier * body.radius
+    for array in (downs, quaternions, positions):
+        array.flags.writeable = False
+    rows = zip(groups.tolist(), downs, heights.tolist(), top.tolist(), margins.tolist(),
+               barriers.tolist(), _members(grouped), quaternions, positions, faces.tolist(),
+               rotations, strict=True)
+    return tuple(
+        StablePose(
+            index=i, group=group, down=down, height=height, top=highest, margin=margin,
+            barrier=barrier, spread=_spread(found.downs, members), members=tuple(members),
+            orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
+        )
+        for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
+                face, rotation) in enumerate(rows)
+    )
+
+
+def _members(grouped: Clusters) -> list[list[int]]:
+    """Stable faces of each pose, rising."""
+    members = np.argsort(grouped.pose, kind="stable").tolist()
+    ends = np.cumsum(np.bincount(grouped.pose)).tolist()
+    return [members[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+def _margins(found: Equilibria, grouped: Clusters) -> Array:
+    """Smallest tilt over a side of a member that leads to a face outside the pose."""
+    arrays = found.body.arrays
+    pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
+    pose_of_face[found.faces] = grouped.pose
+    margins = np.full(grouped.node.shape[0], np.pi / 2.0)
+    sides = ways_out(arrays, found.arrays.basin, pose_of_face)
+    faces = arrays.face[sides]
+    tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
+    np.minimum.at(margins, pose_of_face[faces], tilts)
+    return margins
+
+
+def _spread(downs: Array, members: list[int]) -> float:
+    """Largest angle between two of the members' directions, radians."""
+    if len(members) == 1:
+        return 0.0
+    chosen = downs[members]
+    # The farthest from a direction is the nearest to its opposite.
+    gap, partner = cKDTree(chosen).query(-chosen)
+    first = int(np.argmin(gap))
+    chord = float(np.linalg.norm(chosen[first] - chosen[partner[first]]))
+    return 2.0 * math.asin(min(1.0, 0.5 * chord))

@@ -1,0 +1,1 @@
+"""Between messages and what the core works on; pure functions."""

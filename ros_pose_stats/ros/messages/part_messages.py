@@ -1,0 +1,160 @@
+"""Between part messages and what the core works on; pure functions."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from ros_pose_stats_msgs.msg import PartMesh
+from shape_msgs.msg import Mesh
+
+from ...errors import MeshError, RequestError
+from ..parts.part_requests import PartRequest
+from .mesh_views import NotPlainCdrError, Numbers, mesh_numbers, part_mesh_numbers
+from .times import nanoseconds, time_message
+
+MOST_NESTED = 10_000
+"""Triangles of a nested mesh in a request; each is a Python object to rclpy."""
+
+MOST_DESERIALIZED = 4 * 2**20
+"""Bytes of a message that has to go through rclpy's deserialiser, in which they may become 25
+times as many and take a third of a second for each of them [MiB]."""
+
+
+def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
+    """Take a serialised `shape_msgs/Mesh`.
+
+    Raises
+    ------
+    MeshError
+    """
+    try:
+        numbers = mesh_numbers(data)
+    except NotPlainCdrError:
+        mesh = _deserialized(data, Mesh)
+        numbers = _numbers_of_mesh(mesh)
+    return PartRequest(part_id, numbers.mesh_vertices, numbers.mesh_triangles, unit)
+
+
+def request_of_part_bytes(data: bytes) -> PartRequest:
+    """Take a serialised `PartMesh`.
+
+    Raises
+    ------
+    MeshError, RequestError
+    """
+    try:
+        return _request(part_mesh_numbers(data))
+    except NotPlainCdrError:
+        return _request(numbers_of_message(_deserialized(data, PartMesh)))
+
+
+def request_of_message(message: PartMesh) -> PartRequest:
+    """Take a `PartMesh` that came in a request.
+
+    Raises
+    ------
+    MeshError, RequestError
+    """
+    for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
+        found = len(getattr(message.mesh, name))
+        if found > most:
+            raise RequestError(f"a nested mesh of at most {most} {name} in a request",
+                               f"{found}", "publish it on ~/part_mesh or use the flat arrays")
+    return _request(numbers_of_message(message))
+
+
+def is_given(message: PartMesh) -> bool:
+    """Whether a request carries a part."""
+    return bool(len(message.mesh.triangles) or len(message.mesh.vertices)
+                or len(message.vertices) or len(message.triangles))
+
+
+def part_message(request: PartRequest, part_id: str, stamp: int) -> PartMesh:
+    """What goes to the bag: flat arrays as received, under the part's final name."""
+    message = PartMesh()
+    message.header.stamp = time_message(stamp)
+    message.part_id = part_id
+    message.vertices = _flat(request.vertices, "d", np.float64)
+    message.triangles = _flat(request.triangles, "I", np.uint32)
+    message.unit = request.unit
+    message.inertia.m = request.mass
+    (message.inertia.com.x, message.inertia.com.y,
+     message.inertia.com.z) = (float(x) for x in request.center_of_mass)
+    tensor = request.inertia
+    for name, value in zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+                           tensor[np.triu_indices(3)], strict=True):
+        setattr(message.inertia, name, float(value))
+    message.restitution = request.restitution
+    message.drop_height = request.drop_height
+    return message
+
+
+def _flat(values: NDArray[Any], code: str, kind: type) -> Any:
+    """An `array.array`, which rclpy takes without looking at every number."""
+    flat = array(code)
+    flat.frombytes(np.ascontiguousarray(values, dtype=kind).tobytes())
+    return flat
+
+
+def _request(numbers: Numbers) -> PartRequest:
+    nested = numbers.mesh_vertices.size + numbers.mesh_triangles.size > 0
+    flat = numbers.vertices.size + numbers.triangles.size > 0
+    if nested == flat:
+        found = "both" if nested else "neither"
+        raise MeshError("either mesh or the flat arrays vertices and triangles filled", found,
+                        "fill exactly one of the two")
+    vertices, triangles = numbers.mesh_vertices, numbers.mesh_triangles
+    if flat:
+        vertices = _rows(numbers.vertices, "vertices")
+        triangles = _rows(numbers.triangles, "triangles")
+    values = numbers.scalars
+    tensor = values[5:11]
+    inertia = np.array([[tensor[0], tensor[1], tensor[2]],
+                        [tensor[1], tensor[3], tensor[4]],
+                        [tensor[2], tensor[4], tensor[5]]])
+    return PartRequest(numbers.part_id, vertices, triangles, float(values[0]), float(values[1]),
+                       np.array(values[2:5]), inertia, float(values[11]), float(values[12]),
+                       numbers.stamp)
+
+
+def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
+    if values.size % 3:
+        raise MeshError(f"a multiple of three numbers in {name}", f"{values.size}",
+                        "x y z a vertex, three vertex numbers a triangle")
+    return values.reshape(-1, 3)
+
+
+def numbers_of_message(message: PartMesh) -> Numbers:
+    """The content of a message as arrays."""
+    mesh = _numbers_of_mesh(message.mesh)
+    inertia, center = message.inertia, message.inertia.com
+    scalars = np.array([message.unit, inertia.m, center.x, center.y, center.z, inertia.ixx,
+                        inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz,
+                        message.restitution, message.drop_height])
+    return Numbers(nanoseconds(message.header.stamp), message.part_id, mesh.mesh_vertices,
+                   mesh.mesh_triangles, np.asarray(message.vertices, dtype=np.float64),
+                   np.asarray(message.triangles, dtype=np.uint32), scalars)
+
+
+def _numbers_of_mesh(mesh: Mesh) -> Numbers:
+    vertices = np.array([(p.x, p.y, p.z) for p in mesh.vertices], dtype=np.float64)
+    triangles = np.array([t.vertex_indices for t in mesh.triangles], dtype=np.uint32)
+    nothing = np.zeros(0)
+    return Numbers(0, "", vertices.reshape(-1, 3), triangles.reshape(-1, 3), nothing,
+                   nothing.astype(np.uint32), nothing)
+
+
+def _deserialized(data: bytes, kind: type) -> Any:
+    if len(data) > MOST_DESERIALIZED:
+        raise MeshError(f"a serialised {kind.__name__} in plain little-endian CDR, or another "
+                        f"one of at most {MOST_DESERIALIZED} bytes", f"{len(data)} bytes",
+                        "check the publisher")
+    try:
+        return deserialize_message(data, kind)
+    except Exception as error:  # the bindings raise what they like
+        raise MeshError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
+                        f"({type(error).__name__})", "check the publisher") from error

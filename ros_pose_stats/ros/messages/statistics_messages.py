@@ -1,0 +1,168 @@
+"""From pose statistics to their messages; pure functions."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from ros_pose_stats_msgs.msg import PoseStatistics as PoseStatisticsMessage
+from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
+
+from ... import records
+from .times import duration_message, time_message
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a message says beside the statistics themselves.
+
+    Attributes
+    ----------
+    stamp : int
+        Nanoseconds.
+    frame, plate : str
+    revision : int
+    job_id : str
+        Empty for an estimate.
+    final : bool
+    warnings : tuple of str
+        Added to those of the statistics.
+    """
+
+    stamp: int
+    frame: str
+    plate: str
+    revision: int
+    job_id: str = ""
+    final: bool = True
+    warnings: tuple[str, ...] = ()
+
+
+def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseStatisticsMessage:
+    """Make the message.
+
+    Parameters
+    ----------
+    found : PoseStatistics
+    answer : Answer
+
+    Returns
+    -------
+    ros_pose_stats_msgs/PoseStatistics
+    """
+    message = PoseStatisticsMessage()
+    message.header.stamp = time_message(answer.stamp)
+    message.header.frame_id = answer.frame
+    for name in ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+                 "cluster_tolerance", "drops", "unsettled", "seed", "expected_error",
+                 "plate_error", "version"):
+        setattr(message, name, getattr(found, name))
+    message.plate = answer.plate
+    message.compute_time = duration_message(
+        0.0 if math.isnan(found.seconds) else found.seconds)
+    message.job_id = answer.job_id
+    message.revision = answer.revision
+    message.final = answer.final
+    message.poses = [_pose(found.part_id, pose) for pose in found.poses]
+    message.warnings = [*found.warnings, *answer.warnings]
+    return message
+
+
+def copied(message: PoseStatisticsMessage) -> PoseStatisticsMessage:
+    """A message of its own that shares the poses."""
+    twin = PoseStatisticsMessage()
+    for name in message.get_fields_and_field_types():
+        setattr(twin, name, getattr(message, name))
+    return twin
+
+
+def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatisticsMessage:
+    """The same result with one more warning."""
+    twin = copied(message)
+    twin.warnings = [*message.warnings, warning]
+    return twin
+
+
+def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
+    message = StablePoseMessage()
+    message.pose_id = f"{part_id}/{pose.index}"
+    for name in ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
+                 "probability_low", "probability_high", "standard_error", "count"):
+        setattr(message, name, getattr(pose, name))
+    position, orientation, down = message.pose.position, message.pose.orientation, message.down
+    position.x, position.y, position.z = pose.position.tolist()
+    orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation.tolist()
+    down.x, down.y, down.z = pose.down.tolist()
+    message.support_polygon, message.outline = _drawn(pose)
+    return message
+
+
+_DRAWN: WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]] = (
+    WeakKeyDictionary())
+
+
+def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
+    """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
+    found = _DRAWN.get(pose.shape)
+    if found is None:
+        found = _flat(pose.support_polygon), _flat(pose.outline)
+        _DRAWN[pose.shape] = found
+    return found
+
+
+def _flat(points: NDArray[np.float64]) -> array[float]:
+    """An `array.array`, which rclpy takes as it is."""
+    return array("d", np.ascontiguousarray(points, dtype=np.float64).tobytes())
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnShape:
+    """Contact polygon and outline as they came in a message."""
+
+    polygon: NDArray[np.float64]
+    silhouette: NDArray[np.float64]
+
+    def support_polygon(self) -> NDArray[np.float64]:
+        """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
+        return self.polygon
+
+    def outline(self) -> NDArray[np.float64]:
+        """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
+        return self.silhouette
+
+
+def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatistics:
+    """The record that a message stands for; members of clusters are not in messages.
+
+    Parameters
+    ----------
+    message : ros_pose_stats_msgs/PoseStatistics
+
+    Returns
+    -------
+    PoseStatistics
+    """
+    plain = {name: getattr(message, name) for name in (
+        "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+        "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
+        "version")}
+    seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
+    return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
+                                  seconds=seconds, warnings=tuple(message.warnings), **plain)
+
+
+def _pose_of(message: StablePoseMessage) -> records.StablePose:
+    position, turn, down = message.pose.position, message.pose.orientation, message.down
+    plain = {name: getattr(message, name) for name in (
+        "index", "group", "height", "top", "margin", "barrier", "spread", "probability",
+        "probability_low", "probability_high", "standard_error", "count")}
+    shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
+                       np.array(message.outline).reshape(-1, 2))
+    return records.StablePose(
+        down=np.array([down.x, down.y, down.z]), members=(), shape=shape,
+        orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
+        position=np.array([position.x, position.y, position.z]), **plain)

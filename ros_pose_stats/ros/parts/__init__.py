@@ -1,0 +1,1 @@
+"""What parts the node knows, and the best result of each."""

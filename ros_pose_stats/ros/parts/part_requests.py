@@ -1,0 +1,136 @@
+"""A part as a client sends it, stripped of its message and checked as far as is cheap."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import MeshError, RequestError
+from ...mesh.parts import part_from_mesh
+from ...records import Part
+
+Array = NDArray[np.float64]
+
+LONGEST_NAME = 200
+LONGEST_SHOWN = 40
+
+
+@dataclass(frozen=True, eq=False)
+class PartRequest:
+    """A mesh on its way to become a `Part`.
+
+    Attributes
+    ----------
+    part_id : str
+        Empty: named by its digest.
+    vertices : (V, 3) array
+        In `unit`; may be a view on a received buffer.
+    triangles : (T, 3) array of uint32
+    unit : float
+        Metres a mesh unit.
+    mass : float
+        Kilograms; 0: everything from the mesh.
+    center_of_mass : (3,) array
+        Metres; meaningful with a mass.
+    inertia : (3, 3) array
+        kg m²; zeros: uniform.
+    restitution, drop_height : float
+        Of the part's own scene; negative: the node's.
+    stamp : int
+        Nanoseconds; 0 where the sender gave none.
+    """
+
+    part_id: str
+    vertices: Array
+    triangles: NDArray[np.uint32]
+    unit: float = 1.0
+    mass: float = 0.0
+    center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    restitution: float = -1.0
+    drop_height: float = -1.0
+    stamp: int = 0
+
+    @cached_property
+    def content(self) -> bytes:
+        """Digest of what makes the part, without its name and scene; 32 bytes."""
+        digest = hashlib.sha256(np.ascontiguousarray(self.vertices).data)
+        digest.update(np.ascontiguousarray(self.triangles).data)
+        numbers = [self.unit, self.mass, *self.center_of_mass, *self.inertia.ravel()]
+        digest.update(np.array(numbers, dtype="<f8").tobytes())
+        return digest.digest()
+
+    def bytes(self) -> int:
+        """Size of the mesh."""
+        return int(self.vertices.nbytes + self.triangles.nbytes)
+
+
+def shown(text: str) -> str:
+    """What a client sent, for a message or a log: in quotes, in one line, not too long."""
+    return repr(text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…")
+
+
+def plain(text: str) -> str:
+    """The same as it is, where a line of the log can hold it."""
+    fit = len(text) <= LONGEST_NAME and text.isprintable()
+    return text if fit else shown(text)
+
+
+def _any(values: Array) -> bool:
+    """Whether one is not 0; numpy would warn of some kinds of NaN."""
+    return any(value != 0.0 for value in values.ravel().tolist())
+
+
+def check_name(part_id: str) -> None:
+    """Refuse names that would be cut or confuse a terminal.
+
+    Raises
+    ------
+    RequestError
+    """
+    if len(part_id) > LONGEST_NAME or not part_id.isprintable():
+        raise RequestError(f"a part_id of at most {LONGEST_NAME} printable characters",
+                           f"{len(part_id)} characters, {shown(part_id)}", "rename the part")
+
+
+def check_request(request: PartRequest, most_bytes: int) -> None:
+    """What can be refused without looking at every triangle.
+
+    Raises
+    ------
+    MeshError, RequestError
+    """
+    check_name(request.part_id)
+    if request.bytes() > most_bytes:
+        raise MeshError(f"a mesh of at most {most_bytes} bytes (parameter max_mesh_bytes)",
+                        f"{request.bytes()} bytes, {len(request.triangles)} triangles",
+                        "decimate it, or raise the parameter")
+    if not (math.isfinite(request.unit) and request.unit > 0.0):
+        raise RequestError("a unit above 0, in metres a mesh unit", f"{request.unit}",
+                           "0.001 is a mesh in millimetres")
+    if request.mass == 0.0 and (_any(request.inertia) or _any(request.center_of_mass)):
+        raise RequestError("a mass above 0 kg with a given centre of mass or inertia",
+                           "inertia.m = 0", "fill in inertia.m, or leave all of inertia zero")
+
+
+def part_of(request: PartRequest) -> Part:
+    """Build the part.
+
+    Raises
+    ------
+    MeshError, MassPropertiesError, RequestError
+        Each with one line that says what is wrong.
+    """
+    given = request.mass != 0.0
+    with np.errstate(invalid="ignore"):  # of NaN of a kind that only broken messages have
+        return part_from_mesh(
+            request.vertices, request.triangles,
+            request.center_of_mass if given else None,
+            request.mass if given else None,
+            request.inertia if given and _any(request.inertia) else None,
+            part_id=request.part_id, unit=request.unit)

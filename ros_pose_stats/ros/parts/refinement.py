@@ -1,0 +1,128 @@
+"""Drops in the background that make an estimate as good as somebody wants it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ros_pose_stats_msgs.msg import PoseStatistics
+
+from ...errors import RequestError
+from ...planning.words import enough, not_enough, untargeted
+from ...records import DropScene
+from ..jobs import JobRequest, Jobs
+from ..messages.statistics_messages import with_warning
+from ..methods import AUTO
+from ..settings import Settings
+from .catalogue import KnownPart
+from .results import Results
+from .sureness import error_bound
+
+
+class Refinement:
+    """Starts drops where an estimate alone is not good enough.
+
+    Parameters
+    ----------
+    settings : callable
+        Gives the present `Settings`.
+    results : Results
+    jobs : Jobs
+    """
+
+    def __init__(self, settings: Callable[[], Settings], results: Results, jobs: Jobs) -> None:
+        self._settings = settings
+        self._results = results
+        self._jobs = jobs
+
+    def refine(self, known: KnownPart) -> None:
+        """Refine a part's latched result in the background, if that is wanted and not done."""
+        settings = self._settings()
+        drops = min(settings.refine_drops or settings.drops, settings.max_drops)
+        scene, hybrid = settings.scene(known.wishes), settings.default_method == AUTO
+        target = settings.target_error
+        request = JobRequest(known.part.part_id, known.content, scene, drops, 0,
+                             self._aim(known, target, scene) if hybrid else target,
+                             settings.max_job_seconds, True, hybrid)
+        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed",
+                                     but=request)
+        wanted = settings.refine_drops or settings.target_error
+        if wanted and not _fine_enough(known, request, target):
+            self._jobs.submit(request, known.ready(), settings)
+
+    def answer(self, known: KnownPart, target_error: float,
+               scene: DropScene) -> tuple[PoseStatistics, str]:
+        """The best that can be said at once, and why; drops follow if it misses the target.
+
+        Parameters
+        ----------
+        known : KnownPart
+        target_error : float
+            A fraction; 0: none.
+        scene : DropScene
+
+        Returns
+        -------
+        PoseStatistics, str
+        """
+        best = self._results.estimate(known, AUTO, scene)
+        if not target_error:
+            return best, untargeted(best.method)
+        bound = error_bound(known.part, best, scene)
+        if bound <= target_error:
+            return best, enough(f"{best.method} alone", bound, target_error)
+        found = self._results.dropped(known, scene)
+        if found is not None:
+            of_found = error_bound(known.part, found, scene)
+            said = f"{found.method} with the {found.drops} drops already made"
+            if of_found <= target_error:
+                return found, enough(said, of_found, target_error)
+            most = self._most_drops()
+            if found.drops >= most:
+                return _missed(found, f"{not_enough(said, of_found, target_error)}, and the node "
+                               f"drops at most {most} times for it (parameter drops).")
+        short = not_enough(best.method, bound, target_error)
+        return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
+
+    def _most_drops(self) -> int:
+        settings = self._settings()
+        return min(settings.drops, settings.max_drops)
+
+    def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
+        """The bound at which drops may end; with a higher one they might not be latched.
+
+        A larger expected error than the estimate's own never takes its place.
+        """
+        return min(target_error, self._results.estimate(known, AUTO, scene).expected_error)
+
+    def _start(self, known: KnownPart, target_error: float, scene: DropScene) -> str:
+        """Begin to drop; what there is to say about it."""
+        settings = self._settings()
+        request = JobRequest(known.part.part_id, known.content, scene, self._most_drops(), 0,
+                             self._aim(known, target_error, scene), settings.max_job_seconds,
+                             hybrid=True)
+        try:
+            job = self._jobs.submit(request, known.ready(), settings)
+        except RequestError as refusal:  # the estimate is an answer all the same
+            return f"drops cannot refine it now: {refusal}"
+        said = (f"at most {request.drops} drops in the background will refine it, job "
+                f"{job.job_id}.")
+        return said if job.recorded else f"{said} {self._results.not_recorded()}"
+
+
+def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
+    return with_warning(found, f"TARGET_MISSED: {choice}"), choice
+
+
+def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
+    """Whether what is latched is as good as a refinement would make it."""
+    latched: Any = known.latched
+    if latched is None or known.scene != request.scene:
+        return False
+    if request.hybrid:
+        sure = target_error > 0.0 and (
+            error_bound(known.part, latched, request.scene) <= target_error)
+        return bool(sure or latched.drops >= request.drops)
+    return bool(latched.drops) and bool(
+        latched.drops >= request.drops
+        or 0.0 < latched.expected_error <= target_error)

@@ -1,0 +1,1 @@
+"""What a node takes over from the bags of earlier runs."""

@@ -1,0 +1,1 @@
+"""What rclpy leaves undone: answers that reach slow clients, requests that are not lost."""

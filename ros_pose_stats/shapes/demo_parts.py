@@ -1,0 +1,127 @@
+"""The project's own demo parts, made as a machinist would: profiles, extrusions, cuts.
+
+Each function returns a closed outward surface, vertices (V, 3) in millimetres and triangles
+(T, 3). Coordinates are float32 numbers, since STL stores nothing finer: a written part
+reads back exactly. This is the only module here that needs manifold3d.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from manifold3d import CrossSection, Manifold
+from numpy.typing import NDArray
+
+from ..mesh.arrays import in_standard_order
+from . import closed_forms
+from .polytopes import Surface
+from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
+
+
+def clamp() -> Surface:
+    """Body of a C-clamp, 42 mm by 36 mm by 18 mm, without any symmetry.
+
+    The upper jaw ends in a fork with a transverse screw hole, counterbored on one side;
+    the lower jaw has a nose, a sloping underside and a mounting hole.
+    """
+    side = rounded_polygon([
+        (0.0, 0.0, 5.0), (30.0, 0.0, 3.0), (42.0, 5.0, 1.5), (42.0, 13.0, 1.5),
+        (36.5, 13.0, 1.0), (36.5, 10.0, 1.0), (11.0, 10.0, 4.0), (11.0, 25.0, 4.0),
+        (40.0, 25.0, 2.0), (40.0, 36.0, 5.0), (8.0, 36.0, 4.0), (0.0, 27.0, 4.0),
+    ])
+    slot = rounded_polygon(
+        [(4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)]
+    )
+    body = _extrude(side, "z", -9.0, 9.0) - _extrude(slot, "y", 20.0, 40.0)
+    body -= _drill(2.75, "z", (34.0, 30.5), -10.0, 10.0)
+    body -= _drill(4.75, "z", (34.0, 30.5), 6.5, 10.0)
+    body -= _drill(3.3, "y", (1.0, 22.0), -1.0, 11.0)
+    return _surface(body)
+
+
+def bracket() -> Surface:
+    """L bracket of 5 mm plate, 50 mm by 42 mm by 36 mm, with a rib and four holes."""
+    angle = rounded_polygon([
+        (0.0, 0.0, 2.0), (50.0, 0.0, 0.0), (50.0, 5.0, 0.0), (5.0, 5.0, 3.0),
+        (5.0, 42.0, 0.0), (0.0, 42.0, 0.0),
+    ])
+    rib = np.array([(3.0, 3.0), (32.0, 3.0), (32.0, 6.0), (6.0, 28.0), (3.0, 28.0)])
+    base = rounded_polygon(
+        [(-18.0, -1.0, 0.0), (18.0, -1.0, 0.0), (18.0, 50.0, 6.0), (-18.0, 50.0, 6.0)]
+    )
+    wall = rounded_polygon(
+        [(-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)]
+    )
+    body = _extrude(angle, "z", -18.0, 18.0) + _extrude(rib, "z", -2.5, 2.5)
+    body ^= _extrude(base, "y", -1.0, 43.0) ^ _extrude(wall, "x", -1.0, 51.0)
+    for z in (-10.0, 10.0):
+        body -= _drill(2.75, "y", (z, 40.0), -1.0, 6.0)
+        body -= _drill(2.75, "x", (32.0, z), -1.0, 6.0)
+    return _surface(body)
+
+
+def hex_bolt() -> Surface:
+    """Hexagon head bolt M8 x 30 (13 mm across flats), head chamfered, shank 48-sided.
+
+    The axis is z; the underside of the head lies in z = 0. The thread is left out.
+    """
+    head = _extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
+    chamfer = np.array([(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0),
+                        (0.0, 1.0)])
+    shank = np.array([(0.0, -1.0), (4.0, -1.0), (4.0, 29.0), (3.2, 30.0), (0.0, 30.0)])
+    cone = _revolve(chamfer, 96).rotate((0.0, 0.0, 180.0 / 96.0))  # facets face the corners
+    return _surface((head ^ cone) + _revolve(shank, 48))
+
+
+def gear() -> Surface:
+    """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub on one side."""
+    wheel = _extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
+    hub = np.array([(0.0, 5.0), (9.0, 5.0), (9.0, 17.2), (8.2, 18.0), (0.0, 18.0)])
+    bore = _drill(4.0, "z", (0.0, 0.0), -1.0, 19.0, sides=64)
+    return _surface(wheel + _revolve(hub, 64) - bore)
+
+
+def prism() -> Surface:
+    """Hexagonal prism, circumradius 10 mm, length 24 mm."""
+    return _canonical(*closed_forms.prism(6, 10.0, 24.0))
+
+
+def cylinder() -> Surface:
+    """Cylinder of 64 facets, radius 9 mm, length 22 mm."""
+    return _canonical(*closed_forms.cylinder(64, 9.0, 22.0))
+
+
+def _extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:
+    """Solid over an outline in the two axes that follow `axis` in the cycle x, y, z."""
+    solid = CrossSection([outline]).extrude(stop - start).translate((0.0, 0.0, start))
+    order = {"x": (2, 0, 1), "y": (1, 2, 0), "z": (0, 1, 2)}[axis]
+    return solid.transform(np.eye(3, 4)[list(order)])
+
+
+def _drill(
+    radius: float, axis: str, center: tuple[float, float], start: float, stop: float,
+    sides: int = 32,
+) -> Manifold:
+    """Drilling tool along an axis; its center as in `_extrude`."""
+    return _extrude(radius * unit_circle(sides) + np.array(center), axis, start, stop)
+
+
+def _revolve(outline: Outline, sides: int) -> Manifold:
+    """Solid around z; the outline gives (distance from the axis, z)."""
+    return CrossSection([outline]).revolve(sides)
+
+
+def _surface(solid: Manifold) -> Surface:
+    """Triangles of a solid."""
+    mesh = solid.to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    return _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+
+
+def _canonical(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
+    """Coordinates as float32 numbers, vertices and triangles in lexicographic order.
+
+    The order in which a modeller emits triangles then leaves no trace in the files.
+    """
+    rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
+    merged, index = np.unique(rounded, axis=0, return_inverse=True)
+    return merged, in_standard_order(index.reshape(-1)[triangles])

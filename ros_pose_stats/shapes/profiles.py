@@ -1,0 +1,126 @@
+"""Outlines in the plane from which the solid shapes are made: circles, rounded polygons, gears.
+
+An outline is an (N, 2) array of corners, counter-clockwise, not repeated at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.elementary import sines_cosines
+
+Outline = NDArray[np.float64]
+"""Corners of a closed polygon, (N, 2), counter-clockwise."""
+
+
+def unit_circle(sides: int) -> Outline:
+    """Corners of a regular polygon on the unit circle, the first on the x axis.
+
+    Parameters
+    ----------
+    sides : int
+        Number of corners, at least 3.
+
+    Returns
+    -------
+    (sides, 2) array
+        Each corner is found from an angle in the first octant, so that reflections and
+        quarter turns of the polygon map its coordinates onto each other bit for bit.
+    """
+    octant, within = np.divmod(8 * np.arange(sides), sides)
+    within = np.where(octant % 2 == 1, sides - within, within)
+    angle = within * (np.pi / 4.0 / sides)
+    diagonal = within == sides
+    sine, cosine = sines_cosines(angle)
+    near = np.where(diagonal, np.sqrt(0.5), cosine)
+    far = np.where(diagonal, np.sqrt(0.5), sine)
+    steep = np.isin(octant, (1, 2, 5, 6))
+    x = np.where(steep, far, near) * np.where(np.isin(octant, (2, 3, 4, 5)), -1.0, 1.0)
+    y = np.where(steep, near, far) * np.where(octant >= 4, -1.0, 1.0)
+    return np.column_stack((x, y)) + 0.0
+
+
+def rounded_polygon(
+    corners: Sequence[tuple[float, float, float]], steps: int = 6
+) -> Outline:
+    """Polygon whose corners are replaced by tangent arcs.
+
+    Parameters
+    ----------
+    corners : sequence of (x, y, radius)
+        Counter-clockwise; the radius of the fillet in the unit of x and y, 0 keeps the
+        corner sharp. Convex and re-entrant corners alike.
+    steps : int
+        Chords of each arc.
+
+    Returns
+    -------
+    (N, 2) array
+    """
+    points = np.array([corner[:2] for corner in corners], dtype=np.float64)
+    arcs = [
+        _fillet(points[i - 1], points[i], points[(i + 1) % len(points)], corner[2], steps)
+        for i, corner in enumerate(corners)
+    ]
+    return np.concatenate(arcs)
+
+
+def _fillet(
+    before: Outline, corner: Outline, after: Outline, radius: float, steps: int
+) -> Outline:
+    """Arc of `radius` tangent to both sides of a corner, (steps + 1, 2)."""
+    if radius == 0.0:
+        return corner[None, :]
+    incoming = (corner - before) / np.linalg.norm(corner - before)
+    outgoing = (after - corner) / np.linalg.norm(after - corner)
+    turn = np.arctan2(
+        incoming[0] * outgoing[1] - incoming[1] * outgoing[0], incoming @ outgoing
+    )
+    start = corner - incoming * radius * np.tan(abs(turn) / 2.0)
+    inward = np.sign(turn) * np.array((-incoming[1], incoming[0]))
+    sweep = np.linspace(0.0, abs(turn), steps + 1)[:, None]
+    arc: Outline = start + radius * (np.sin(sweep) * incoming + (1.0 - np.cos(sweep)) * inward)
+    return arc
+
+
+def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0)) -> Outline:
+    """Involute spur gear with standard addendum (1 module) and dedendum (1.25 modules).
+
+    Parameters
+    ----------
+    teeth : int
+        The first tooth points along x.
+    module : float
+        Pitch diameter over teeth, a length.
+    pressure_angle : float
+        Radians.
+
+    Returns
+    -------
+    (N, 2) array
+        Below the base circle the flanks run radially to the root circle.
+    """
+    pitch = teeth * module / 2.0
+    base, tip = pitch * np.cos(pressure_angle), pitch + module
+    radii = np.linspace(max(base, pitch - module), tip, 5)
+    half_tooth = np.pi / (2.0 * teeth) + np.tan(pressure_angle) - pressure_angle
+    half_widths = half_tooth - _involute(radii, base)
+    radii = np.concatenate(((pitch - 1.25 * module,), radii))
+    half_widths = np.concatenate((half_widths[:1], half_widths))
+    radius = np.concatenate((radii, radii[::-1]))
+    angle = np.concatenate((-half_widths, half_widths[::-1]))
+    tooth = radius[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    cos, sin = unit_circle(teeth).T
+    turns = np.stack((np.stack((cos, sin), axis=-1), np.stack((-sin, cos), axis=-1)), axis=1)
+    outline: Outline = (tooth @ turns).reshape(-1, 2)
+    return outline
+
+
+def _involute(radius: NDArray[np.float64], base: float) -> NDArray[np.float64]:
+    """Polar angle of a circle's involute at `radius`, radians; 0 on the base circle."""
+    roll = np.sqrt(np.maximum((radius / base) ** 2 - 1.0, 0.0))
+    polar: NDArray[np.float64] = roll - np.arctan(roll)
+    return polar

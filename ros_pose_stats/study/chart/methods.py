@@ -1,0 +1,111 @@
+"""Points of the chart: time of a method against its error, on the bodies of one size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimators import estimate
+from ...estimators.registry import ESTIMATORS
+from ...plots.study.speed_accuracy import ChartPoint
+from ...records import DropScene
+from ...simulation.simulate import simulate
+from ..errors.partition import Accuracy, accuracy
+from ..errors.simulated_poses import pooled
+from ..estimates import estimates
+from ..noise import noise_of
+from ..table import paper
+from .clock import medians
+from .sizes import Mesh, Size
+
+REPEATS = 3
+"""Calls of an estimator for a part; the median counts."""
+
+DROPS = (10, 100, 1_000, 10_000)
+DROPS_TIMED = 20_000
+"""Drops of one number in all that are timed; more parts the fewer they are."""
+
+COMBINED = (10, 100, 1_000)
+"""More drops leave nothing of the estimate."""
+
+MOST_PARTS = 60
+
+
+class Effort(NamedTuple):
+    """How much is measured.
+
+    Attributes
+    ----------
+    parts : int
+        Timed by the estimators, at most.
+    drops_timed : int
+        By the simulation for each number of drops and restitution, about.
+    drops : tuple of int
+        Numbers of drops, each a point of the simulation.
+    combined : tuple of int
+        Numbers of drops, each a point of the estimate and as many drops.
+    fewest : int
+        Parts that are timed at least, however many drops that makes.
+    """
+
+    parts: int = MOST_PARTS
+    drops_timed: int = DROPS_TIMED
+    drops: tuple[int, ...] = DROPS
+    combined: tuple[int, ...] = COMBINED
+    fewest: int = 4
+
+    def timed(self, drops: int) -> int:
+        """Parts that are timed where each takes so many drops."""
+        return min(max(self.drops_timed // drops, self.fewest), self.parts)
+
+
+def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """One point an estimator: from the mesh arrays to the statistics."""
+    every = pooled(list(size.simulated.values()))
+    told = {rho: estimates(size.known, DropScene(rho, size.height, 0.0)) for rho in size.simulated}
+    names = list(next(iter(told.values())))
+    # In turn, so that what else the machine does hits all of them alike.
+    took = medians([{name: partial(_estimate, mesh, name) for name in names}
+                    for mesh in some(size.meshes, effort.parts)], REPEATS)
+    for name in names:
+        found = accuracy(np.concatenate([one[name] for one in told.values()]), every)
+        kind = "paper" if name in paper.ERRORS else "estimator"
+        yield point(ESTIMATORS[name].title, kind, took[name], found)
+
+
+def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """One point a number of drops: the error is the noise of that many independent drops."""
+    every = pooled(list(size.simulated.values()))
+    for drops in effort.drops:
+        took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
+                        for restitution in size.simulated
+                        for mesh in some(size.meshes, effort.timed(drops))])
+        noise = noise_of(every, drops)
+        yield ChartPoint(f"n = {drops:,}".replace(",", " "), "simulation", took[""], noise.error,
+                         noise.low, noise.high, "drop simulation")
+
+
+def point(name: str, kind: str, seconds: float, found: Accuracy,
+          series: str | None = None) -> ChartPoint:
+    """A point whose error was measured; without an interval where there is a single body."""
+    bounds = (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
+    return ChartPoint(name, kind, seconds, found.error, *bounds, series)
+
+
+def _estimate(mesh: Mesh, name: str) -> object:
+    return estimate(mesh.part(), name, cluster_tolerance=0.0)
+
+
+def _simulate(mesh: Mesh, drops: int, restitution: float, height: float | None) -> object:
+    return simulate(mesh.part(), drops, restitution, 1, height, workers=1,
+                    cluster_tolerance=0.0)
+
+
+def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
+    """At most so many of them, evenly spread."""
+    number = min(number, len(meshes))
+    return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]

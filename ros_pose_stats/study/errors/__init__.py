@@ -1,0 +1,1 @@
+"""How estimators err once the simulation's noise is taken off, and whether errors hold."""

@@ -1,0 +1,123 @@
+"""Whether the standard errors and intervals of one simulation fit what a second one finds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import RequestError
+from ...statistics.intervals import DEFAULT_LEVEL
+from .bootstrap import RESAMPLES, body_bootstrap
+from .equal_chances import means_of_equal_chances, outcomes
+from .simulated_poses import SimulatedPoses
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How two independent simulations of the same poses agree, beside how they should.
+
+    The expected figures hold where both runs count independent drops of the same
+    probabilities. They are exact, given the drops that both runs together counted in a pose:
+    then the first run's share of them is hypergeometric, whatever the probability.
+
+    Attributes
+    ----------
+    z_rms : float
+        Root mean square of z = (s1 - s2) / sqrt(se1² + se2²). Errors that are too small make
+        it larger than expected.
+    expected_z_rms : float
+        Near 1. Poses of a few counts raise it, as the standard error is small whenever the
+        count is; poses rarer than that, mostly with z near 0, lower it.
+    z_rms_error : float
+        Standard error of `z_rms`, from a bootstrap over bodies; NaN for a single body.
+    coverage : float
+        Share of the values whose interval from the first run holds the second's proportion.
+    expected_coverage : float
+        Below the level by the noise of the second run, and above it where many poses are
+        rare or certain.
+    coverage_error : float
+        Standard error of `coverage`, likewise.
+    values : int
+        N.
+    certain : int
+        Values that both runs saw never or always. They count as z = 0 and as held, in the
+        expected figures too, so that they dilute a misfit but feign none.
+    """
+
+    z_rms: float
+    expected_z_rms: float
+    z_rms_error: float
+    coverage: float
+    expected_coverage: float
+    coverage_error: float
+    values: int
+    certain: int
+
+
+def calibration(first: SimulatedPoses, second: SimulatedPoses, level: float = DEFAULT_LEVEL, *,
+                resamples: int = RESAMPLES, seed: int = 0) -> Calibration:
+    """Test `standard_errors` and `jeffreys_interval` of a run on an independent second one.
+
+    Parameters
+    ----------
+    first, second : SimulatedPoses
+        Of the same poses in the same order. All poses of a body at one restitution, also those
+        never seen, must follow each other: the standard error depends on how many they are.
+        The first may be small, the second should be larger.
+    level : float
+        Of the interval; 0 < level < 1.
+    resamples, seed : int
+        Of `body_bootstrap`.
+
+    Raises
+    ------
+    RequestError
+        If the bodies differ, the counts of a body do not add up to its settled drops, or the
+        level is out of its range.
+    """
+    if not np.array_equal(first.body, second.body):
+        raise RequestError("two simulations of the same poses in the same order",
+                           f"{first.body.size} and {second.body.size} values of unlike bodies",
+                           "number the bodies of both alike")
+    poses = _poses(first)
+    _poses(second)
+    pair = outcomes(first.count, first.settled, second.count, second.settled, poses, level)
+    foreseen = means_of_equal_chances(first, second, poses, level)
+    terms = np.stack([*pair, np.ones_like(pair[0])], axis=1)
+    drawn = [body_bootstrap(first.body, terms, one, resamples, seed) for one in (_z_rms, _share)]
+    known = 1.0 if np.ptp(first.body) else math.nan
+    seen = first.count + second.count
+    return Calibration(
+        z_rms=math.sqrt(pair[0].mean()), expected_z_rms=math.sqrt(foreseen[0].mean()),
+        z_rms_error=known * float(drawn[0].std(ddof=1)), coverage=float(pair[1].mean()),
+        expected_coverage=float(foreseen[1].mean()),
+        coverage_error=known * float(drawn[1].std(ddof=1)), values=seen.size,
+        certain=int(np.count_nonzero((seen == 0) | (seen == first.settled + second.settled))))
+
+
+def _poses(simulated: SimulatedPoses) -> Index:
+    """K of the body at its restitution, for each value (N,)."""
+    starts = np.flatnonzero(np.diff(simulated.body, prepend=-1))
+    poses = np.diff(starts, append=simulated.body.size)
+    drops = np.add.reduceat(simulated.count, starts).repeat(poses)
+    wrong = drops != simulated.settled
+    if wrong.any():
+        raise RequestError("all poses of a body at one restitution in a row, their counts adding "
+                           "up to its settled drops",
+                           f"{drops[wrong][0]} of {simulated.settled[wrong][0]} for body "
+                           f"{simulated.body[wrong][0]}", "list the poses never seen too")
+    return poses.repeat(poses)
+
+
+def _z_rms(sums: Array) -> Array:
+    return np.asarray(np.sqrt(sums[0] / sums[2]))
+
+
+def _share(sums: Array) -> Array:
+    return np.asarray(sums[1] / sums[2])

@@ -1,0 +1,109 @@
+"""A node in a namespace of its own, its publishers and what it says of its health."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros_pose_stats_msgs.msg import PartMesh
+
+from .client import SERVICES, Client, until
+from .node import NodeProcess
+
+
+class QuickClient(Client):
+    """One that finds services as soon as they are there, and may ask many things at once.
+
+    By itself rclpy looks four times a second, and loses all answers but ten.
+    """
+
+    def service(self, name):
+        if name not in self._clients:
+            found = self.node.create_client(SERVICES[name], f"{self.prefix}/{name}",
+                                            qos_profile=QoSProfile(depth=1000))
+            until(found.service_is_ready, f"service {name}")
+            self._clients[name] = found
+        return self._clients[name]
+
+
+@contextmanager
+def cell_of(domain, log_directory, namespace, *arguments, **values):
+    """A node that is ready, and a client of it."""
+    with (QuickClient(domain, f"/{namespace}/pose_stats") as client,
+          NodeProcess(log_directory, "-r", f"__ns:=/{namespace}", *arguments, **values) as node):
+        node.ready()
+        yield node, client
+
+
+class MeshPublisher:
+    """A CAD system that publishes meshes.
+
+    Parameters
+    ----------
+    client : Client
+        Of the node that takes them.
+    topic : str
+    kind : type
+    latched : bool
+    """
+
+    def __init__(self, client, topic="", kind=PartMesh, *, latched=False):
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        quality = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE,
+                             durability=durability)
+        self._client = client
+        self._publisher = client.node.create_publisher(
+            kind, topic or f"{client.prefix}/part_mesh", quality)
+        self._takers = 2 if latched else 1
+
+    def matched(self):
+        """Wait until the node listens."""
+        until(lambda: self._publisher.get_subscription_count() >= self._takers, "the node")
+        return self
+
+    def publish(self, *messages):
+        """Publish messages, or serialised ones."""
+        for message in messages:
+            self._publisher.publish(message)
+
+
+def latched(client, part_id):
+    """What is latched for a part, once there is something."""
+    def found():
+        answer = client.call("get_statistics", part_id=part_id)
+        return answer.statistics
+
+    return until(found, f"a result of {part_id}")[0]
+
+
+class Health:
+    """What a client hears on /diagnostics of the node that it belongs to."""
+
+    def __init__(self, client):
+        self._name = f"{client.prefix[1:]}: "
+        self._news = threading.Condition()
+        self._heard = 0
+        self._lines = {}
+        client.subscribe(DiagnosticArray, "/diagnostics", self._take, depth=10)
+
+    def _take(self, message):
+        lines = {line.name.removeprefix(self._name): line for line in message.status
+                 if line.name.startswith(self._name)}
+        with self._news:
+            self._heard += bool(lines)
+            self._lines.update(lines)
+
+    def line(self, about, condition=lambda line, values: True):
+        """A line that was said from now on and fulfils a condition, and its values."""
+        before = self._heard + 1  # the next one may be on its way
+
+        def found():
+            line = self._lines.get(about)
+            if self._heard <= before or line is None:
+                return None
+            values = {pair.key: pair.value for pair in line.values}
+            return (line, values) if condition(line, values) else None
+
+        return until(found, f"diagnostics of {about}; last: {self._lines.get(about)}")

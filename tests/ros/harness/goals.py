@@ -1,0 +1,70 @@
+"""Goals of the action as a client follows them."""
+
+from __future__ import annotations
+
+import threading
+
+from rclpy.action import ActionClient
+from ros_pose_stats_msgs.action import SimulateDrops
+
+from .client import until, wait_for
+from .node import PATIENCE
+
+
+class Goals:
+    """The action client of a `Client`."""
+
+    def __init__(self, client):
+        self.client = client
+        self._actions = ActionClient(client.node, SimulateDrops,
+                                     f"{client.prefix}/simulate_drops")
+        assert self._actions.wait_for_server(PATIENCE)
+
+    def send(self, **fields):
+        """Send a goal, which is accepted in any case."""
+        return Goal(self.client, self._actions, SimulateDrops.Goal(**fields))
+
+    def close(self):
+        self._actions.destroy()
+
+
+class Goal:
+    """One goal, its feedback and its result.
+
+    rclpy's action client drops an answer that comes before it has noted the question, so all
+    questions are asked in the executor's thread.
+    """
+
+    def __init__(self, client, actions, request):
+        self._client = client
+        self._lock = threading.Lock()
+        self._feedback = []
+        self.handle = wait_for(client.run(
+            lambda: actions.send_goal_async(request, feedback_callback=self._take)), "acceptance")
+        assert self.handle.accepted
+        self._result = client.run(self.handle.get_result_async)
+
+    def _take(self, message):
+        with self._lock:
+            self._feedback.append(message.feedback)
+
+    @property
+    def feedback(self):
+        with self._lock:
+            return list(self._feedback)
+
+    def first_feedback(self):
+        return until(lambda: self.feedback, "feedback")[0]
+
+    def cancel(self):
+        """Ask for the cancel; the answer."""
+        return wait_for(self._client.run(self.handle.cancel_goal_async), "an answer to a cancel")
+
+    @property
+    def ended(self):
+        return self._result.done()
+
+    def result(self):
+        """Status and result, once there."""
+        answer = wait_for(self._result, "a result")
+        return answer.status, answer.result

@@ -1,0 +1,94 @@
+"""Jobs that are looked at while they let go of their part."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from types import SimpleNamespace
+
+import pytest
+
+from ros_pose_stats import simulate
+from ros_pose_stats.errors import MeshError
+from ros_pose_stats.ros.jobs import Job, State
+from ros_pose_stats.ros.jobs.job_reports import JobReports, job_event
+
+from ..harness.parts import WEDGE, library_part
+from .fake_jobs import asked, settings
+
+
+def reports():
+    """With a catalogue and a recorder that know nothing and keep nothing."""
+    parts = SimpleNamespace(current=lambda part_id: None)
+    return JobReports(SimpleNamespace(parts=parts, message=lambda *args: args),
+                      SimpleNamespace(record=lambda *args, **how: True), print)
+
+
+def job_of(part, **request):
+    return Job("run_0001", asked(**request), part, 1, settings())
+
+
+def in_time(look):
+    """What a look gives, which must not wait for anything."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(look()), daemon=True)
+    thread.start()
+    thread.join(30.0)
+    assert found, "it waits"
+    return found[0]
+
+
+class Treacherous(Future):
+    """A part that its job lets go of at the first look."""
+
+    def done(self):
+        self.job.release()
+        return super().done()
+
+
+@pytest.mark.parametrize("look", [
+    lambda job: job_event(job, 3), lambda job: job.part_id,
+    lambda job: reports().current_answer(job)])
+def test_a_job_that_lets_go_of_its_part_meanwhile(look):
+    part = library_part(WEDGE, "part")
+    future = Treacherous()
+    future.set_result(part)
+    job = job_of(future, part_id="")
+    job.snapshot = simulate(part, 10, seed=1)
+    future.job = SimpleNamespace(release=lambda: setattr(job, "part", Future()))
+    in_time(lambda: look(job) or "nothing")
+
+
+def test_a_nameless_part_keeps_the_name_it_got():
+    future = Future()
+    job = job_of(future, part_id="")
+    assert job.part_id == ""
+    future.set_result(library_part(WEDGE))
+    name = library_part(WEDGE).part_id
+    assert job.part_id == name
+    job.release()
+    assert job.part_id == name
+
+
+def test_the_end_of_a_job_whose_part_is_none_goes_on_record():
+    future = Future()
+    future.set_exception(MeshError("a solid", "a sheet", "close it"))
+    job = job_of(future)
+    job.message = "expected a solid, got a sheet; close it"
+    recorded = []
+    found = reports()
+    found._recorder.record = lambda topic, data, durable: recorded.append(topic) or True
+    found.ended(job, State.FAILED)
+    assert recorded == ["/pose_stats/job_events"]
+
+
+@pytest.mark.parametrize(("accepted", "ended"), [(True, True), (True, False), (False, True)])
+def test_a_job_with_nothing_to_show_says_itself_what_is_not_on_record(accepted, ended):
+    looked_at = reports()
+    looked_at._recorder = SimpleNamespace(record=lambda *args, **how: ended)
+    looked_at._results.not_recorded = lambda: "NOT_RECORDED: full"
+    job = job_of(Future())
+    job.recorded, job.message = accepted, "cancelled by a client"
+    looked_at.ended(job, State.CANCELLED)
+    assert job.message.startswith("cancelled by a client")
+    assert ("NOT_RECORDED: " in job.message) == (not (accepted and ended))

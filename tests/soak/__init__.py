@@ -1,0 +1,1 @@
+"""Studies of hours: drops without end, and a node under faults."""

@@ -1,0 +1,1 @@
+"""Families of bodies, samples and fits: where the weights of the estimators come from."""

@@ -1,0 +1,44 @@
+"""Fits the expected errors of the estimators, and judges them by bodies that no fit has seen.
+
+.venv/bin/python -m training.expected_errors [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from benchmarks.command import DOCS
+from benchmarks.report import collected, write_page
+from benchmarks.results import save
+
+from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
+from .fit import fitted, usual_errors
+from .samples import error_samples
+from .source import MODULE, source
+from .told import sections
+
+
+def main() -> None:
+    """Fit and judge, print, and with `--write` write the weights and the tables."""
+    parser = argparse.ArgumentParser(prog="training.expected_errors",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("--write", action="store_true",
+                        help=f"write {MODULE.name}, and the tables to docs/benchmarks.md")
+    write = parser.parse_args().write
+    samples = read_samples()
+    known = error_samples([one for one in samples if one.seed == FIT_SEED])
+    fits = {name: fitted(some) for name, some in known.items()}
+    text = source(fits, usual_errors())
+    if write:
+        MODULE.write_text(text, encoding="utf-8")
+    else:
+        print(text)
+    new = error_samples([one for one in samples if one.seed == JUDGE_SEED])
+    results = collected(sections(fits, new), print)
+    if write:
+        save(results, DOCS / "benchmarks" / "expected_errors.json")
+        print(write_page(DOCS))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""The fit of the expected errors.
+
+The mean square error of each sample of `training/split/samples.npz`, over its doubt
+(`estimators.error_inputs`), is a smooth function of what is known without simulation
+(`estimators.error_fit`). A square error scatters about as much as it is large; so the likelihood
+is that of an exponential distribution whose mean is the expected square and the drops' own noise.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from ros_pose_stats.estimators.error_fit import ErrorFit
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.study.dataset import shipped_datasets
+from ros_pose_stats.study.estimates import restings, scene_estimates, square_errors
+
+from ..bent_fit import bent_of, change, start, unscaled
+from .samples import ErrorSamples
+
+Array = NDArray[np.float64]
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+BENDS, RIDGE, ITERATIONS = 6, 1e-4, 400
+"""Hyperbolic tangents; ridge of the squares of all coefficients for standardised inputs."""
+
+CONSTANT = 1e-6
+"""Scatter of an input below which it tells nothing."""
+
+
+def usual_errors() -> dict[str, Array]:
+    """Root mean square error (3,) over the parts of the reference datasets, by method."""
+    squares: dict[tuple[str, float], list[Array]] = {}
+    for dataset in shipped_datasets():
+        told = scene_estimates(dataset, restings(dataset))
+        for rho in RESTITUTIONS:
+            for name, values in told[rho].items():
+                squares.setdefault((name, rho), []).append(
+                    square_errors(values, dataset.simulated(rho)))
+    return {name: np.sqrt([np.concatenate(squares[name, rho]).mean() for rho in RESTITUTIONS])
+            for name in ESTIMATORS}
+
+
+def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
+    """The likeliest function of the inputs."""
+    lowest, highest = samples.inputs.min(axis=0), samples.inputs.max(axis=0)
+    mean, scale = samples.inputs.mean(axis=0), samples.inputs.std(axis=0)
+    scale[scale < CONSTANT] = 1.0  # of MEAE, say, the distance from itself
+    inputs = (samples.inputs - mean) / scale
+    columns = inputs.shape[1]
+    begin = start(columns, BENDS, np.random.default_rng(seed))
+    begin[0] = math.log(samples.square.mean() / samples.doubt.mean())
+    found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
+                     options={"maxiter": ITERATIONS, "maxcor": 20}).x
+    return ErrorFit(lowest, highest, unscaled(bent_of(found, columns, BENDS), mean, scale))
+
+
+def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:
+    """Mean negative log likelihood with the ridge, and its gradient."""
+    bent = bent_of(values, inputs.shape[1], BENDS)
+    tangents = np.tanh(inputs @ bent.turns + bent.offsets)
+    square = samples.doubt * np.exp(bent.constant + inputs @ bent.slope + tangents @ bent.bends)
+    whole = square + samples.noise
+    loss = np.mean(np.log(whole) + samples.square / whole)
+    back = (1.0 - samples.square / whole) * square / whole / len(square)
+    slopes = np.asarray(change(bent, tangents, inputs, back), dtype=float)
+    return float(loss + RIDGE * (values @ values)), slopes + 2.0 * RIDGE * values

@@ -1,0 +1,92 @@
+"""Estimates and counts of bodies, as the posterior takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.expected import expected_error
+from ros_pose_stats.planning.prior import estimated
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
+from ros_pose_stats.study.dataset import Dataset, shipped_datasets
+from training.families import family_part, family_tolerance
+from training.families.families import MADE
+
+from .split.samples import FIT_SEED, USUAL, read_samples
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RESTITUTIONS = USUAL
+USUAL_RADII = 20.0
+
+
+class Sample(NamedTuple):
+    """One body at one restitution.
+
+    Attributes
+    ----------
+    body : int
+        Number in its series.
+    restitution : float
+    estimate : (P,) array
+    expected_error : float
+    group : (P,) array of int
+    count : (P,) array of int
+        Settled drops in each pose.
+    """
+
+    body: int
+    restitution: float
+    estimate: Array
+    expected_error: float
+    group: Index
+    count: Index
+
+    def prior(self, fit: PriorFit | None = None) -> PosePrior:
+        """What the estimate says of this body."""
+        return PosePrior(self.estimate, self.group, self.expected_error, self.restitution, fit)
+
+
+def samples(method: str, every: int = 1) -> list[Sample]:
+    """Of every so many bodies of each reference dataset and of each other family."""
+    found = [sample for dataset in shipped_datasets()
+             for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))]
+    return [*found, *_of_families(method, every)]
+
+
+def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
+    for number in numbers:
+        resting = dataset.resting(number)
+        span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
+        for restitution in RESTITUTIONS:
+            which = dataset.spec.restitutions.index(restitution)
+            count = dataset.arrays["count"][span, which].sum(axis=1).astype(np.int64)
+            yield sample_of(number, resting, restitution, method, count)
+
+
+def _of_families(method: str, every: int) -> Iterator[Sample]:
+    """Bodies of the families that are no random polyhedra, from the usual height."""
+    wanted = (row for row in read_samples() if row.seed == FIT_SEED and row.family in MADE
+              and row.number % every == 0 and row.height == USUAL_RADII
+              and row.restitution in RESTITUTIONS and row.count.any())
+    for key, rows in groupby(wanted, lambda row: row[:3]):
+        resting = resting_poses(family_part(*key), family_tolerance(key[0]))
+        for row in rows:
+            yield sample_of(row.number, resting, row.restitution, method, row.count)
+
+
+def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
+              count: Index) -> Sample:
+    """A body, estimated."""
+    scene = DropScene(restitution)
+    estimate = estimated(method, resting, scene)
+    error = expected_error(method, resting, estimate, scene).here
+    group = np.array([pose.group for pose in resting.poses])
+    return Sample(number, restitution, estimate, error, group, count)

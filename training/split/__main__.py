@@ -1,0 +1,67 @@
+"""Fits and judges the split estimator.
+
+.venv/bin/python -m training.split drops          counts the drops again (an hour or two)
+.venv/bin/python -m training.split fit --write    fits, and writes the weights
+.venv/bin/python -m training.split judge --write  judges, and writes docs/split.md
+.venv/bin/python -m training.split parts --write  judges the demo parts alone, likewise
+.venv/bin/python -m training.split parts FILE ... judges parts of one's own
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from benchmarks.machine import machine
+from ros_pose_stats.estimators.split_weights import SPLIT_FITS
+
+from .judge import fit_all, judge
+from .page import page, part_table, plain, plain_parts
+from .real_parts import demo_parts, judge_parts, mesh_files
+from .samples import drop_all, read_samples, write_samples
+from .source import MODULE, source
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def main() -> None:
+    """Drop, fit or judge."""
+    parser = argparse.ArgumentParser(prog="training.split",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("what", choices=("drops", "fit", "judge", "parts"))
+    parser.add_argument("files", nargs="*", type=Path, help="for `parts`: meshes")
+    parser.add_argument("--write", action="store_true", help="write what is found to its place")
+    parser.add_argument("--workers", type=int, default=2, help="threads (default: %(default)s)")
+    options = parser.parse_args()
+    if options.what == "drops":
+        write_samples(drop_all(options.workers, lambda done, all_: print(
+            f"\r{done} of {all_} bodies", end="", file=sys.stderr)))
+    elif options.what == "fit":
+        text = source(fit_all(read_samples(), options.workers))
+        print(text)
+        if options.write:
+            MODULE.write_text(text, encoding="utf-8")
+    elif options.files:
+        if options.write:
+            parser.error("--write is for the demo parts; leave the files out, or print only")
+        print(part_table(plain_parts(judge_parts(mesh_files(options.files), say))))
+    else:
+        stored = DOCS / "training/split.json"
+        found = (json.loads(stored.read_text(encoding="utf-8")) if options.what == "parts"
+                 else plain(judge(read_samples(), SPLIT_FITS, options.workers, say), machine()))
+        found["parts"] = plain_parts(judge_parts(demo_parts(), say))
+        print(page(found))
+        if options.write:
+            (DOCS / "split.md").write_text(page(found), encoding="utf-8")
+            stored.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def say(step: str) -> None:
+    """Tell how far it is."""
+    print(step, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,143 @@
+"""Samples as the arrays that a fit runs over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.expected import expected_error
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.estimators.split import kept_shares, split_inputs
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from training.families import family_part, family_tolerance
+
+from .samples import Sample
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+LEAST_DROPS = 50
+"""Samples with fewer settled drops are left out."""
+
+REFERENCES = ("combined", "meae")
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Samples as arrays; U samples with P poses and 3 K components in all.
+
+    Attributes
+    ----------
+    inputs : (3 K, 24) array
+        Of the weights of components, as from `split_inputs`.
+    children : (K, 2) array
+        Children of each split, from 0 in each sample: poses, then splits by rising level.
+    kept : (K, 2) array
+        As from `kept_shares`.
+    splits, first_split, first_pose : (U,) arrays
+        How many splits a sample has; where they and its poses begin.
+    share : (P,) array
+        Counted over settled drops.
+    settled, restitution, height : (P,) arrays
+        Of the sample that a pose belongs to.
+    body : (P,) array
+    family : (P,) array of str
+    expected : (P,) array
+        Of the sample: what the shipped weights expect of their error, a fraction.
+    reference : dict of (P,) arrays
+        Estimates of the paper.
+    """
+
+    inputs: NDArray[np.float32]
+    children: Index
+    kept: Array
+    splits: Index
+    first_split: Index
+    first_pose: Index
+    share: Array
+    settled: Array
+    restitution: Array
+    height: Array
+    body: Index
+    family: NDArray[np.str_]
+    expected: Array
+    reference: dict[str, Array]
+
+    def error(self, probability: Array, where: NDArray[np.bool_] | slice = slice(None)) -> float:
+        """Root mean square error over the poses in points, the drops' noise taken off."""
+        noise = self.share * (1.0 - self.share) / (self.settled - 1.0)
+        squares = ((probability - self.share) ** 2 - noise)[where]
+        return 100.0 * math.sqrt(max(float(squares.mean()), 0.0))
+
+    def some(self, keep: NDArray[np.bool_]) -> Table:
+        """The samples (U,) that are to be kept."""
+        splits = self.splits[keep]
+        starts = np.concatenate(([0], np.cumsum(splits)[:-1]))
+        of_split = np.repeat(keep, self.splits)
+        of_pose = np.repeat(keep, self.splits + 1)
+        return Table(
+            self.inputs[np.repeat(of_split, 3)], self.children[of_split], self.kept[of_split],
+            splits, starts,
+            starts + np.arange(splits.size), self.share[of_pose], self.settled[of_pose],
+            self.restitution[of_pose], self.height[of_pose], self.body[of_pose],
+            self.family[of_pose], self.expected[of_pose],
+            {name: one[of_pose] for name, one in self.reference.items()})
+
+
+def make_table(samples: Sequence[Sample]) -> Table:
+    """Measure all bodies; takes some ten milliseconds a body."""
+    inputs, children, kept, splits = [], [], [], []
+    poses: dict[str, list[Array]] = {
+        name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
+                              "expected")}
+    reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
+    for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
+        tolerance = family_tolerance(key[0])
+        resting = resting_poses(family_part(*key), tolerance)
+        links = split_children(resting)
+        shares = kept_shares(resting)[resting.clusters.split]
+        for row in scenes:
+            settled = int(row.count.sum())
+            if settled < LEAST_DROPS:
+                continue
+            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance)
+            inputs.append(split_inputs(resting, scene).astype(np.float32))
+            children.append(links)
+            kept.append(shares)
+            splits.append(len(links))
+            told = {"share": row.count / settled, "settled": settled, "body": body,
+                    "restitution": row.restitution, "height": row.height, "family": key[0],
+                    "expected": _expected(resting, scene)}
+            for name, value in told.items():
+                poses[name].append(np.broadcast_to(value, row.count.shape))
+            for name, values in reference.items():
+                values.append(ESTIMATORS[name].function(resting, scene))
+    each = np.array(splits)
+    starts = np.concatenate(([0], np.cumsum(each)[:-1]))
+    return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(kept),
+                 each, starts,
+                 starts + np.arange(each.size),
+                 **{name: np.concatenate(values) for name, values in poses.items()},
+                 reference={name: np.concatenate(values) for name, values in reference.items()})
+
+
+def _expected(resting: RestingPoses, scene: DropScene) -> float:
+    told = ESTIMATORS["split"].function(resting, scene)
+    return expected_error("split", resting, told, scene).here
+
+
+def split_children(resting: RestingPoses) -> Index:
+    """Children (K, 2) of the splits, numbered within the part: poses first, then splits."""
+    tree, grouped = resting.equilibria.arrays.tree, resting.clusters
+    leaves, poses = resting.equilibria.order.shape[0], len(resting.poses)
+    number = {int(node): pose for pose, node in enumerate(grouped.node)}
+    joins = np.flatnonzero(grouped.split)
+    number.update({leaves + int(join): poses + place for place, join in enumerate(joins)})
+    return np.array([[number[int(child)] for child in tree.child[join]] for join in joins],
+                    dtype=np.int64).reshape(-1, 2)
