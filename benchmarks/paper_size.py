@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ros_pose_stats.kernels.body.convex_body.equilibria import find_equilibria
 from scipy.spatial import ConvexHull
 
 from ros_pose_stats import Part, estimate, part_from_mesh, resting_poses
+from ros_pose_stats.kernels.body.equilibria import find_equilibria
 from ros_pose_stats.kernels.levels.splits import split_probabilities
 from ros_pose_stats.resting.convex_body import convex_body
 

@@ -144,8 +144,8 @@ class TestRefusals:
     @pytest.mark.parametrize("kind", ["chart", "prisms", "figures"])
     def test_unwritable_output_before_anything_is_measured(self, kind, tmp_path, capsys,
                                                            monkeypatch):
-        for where in ("benchmark.chart.chart", "benchmark.prisms.prisms",
-                      "benchmark.documents.measure_documents"):
+        for where in ("study.chart.chart", "study.prisms.prisms",
+                      "study.documents.measure_documents"):
             monkeypatch.setattr(f"ros_pose_stats.{where}", lambda *_, **__: pytest.fail("it ran"))
         (tmp_path / "file").write_text("")
         line = refusal(capsys, kind, "-o", tmp_path / "file" / "deep" / "name")

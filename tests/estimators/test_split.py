@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from ros_pose_stats.kernels.body.convex_body.arcs import make_arcs
 from scipy.integrate import trapezoid
 
 from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses, shapes
@@ -15,6 +14,7 @@ from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.energy_absorption import meae
 from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
 from ros_pose_stats.estimators.split_fit import SplitFit
+from ros_pose_stats.kernels.body.arcs import make_arcs
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_pose_stats.kernels.features.surface_features.corner_crowding import corner_crowding
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh, resting_poses, shapes
+from ros_pose_stats.kernels.features.corner_crowding import corner_crowding
 from ros_pose_stats.resting.poses import CORNER_REACHES
 
 

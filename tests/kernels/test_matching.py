@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_pose_stats.kernels.features.surface_features.matching import feature_grid, first_unmatched
 from scipy.spatial import cKDTree
 
+from ros_pose_stats.kernels.features.matching import feature_grid, first_unmatched
 from tests.bodies import rotation
 
 REACH = 1e-5

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_pose_stats.kernels.features.surface_features.surface_features import regions_and_corners
-from ros_pose_stats.kernels.features.surface_features.surface_moments import moments_along
 
+from ros_pose_stats.kernels.features.surface_features import regions_and_corners
+from ros_pose_stats.kernels.features.surface_moments import moments_along
 from ros_pose_stats.kernels.mesh.tetrahedra import solid_moments, tetrahedra
 from tests.bodies import rotation, starred, subdivided
 

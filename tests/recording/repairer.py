@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from ros_pose_stats.recording.repair.repair.repair import repair_bags
+from ros_pose_stats.recording.repair.repair import repair_bags
 
 if __name__ == "__main__":
     print("ready", flush=True)

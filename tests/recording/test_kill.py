@@ -13,10 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from ros_pose_stats.recording.repair.repair.repair import repair_bags
 
 from ros_pose_stats.recording.finished import is_finished
 from ros_pose_stats.recording.reader.raw_reader import newest_run
+from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.run_names import runs
 from tests.recording.bags import ANSWERS, RUN, data_of, let_die, new_log, numbered, undamaged
 from tests.volume import few_quick

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from ros_pose_stats.recording.repair.repair.repair import repair_bags
 
 from ros_pose_stats.recording import durable
 from ros_pose_stats.recording.directory_lock import DirectoryLock
 from ros_pose_stats.recording.finished import is_finished
+from ros_pose_stats.recording.repair.repair import repair_bags
 from tests.recording.bags import (
     LATER_RUN,
     RUN,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ros_pose_stats.recording.directory_lock import DirectoryLock
-from ros_pose_stats.recording.repair.repair import space_bound
+from ros_pose_stats.recording.repair import space_bound
 from ros_pose_stats.recording.run_names import runs
 from tests.recording.bags import (
     ANSWERS,

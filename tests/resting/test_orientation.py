@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_pose_stats.kernels.body.convex_body.orientation import POLE
 from scipy.spatial.transform import Rotation
 
+from ros_pose_stats.kernels.body.orientation import POLE
 from ros_pose_stats.resting.orientation import resting_quaternions, rotation_matrices
 from ros_pose_stats.shapes import sphere_points
 

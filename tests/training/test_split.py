@@ -133,7 +133,7 @@ class TestFiles:
         assert source.source(SPLIT_FITS) == source.MODULE.read_text(encoding="utf-8")
 
     def test_the_page_shows_the_stored_scores(self):
-        found = json.loads((DOCS / "training/split.json").read_text(encoding="utf-8"))
+        found = json.loads((DOCS / "benchmarks/split.json").read_text(encoding="utf-8"))
         assert page.page(found) == (DOCS / "split.md").read_text(encoding="utf-8")
         assert found["scores"].keys() == page.SAID.keys()
         assert {row["part"] for row in found["parts"]} == DEMO_PARTS.keys()

@@ -48,7 +48,7 @@ def main() -> None:
             parser.error("--write is for the demo parts; leave the files out, or print only")
         print(part_table(plain_parts(judge_parts(mesh_files(options.files), say))))
     else:
-        stored = DOCS / "training/split.json"
+        stored = DOCS / "benchmarks/split.json"
         found = (json.loads(stored.read_text(encoding="utf-8")) if options.what == "parts"
                  else plain(judge(read_samples(), SPLIT_FITS, options.workers, say), machine()))
         found["parts"] = plain_parts(judge_parts(demo_parts(), say))

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 from rclpy.serialization import serialize_message
-from ros_pose_stats.recording.repair.repair.repair import repair_bags
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
+from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.writer.run_log import RunLog
 from ros_pose_stats.ros.messages.part_messages import request_of_message
 from ros_pose_stats.ros.parts.results import Results

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message
-from ros_pose_stats.recording.repair.repair.repair import repair_bags
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ros_pose_stats.recording.reader.raw_reader import raw_messages
+from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.run_names import runs
 
 from .bodies import estimated, prefixes, simulated

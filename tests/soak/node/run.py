@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--minutes", type=float, default=5.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--write", action="store_true",
-                        help="store docs/tests/soak/node.json and render docs/benchmarks.md")
+                        help="store docs/benchmarks/node_soak.json and render docs/benchmarks.md")
     options = parser.parse_args(arguments)
     if not options.minutes > 0.0:
         parser.error("give minutes above 0")
