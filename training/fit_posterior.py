@@ -83,7 +83,7 @@ FITTED_AT: Final = {}
 FITTED: Final = (
 {}
 )
-"""`PriorFit.center`, `spread`, `faint`, `sure` and `loose` at each."""
+"""`PriorFit.center`, `spread`, `overrated`, `rare_below` and `unsure_share` at each."""
 '''
 
 

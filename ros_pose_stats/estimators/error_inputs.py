@@ -14,7 +14,7 @@ from .quasi_static import nonlinear, qse
 from .scene_inputs import body_inputs, corner_inputs, scene_inputs
 
 LEAST_APART = 1e-3
-"""Mean square distance of two methods, over the mean of `doubts`, that logarithms start from."""
+"""Mean square distance of two methods over the mean of `error_scale`; logarithms start here."""
 
 SHALLOWEST = 1e-3
 """Barrier of a pose, in radii, that logarithms start from."""
@@ -38,7 +38,7 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     known : (3, P) array
         From `known_answers`.
     unsure : (P,) array
-        From `doubts`.
+        From `error_scale`.
     """
     energy, around, toppled = known
     total = float(unsure.sum())
@@ -51,7 +51,7 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
                            corner_inputs(resting)))
 
 
-def doubts(resting: RestingPoses, probability: Array, known: Array) -> Array:
+def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:
     """Of each pose (P,): p (1 - p) and the square distance from MEAE.
 
     The first is the square error of a single drop, the second is for an estimate that is

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .error_inputs import doubts, error_inputs, known_answers, single_drop
+from .error_inputs import error_inputs, error_scale, known_answers, single_drop
 from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
 from .estimator import Array
 
@@ -72,7 +72,7 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
     known = known_answers(resting)
-    unsure = doubts(resting, probability, known)
+    unsure = error_scale(resting, probability, known)
     doubt, square = float(unsure.mean()), 0.0
     if doubt > DECIDED:
         inputs = error_inputs(resting, probability, scene, known, unsure)

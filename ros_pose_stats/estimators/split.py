@@ -20,8 +20,7 @@ from ..records import DropScene
 from ..resting.poses import RestingPoses
 from .estimator import Array, normalized
 from .scene_inputs import body_inputs, corner_inputs, scene_inputs
-from .split_fit import SplitFit
-from .split_weights import SPLIT_FITS
+from .split_weights import SPLIT_FITS, SplitFit
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""

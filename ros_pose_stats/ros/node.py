@@ -28,9 +28,9 @@ from .messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 from .messages.times import now, time_message
 from .parameters import Parameters
 from .parts.catalogue import KnownPart
-from .parts.drawing import Drawing
-from .parts.intake import Intake
 from .parts.latching import LatchedPublishers
+from .parts.marker_publisher import MarkerPublisher
+from .parts.mesh_queue import MeshQueue
 from .parts.mesh_topics import mesh_topics
 from .parts.part_requests import PartRequest, plain
 from .parts.refinement import Refinement
@@ -68,19 +68,19 @@ class PoseStatsNode(Node):
                                  self._record_again)
         self.results = Results(self._settings, self.recorder,
                                LatchedPublishers(self, "~/pose_statistics"), self._on_part,
-                               self._on_new_part, lambda: self.drawing.touch())
-        self.intake = Intake(lambda: 2 * self._settings().max_mesh_bytes)
+                               self._on_new_part, lambda: self.markers.touch())
+        self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, say.info)
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
                          self.reports, say.error)
-        self.requests = Requests(self._settings, self.results, self.intake, self.jobs,
+        self.requests = Requests(self._settings, self.results, self.mesh_queue, self.jobs,
                                  self._refuse)
         self.refinement = Refinement(self._settings, self.results, self.jobs)
-        self.drawing = Drawing(self, self.results)
+        self.markers = MarkerPublisher(self, self.results)
         self._coming_back: list[Future[KnownPart]] = []
         self._restore(settings)
         self._open(settings)
-        self.intake.start()
+        self.mesh_queue.start()
         self.jobs.start()
 
     def create_service(self, *arguments: Any, **options: Any) -> Service:
@@ -126,7 +126,7 @@ class PoseStatsNode(Node):
                 source[0] += named(request.part_id)
                 return self.results.take(request)
 
-            future = self.intake.put(work, len(data))
+            future = self.mesh_queue.put(work, len(data))
             future.add_done_callback(lambda done: self._look(source[0], done))
 
         gaps = SequenceGaps()
@@ -155,7 +155,7 @@ class PoseStatsNode(Node):
             self._refuse(topic, f"internal failure: {type(error).__name__}: {error}")
 
     def _record_again(self) -> None:
-        self.intake.put_later(self.results.record_again)
+        self.mesh_queue.put_later(self.results.record_again)
 
     def _refuse(self, source: str, reason: str, what: str = "mesh") -> None:
         if self.refusals.refuse(source, reason):
@@ -191,7 +191,7 @@ class PoseStatsNode(Node):
         """Estimate known parts again, in the background."""
         self.results.parts.shrink(settings.max_parts)
         for known in self.results.parts.all():
-            again = self.intake.put_later(partial(self.results.refresh, known))
+            again = self.mesh_queue.put_later(partial(self.results.refresh, known))
             again.add_done_callback(partial(self._look, "parameters"))
 
     def _restore(self, settings: Settings) -> None:
@@ -221,7 +221,7 @@ class PoseStatsNode(Node):
         self.jobs.add_ended(jobs)
 
     def _bring_back(self, request: PartRequest, latched: Any) -> None:
-        future = self.intake.put_later(lambda: self.results.take(request, latched))
+        future = self.mesh_queue.put_later(lambda: self.results.take(request, latched))
         future.add_done_callback(partial(self._look, "restored part"))
         self._coming_back.append(future)
 
@@ -231,7 +231,7 @@ class PoseStatsNode(Node):
 
     def _mesh_status(self) -> DiagnosticStatus:
         return self.refusals.status(self._line("parts"), len(self.results.parts.all()),
-                                    self.intake.waiting())
+                                    self.mesh_queue.waiting())
 
     def _line(self, about: str) -> str:
         """Name of a line in diagnostics."""
@@ -260,7 +260,7 @@ class PoseStatsNode(Node):
 
     def close(self) -> None:
         """End jobs and goals, and finish the bag; what was done is kept."""
-        self.intake.close()
+        self.mesh_queue.close()
         self.jobs.close("the node ended")
         self.action.wait_until_told()
         self.late_answers.close()

@@ -14,7 +14,7 @@ from ..records import Part
 from .jobs import Job, JobRequest, Jobs
 from .messages.part_messages import is_given, request_of_message
 from .parts.catalogue import KnownPart
-from .parts.intake import Intake
+from .parts.mesh_queue import MeshQueue
 from .parts.part_requests import PartRequest, check_request, shown
 from .parts.results import Results
 from .settings import Settings
@@ -29,7 +29,7 @@ LONGEST_ACCEPTANCE = 0.5
 """Seconds; a disk may be slow."""
 
 
-class Sought(NamedTuple):
+class ResolvedPart(NamedTuple):
     """The part of a request.
 
     Attributes
@@ -38,7 +38,7 @@ class Sought(NamedTuple):
     part_id : str
     content : bytes
         Digest of the mesh as it was sent.
-    wishes : (restitution, drop_height)
+    scene_override : (restitution, drop_height)
         Of the part's own scene; negative: the node's.
     slow : bool
         It may take longer than an answer should.
@@ -47,7 +47,7 @@ class Sought(NamedTuple):
     coming: Future[KnownPart]
     part_id: str
     content: bytes
-    wishes: tuple[float, float]
+    scene_override: tuple[float, float]
     slow: bool = False
 
 
@@ -59,22 +59,22 @@ class Requests:
     settings : callable
         Gives the present `Settings`.
     results : Results
-    intake : Intake
+    mesh_queue : MeshQueue
     jobs : Jobs
     on_refusal : callable
         Told the source and the reason of a refused mesh.
     """
 
-    def __init__(self, settings: Callable[[], Settings], results: Results, intake: Intake,
+    def __init__(self, settings: Callable[[], Settings], results: Results, mesh_queue: MeshQueue,
                  jobs: Jobs, on_refusal: Callable[[str, str], object]) -> None:
         self._settings = settings
         self._results = results
-        self._intake = intake
+        self._mesh_queue = mesh_queue
         self._jobs = jobs
         self._on_refusal = on_refusal
 
     def part(self, part_id: str, message: Any,
-             accepted: threading.Event | None = None) -> Sought:
+             accepted: threading.Event | None = None) -> ResolvedPart:
         """The part of a request: known, or carried and on its way.
 
         Parameters
@@ -94,32 +94,34 @@ class Requests:
                 raise RequestError("one part", f"part_id {shown(part_id)} and part "
                                    f"{shown(message.part_id)}", "fill one of the two")
             known = self._results.parts.known(part_id or message.part_id)
-            return Sought(_ready(known), known.part.part_id, known.content, known.wishes)
+            return ResolvedPart(_ready(known), known.part.part_id, known.content,
+                                known.scene_override)
         if part_id and message.part_id and part_id != message.part_id:
             raise RequestError("the same part_id in the request and in its part",
                                f"{shown(part_id)} and {shown(message.part_id)}",
                                "fill one of the two")
         message.part_id = message.part_id or part_id
-        request, wishes = self._checked(message)
+        request, override = self._checked(message)
         content = request.content
         same = self._results.parts.find(request.part_id) if request.part_id else None
-        if same is not None and same.content == content and same.wishes == wishes:
-            return Sought(_ready(same), request.part_id, content, wishes)
+        if same is not None and same.content == content and same.scene_override == override:
+            return ResolvedPart(_ready(same), request.part_id, content, override)
         if accepted is None or len(request.triangles) <= QUICK_TRIANGLES:
-            return Sought(self._take(request, None), request.part_id, content, wishes)
-        return Sought(self._take(request, accepted), request.part_id, content, wishes, slow=True)
+            return ResolvedPart(self._take(request, None), request.part_id, content, override)
+        return ResolvedPart(self._take(request, accepted), request.part_id, content, override,
+                            slow=True)
 
     def _checked(self, message: Any) -> tuple[PartRequest, tuple[float, float]]:
         """A carried part and its own scene, as far as that is quickly looked at."""
         try:
             request = request_of_message(message)
             check_request(request, self._settings().max_mesh_bytes)
-            wishes = (request.restitution, request.drop_height)
-            self._settings().scene(wishes)
+            override = (request.restitution, request.drop_height)
+            self._settings().scene(override)
         except PoseStatsError as refusal:
             self._on_refusal(_source(message.part_id), str(refusal))
             raise
-        return request, wishes
+        return request, override
 
     def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
         def take() -> KnownPart:
@@ -127,7 +129,7 @@ class Requests:
                 accepted.wait(LONGEST_ACCEPTANCE)
             return self._results.take(request)
 
-        coming = self._intake.put_first(take)
+        coming = self._mesh_queue.put_first(take)
 
         def look(future: Future[KnownPart]) -> None:
             error = None if future.cancelled() else future.exception()
@@ -152,7 +154,8 @@ class Requests:
             sought = self.part(request.part_id, request.part, accepted)
             if not sought.slow:
                 self._look_at(sought.coming)
-            scene = settings.scene((request.restitution, request.drop_height), sought.wishes)
+            scene = settings.scene((request.restitution, request.drop_height),
+                                   sought.scene_override)
             return self._jobs.submit(JobRequest(sought.part_id, sought.content, scene, *asked),
                                      _part(sought.coming), settings)
         finally:

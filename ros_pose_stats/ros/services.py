@@ -98,7 +98,8 @@ class Services:
         check_target(request.target_error)
         sought = self._requests.part(request.part_id, request.part)
         known = outcome(sought.coming)
-        scene = self._settings().scene((request.restitution, request.drop_height), sought.wishes)
+        scene = self._settings().scene((request.restitution, request.drop_height),
+                                       sought.scene_override)
         if (request.method or self._settings().default_method) == AUTO:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:

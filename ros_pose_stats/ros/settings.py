@@ -125,12 +125,12 @@ class Settings:
         """Where bags go."""
         return Path(self.log_directory or "~/.ros/pose_stats").expanduser()
 
-    def scene(self, *wishes: tuple[float, float]) -> DropScene:
+    def scene(self, *scene_override: tuple[float, float]) -> DropScene:
         """The scene of the first that has a say: request, part, node.
 
         Parameters
         ----------
-        *wishes : (restitution, drop_height)
+        *scene_override : (restitution, drop_height)
             Negative where there is none.
 
         Raises
@@ -138,7 +138,7 @@ class Settings:
         RequestError
             If a value is out of its range.
         """
-        ladder = (*wishes, (self.restitution, self.drop_height))
+        ladder = (*scene_override, (self.restitution, self.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), self.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
         return DropScene(restitution, height, self.cluster_tolerance)

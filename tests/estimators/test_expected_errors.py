@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.estimators.error_inputs import doubts, error_inputs, known_answers
-from ros_pose_stats.estimators.error_weights import ERROR_FITS, USUAL_ERRORS
+from ros_pose_stats.estimators.error_inputs import error_inputs, error_scale, known_answers
+from ros_pose_stats.estimators.error_weights import ERROR_FITS, FILE, USUAL_ERRORS
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
+from training.expected_errors import weights
 from training.expected_errors.fit import fitted
 from training.expected_errors.samples import ErrorSamples, error_samples
-from training.expected_errors.source import MODULE, source
 from training.split.samples import JUDGE_SEED, read_samples
 
 
@@ -90,7 +90,7 @@ def test_inputs_by_their_definition(polyhedron):
     expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
     known = known_answers(resting)
-    unsure = doubts(resting, p["adre"], known)
+    unsure = error_scale(resting, p["adre"], known)
     found = error_inputs(resting, p["adre"], scene, known, unsure)
     np.testing.assert_allclose(found[:len(expected)], expected)
     np.testing.assert_allclose(unsure, single)
@@ -120,9 +120,14 @@ def test_methods_that_disagree_are_told():
 
 
 class TestFit:
-    def test_the_source_holds_what_was_fitted(self):
-        usual = {name: np.array(row) for name, row in USUAL_ERRORS.items()}
-        assert MODULE.read_text(encoding="utf-8") == source(ERROR_FITS, usual)
+    def test_the_file_holds_what_was_fitted(self, tmp_path, monkeypatch):
+        """What is written is read again as it was fitted, to five digits."""
+        monkeypatch.setattr(weights, "FILE", tmp_path / "expected_errors.npz")
+        weights.write_weights(ERROR_FITS, {name: np.array(row)
+                                           for name, row in USUAL_ERRORS.items()})
+        with np.load(weights.FILE) as written, np.load(FILE) as shipped:
+            assert written.keys() == shipped.keys()
+            assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 
     @pytest.mark.long
     @pytest.mark.parametrize("method", ESTIMATORS)

@@ -10,10 +10,10 @@ from scipy.integrate import trapezoid
 
 from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators import split as module
-from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.energy_absorption import meae
 from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
-from ros_pose_stats.estimators.split_fit import SplitFit
+from ros_pose_stats.estimators.split_weights import SplitFit
+from ros_pose_stats.estimators.tanh_network import TanhNetwork
 from ros_pose_stats.kernels.body.arcs import make_arcs
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 
@@ -29,8 +29,8 @@ def by_index(part, restitution=0.5, height=None, tolerance=0.0):
 @pytest.mark.parametrize("number", range(3))
 def test_without_its_weights_it_is_the_modified_energy_absorption_estimator(number, monkeypatch):
     """Eq. 8 with r, which has an implementation of its own."""
-    none = SplitFit(*(Bent(constant, np.zeros(24), np.zeros((24, 1)), np.zeros(1), np.zeros(1))
-                      for constant in (0.0, -300.0)))
+    none = SplitFit(*(TanhNetwork(bias, np.zeros(24), np.zeros((24, 1)), np.zeros(1), np.zeros(1))
+                      for bias in (0.0, -300.0)))
     monkeypatch.setattr(module, "component_weights", lambda rows: component_weights(rows, [none]))
     resting = resting_poses(random_polyhedron(8, number, 0.25).part(), 0.0)
     np.testing.assert_allclose(split(resting, DropScene()), meae(resting), rtol=0, atol=1e-9)

@@ -60,26 +60,26 @@ class TestThreads:
 
 
 class TestScene:
-    @pytest.mark.parametrize(("wishes", "expected"), [
+    @pytest.mark.parametrize(("scene_override", "expected"), [
         ([], (0.5, None)),
         ([(-1.0, -1.0)], (0.5, None)),
         ([(0.1, -1.0), (0.2, 3.0)], (0.1, 3.0)),
         ([(-1.0, 2.0), (0.2, 3.0)], (0.2, 2.0)),
         ([(0.0, -1.0), (0.2, -1.0)], (0.0, None)),
     ])
-    def test_the_first_that_has_a_say(self, wishes, expected):
-        found = settings().scene(*wishes)
+    def test_the_first_that_has_a_say(self, scene_override, expected):
+        found = settings().scene(*scene_override)
         assert (found.restitution, found.drop_height) == expected
 
     def test_then_the_node(self):
         found = settings(restitution=0.3, drop_height=2.0).scene((-1.0, -1.0))
         assert (found.restitution, found.drop_height) == (0.3, 2.0)
 
-    @pytest.mark.parametrize("wishes", [(1.0, -1.0), (math.nan, -1.0), (-1.0, 0.0),
+    @pytest.mark.parametrize("scene_override", [(1.0, -1.0), (math.nan, -1.0), (-1.0, 0.0),
                                         (-1.0, math.nan), (-1.0, math.inf)])
-    def test_out_of_range(self, wishes):
+    def test_out_of_range(self, scene_override):
         with pytest.raises(RequestError):
-            settings().scene(wishes)
+            settings().scene(scene_override)
 
 
 class TestMeshTopics:

@@ -13,11 +13,11 @@ from scipy.stats import beta, betabinom, dirichlet
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit, error_quantile
+from ros_pose_stats.statistics.posterior.connor_mosimann import ConnorMosimann
 from ros_pose_stats.statistics.posterior.fitted import FITTED, FITTED_AT
 from ros_pose_stats.statistics.posterior.prior import FLOOR
 from ros_pose_stats.statistics.posterior.prior_fit import prior_fit
 from ros_pose_stats.statistics.posterior.shortest import shortest_interval
-from ros_pose_stats.statistics.posterior.sticks import Sticks
 
 PLAIN = PriorFit(0.0, 0.5, 0.0, 0.0, 0.5)
 """A Dirichlet distribution around the estimate, but for the scatter of its strength."""
@@ -37,12 +37,12 @@ def cases(draw, most=7):
 def drawn(prior, random, counts=None, size=4000):
     """Probabilities (size, G) of the units out of a prior, or a posterior."""
     pooled = np.zeros(prior.size.size) if counts is None else prior._pooled(counts)
-    sticks, weight, _ = prior._updated(pooled)
+    breaks, weight, _ = prior._updated(pooled)
     which = random.choice(weight.size, size, p=weight)
-    likely = np.broadcast_to(np.exp(sticks.log_share), sticks.taken.shape)[0]
+    likely = np.broadcast_to(np.exp(breaks.log_share), breaks.taken.shape)[0]
     kind = (random.random((size, likely.shape[1])) > likely[which]).astype(int)
     at = kind, which[:, None], np.arange(likely.shape[1])
-    shares = random.beta(sticks.taken[at], sticks.left[at])
+    shares = random.beta(breaks.taken[at], breaks.left[at])
     rest = np.cumprod(np.column_stack((np.ones(size), 1.0 - shares)), axis=1)
     ordered = np.column_stack((shares, np.ones(size))) * rest
     return ordered[:, np.argsort(prior._order(pooled))]
@@ -148,7 +148,7 @@ class TestLaws:
 class TestSticks:
     def test_equal_strengths_are_a_dirichlet_distribution(self):
         mean = np.array((0.05, 0.15, 0.3, 0.5))
-        prior = Sticks.around(mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7)))
+        prior = ConnorMosimann.around(mean, np.full((2, 1, 4), 20.0), np.array((0.3, 0.7)))
         found, _ = prior.updated(np.array((1.0, 0.0, 7.0, 2.0)))
         same = dirichlet(20.0 * mean + (1.0, 0.0, 7.0, 2.0))
         np.testing.assert_allclose(found.moments()[0][0], same.mean(), rtol=1e-12)
@@ -159,7 +159,7 @@ class TestSticks:
         a, b = (0.3, 9.7), (6.0, 194.0)
         taken, left, share = (np.array(pair)[:, None, None] for pair in
                               (*zip(a, b, strict=True), (0.25, 0.75)))
-        prior = Sticks(taken, left, np.log(share))
+        prior = ConnorMosimann(taken, left, np.log(share))
         after, evidence = prior.updated(np.array((4.0, 6.0)))
         likely = np.array((0.25, 0.75)) * np.exp([
             betabinom.logpmf(4, 10, *one) for one in (a, b)]) / math.comb(10, 4)

@@ -7,16 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_fit import SplitFit
-from ros_pose_stats.estimators.split_weights import SPLIT_FITS
+from ros_pose_stats.estimators.split_weights import FILE, SPLIT_FITS, SplitFit
+from ros_pose_stats.estimators.tanh_network import TanhNetwork
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.shapes.registry import DEMO_PARTS, write_demo_parts
 from training.families import family_part, family_tolerance
-from training.split import judge, page, real_parts, source
+from training.split import judge, page, real_parts, weights
 from training.split.__main__ import DOCS
 from training.split.fit import _objective, fitted, predicted
 from training.split.gradient import tree_loss
@@ -24,14 +23,14 @@ from training.split.samples import FIT_SEED, JUDGE_SEED, drop_body, read_samples
 from training.split.table import make_table
 
 
-def bent(constant=0.0, columns=24, bends=3, random=None):
+def network(constant=0.0, columns=24, units=3, random=None):
     """Of random coefficients, or a constant."""
     if random is None:
-        return Bent(constant, np.zeros(columns), np.zeros((columns, bends)), np.zeros(bends),
-                    np.zeros(bends))
-    return Bent(constant, 0.3 * random.normal(size=columns),
-                0.3 * random.normal(size=(columns, bends)), random.normal(size=bends),
-                random.normal(size=bends))
+        return TanhNetwork(constant, np.zeros(columns), np.zeros((columns, units)),
+                           np.zeros(units), np.zeros(units))
+    return TanhNetwork(constant, 0.3 * random.normal(size=columns),
+                       0.3 * random.normal(size=(columns, units)), random.normal(size=units),
+                       random.normal(size=units))
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +75,7 @@ class TestFit:
         assert begin == found.size
 
     def test_a_fit_gains_on_the_plain_areas(self, table):
-        plain = [SplitFit(bent(), bent(-200.0))]
+        plain = [SplitFit(network(), network(-200.0))]
         before = table.error(predicted(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
         found = fitted(table, (4, 2), 1e-4, 30)
@@ -86,20 +85,21 @@ class TestFit:
         """Along random ways, in single precision."""
         inputs = (table.inputs - table.inputs.mean(axis=0)) / table.inputs.std(axis=0)
         bases = np.stack(component_bases(table.inputs)).astype(np.float32)
-        random, bends = np.random.default_rng(6), (3, 2)
-        size = sum(1 + 24 + 26 * many for many in bends)
+        random, units = np.random.default_rng(6), (3, 2)
+        size = sum(1 + 24 + 26 * many for many in units)
         values = 0.3 * random.normal(size=size)
-        slope = _objective(values, table, inputs, bases, bends, 1e-3)[1]
+        slope = _objective(values, table, inputs, bases, units, 1e-3)[1]
         for _ in range(5):
             way = random.normal(size=size)
-            ends = [_objective(values + step * way, table, inputs, bases, bends, 1e-3)[0]
+            ends = [_objective(values + step * way, table, inputs, bases, units, 1e-3)[0]
                     for step in (-1e-3, 1e-3)]
             assert (ends[1] - ends[0]) / 2e-3 == pytest.approx(float(slope @ way), rel=1e-2,
                                                                abs=2e-3)
 
     def test_the_mean_of_fits_is_that_of_their_logarithms(self, table):
         random = np.random.default_rng(8)
-        fits = [SplitFit(bent(0.0, random=random), bent(-1.0, random=random)) for _ in range(3)]
+        fits = [SplitFit(network(0.0, random=random), network(-1.0, random=random))
+                for _ in range(3)]
         np.testing.assert_allclose(
             component_weights(table.inputs, fits),
             np.mean([component_weights(table.inputs, [one]) for one in fits], axis=0))
@@ -129,8 +129,13 @@ class TestFiles:
         assert all((one.count == other.count).all()
                    for one, other in zip(again, some, strict=True))
 
-    def test_the_source_holds_the_weights(self):
-        assert source.source(SPLIT_FITS) == source.MODULE.read_text(encoding="utf-8")
+    def test_the_file_holds_the_weights(self, tmp_path, monkeypatch):
+        """What is written is read again as it was fitted, to five digits."""
+        monkeypatch.setattr(weights, "FILE", tmp_path / "split.npz")
+        weights.write_weights(SPLIT_FITS)
+        with np.load(weights.FILE) as written, np.load(FILE) as shipped:
+            assert written.keys() == shipped.keys()
+            assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 
     def test_the_page_shows_the_stored_scores(self):
         found = json.loads((DOCS / "benchmarks/split.json").read_text(encoding="utf-8"))

@@ -14,8 +14,8 @@ from benchmarks.results import save
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
 from .fit import fitted, usual_errors
 from .samples import error_samples
-from .source import MODULE, source
 from .told import sections
+from .weights import FILE, write_weights
 
 
 def main() -> None:
@@ -23,16 +23,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="training.expected_errors",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true",
-                        help=f"write {MODULE.name}, and the tables to docs/benchmarks.md")
+                        help=f"write {FILE.name}, and the tables to docs/benchmarks.md")
     write = parser.parse_args().write
     samples = read_samples()
     known = error_samples([one for one in samples if one.seed == FIT_SEED])
     fits = {name: fitted(some) for name, some in known.items()}
-    text = source(fits, usual_errors())
     if write:
-        MODULE.write_text(text, encoding="utf-8")
+        write_weights(fits, usual_errors())
     else:
-        print(text)
+        print(fits)
     new = error_samples([one for one in samples if one.seed == JUDGE_SEED])
     results = collected(sections(fits, new), print)
     if write:

@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.estimators.error_fit import ErrorFit
+from ros_pose_stats.estimators.error_weights import ErrorFit
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.study.dataset import shipped_datasets
 from ros_pose_stats.study.estimates import restings, scene_estimates, square_errors
 
-from ..bent_fit import bent_of, change, start, unscaled
+from ..network_fit import change, network_of, start, unscaled
 from .samples import ErrorSamples
 
 Array = NDArray[np.float64]
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
-BENDS, RIDGE, ITERATIONS = 6, 1e-4, 400
+UNITS, RIDGE, ITERATIONS = 6, 1e-4, 400
 """Hyperbolic tangents; ridge of the squares of all coefficients for standardised inputs."""
 
 CONSTANT = 1e-6
@@ -52,20 +52,21 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     scale[scale < CONSTANT] = 1.0  # of MEAE, say, the distance from itself
     inputs = (samples.inputs - mean) / scale
     columns = inputs.shape[1]
-    begin = start(columns, BENDS, np.random.default_rng(seed))
+    begin = start(columns, UNITS, np.random.default_rng(seed))
     begin[0] = math.log(samples.square.mean() / samples.doubt.mean())
     found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
-    return ErrorFit(lowest, highest, unscaled(bent_of(found, columns, BENDS), mean, scale))
+    return ErrorFit(lowest, highest, unscaled(network_of(found, columns, UNITS), mean, scale))
 
 
 def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:
     """Mean negative log likelihood with the ridge, and its gradient."""
-    bent = bent_of(values, inputs.shape[1], BENDS)
-    tangents = np.tanh(inputs @ bent.turns + bent.offsets)
-    square = samples.doubt * np.exp(bent.constant + inputs @ bent.slope + tangents @ bent.bends)
+    network = network_of(values, inputs.shape[1], UNITS)
+    tangents = np.tanh(inputs @ network.hidden_weights + network.hidden_bias)
+    square = samples.doubt * np.exp(network.bias + inputs @ network.skip
+                                    + tangents @ network.output_weights)
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
     back = (1.0 - samples.square / whole) * square / whole / len(square)
-    slopes = np.asarray(change(bent, tangents, inputs, back), dtype=float)
+    slopes = np.asarray(change(network, tangents, inputs, back), dtype=float)
     return float(loss + RIDGE * (values @ values)), slopes + 2.0 * RIDGE * values

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.error_inputs import doubts, error_inputs, known_answers
+from ros_pose_stats.estimators.error_inputs import error_inputs, error_scale, known_answers
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
@@ -32,7 +32,7 @@ class ErrorSamples(NamedTuple):
     inputs : (U, 17) array
         As from `error_inputs.error_inputs`.
     doubt : (U,) array
-        Mean of `error_inputs.doubts`.
+        Mean of `error_inputs.error_scale`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     poses : (U,) array of int
@@ -80,7 +80,7 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
         noise = float(np.mean(share * (1.0 - share))) / (settled - 1)
         for name, entry in ESTIMATORS.items():
             told = blind[name] if name in blind else entry.function(resting, scene)
-            unsure = doubts(resting, told, known)
+            unsure = error_scale(resting, told, known)
             if unsure.mean() > DECIDED:
                 yield name, (error_inputs(resting, told, scene, known, unsure),
                              float(unsure.mean()), float(np.mean(np.square(told - share))), noise,

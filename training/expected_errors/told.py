@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.results import Cell, Row, Section, Target
-from ros_pose_stats.estimators.error_fit import ErrorFit
+from ros_pose_stats.estimators.error_weights import ErrorFit
 from ros_pose_stats.estimators.registry import DEFAULT_METHOD
 
 from .samples import ErrorSamples

@@ -21,7 +21,7 @@ from .judge import fit_all, judge
 from .page import page, part_table, plain, plain_parts
 from .real_parts import demo_parts, judge_parts, mesh_files
 from .samples import drop_all, read_samples, write_samples
-from .source import MODULE, source
+from .weights import write_weights
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -39,10 +39,10 @@ def main() -> None:
         write_samples(drop_all(options.workers, lambda done, all_: print(
             f"\r{done} of {all_} bodies", end="", file=sys.stderr)))
     elif options.what == "fit":
-        text = source(fit_all(read_samples(), options.workers))
-        print(text)
+        fits = fit_all(read_samples(), options.workers)
+        print(fits)
         if options.write:
-            MODULE.write_text(text, encoding="utf-8")
+            write_weights(fits)
     elif options.files:
         if options.write:
             parser.error("--write is for the demo parts; leave the files out, or print only")

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.estimators.bent import Bent
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_fit import SplitFit
+from ros_pose_stats.estimators.split_weights import SplitFit
+from ros_pose_stats.estimators.tanh_network import TanhNetwork
 
-from ..bent_fit import bent_of, change, length, start, unscaled
+from ..network_fit import change, length, network_of, start, unscaled
 from .gradient import tree_loss
 from .table import Table
 
@@ -33,14 +33,14 @@ def predicted(fits: Sequence[SplitFit], table: Table) -> Array:
     return _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
 
 
-def fitted(table: Table, bends: tuple[int, int], ridge: float, iterations: int,
+def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
            seed: int = 0) -> SplitFit:
     """Fit the weights of components to the samples of a table.
 
     Parameters
     ----------
     table : Table
-    bends : tuple of int
+    units : tuple of int
         Hyperbolic tangents of either weight.
     ridge : float
         Of the squares of all coefficients for standardised inputs, against the loss a sample.
@@ -52,39 +52,39 @@ def fitted(table: Table, bends: tuple[int, int], ridge: float, iterations: int,
     inputs = (table.inputs - mean) / scale
     columns = inputs.shape[1]
     draw = np.random.default_rng(seed)
-    begin = np.concatenate([start(columns, many, draw) for many in bends])
+    begin = np.concatenate([start(columns, many, draw) for many in units])
     bases = np.stack(component_bases(table.inputs)).astype(np.float32)
     bases[1] += np.float32(HELD_SELDOM)
-    found = minimize(_objective, begin, (table, inputs, bases, bends, ridge), "L-BFGS-B", True,
+    found = minimize(_objective, begin, (table, inputs, bases, units, ridge), "L-BFGS-B", True,
                      options={"maxiter": iterations, "maxcor": 20}).x
-    left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, bends))
+    left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, units))
     return SplitFit(left, held._replace(constant=held.constant + HELD_SELDOM))
 
 
-def _parts(values: Array, columns: int, bends: tuple[int, int]) -> tuple[Bent, Bent]:
-    first = length(columns, bends[0])
-    return (bent_of(values[:first], columns, bends[0]),
-            bent_of(values[first:], columns, bends[1]))
+def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:
+    first = length(columns, units[0])
+    return (network_of(values[:first], columns, units[0]),
+            network_of(values[first:], columns, units[1]))
 
 
 def _objective(values: Array, table: Table, inputs: Single, bases: Single,
-               bends: tuple[int, int], ridge: float) -> tuple[float, Array]:
+               units: tuple[int, int], ridge: float) -> tuple[float, Array]:
     """Loss with the ridge, and its gradient; rows go in blocks that the cache holds."""
-    parts = [Bent(np.float32(part.constant), *(one.astype(np.float32) for one in part[1:]))
-             for part in _parts(values, inputs.shape[1], bends)]
+    parts = [TanhNetwork(np.float32(part.bias), *(one.astype(np.float32) for one in part[1:]))
+             for part in _parts(values, inputs.shape[1], units)]
     blocks = [slice(begin, begin + BLOCK) for begin in range(0, len(inputs), BLOCK)]
-    bent = [np.empty((len(inputs), many), np.float32) for many in bends]
+    hidden = [np.empty((len(inputs), many), np.float32) for many in units]
     told = np.empty_like(bases)
     for block in blocks:
         for k, part in enumerate(parts):
-            np.tanh(inputs[block] @ part.turns + part.offsets, out=bent[k][block])
-            told[k, block] = (bases[k, block] + part.constant + inputs[block] @ part.slope
-                              + bent[k][block] @ part.bends)
+            np.tanh(inputs[block] @ part.hidden_weights + part.hidden_bias, out=hidden[k][block])
+            told[k, block] = (bases[k, block] + part.bias + inputs[block] @ part.skip
+                              + hidden[k][block] @ part.output_weights)
     whole = np.logaddexp(*told)
     loss, slopes, _ = _loss(table, whole.astype(float), gradient=True)
     back = slopes.astype(np.float32) * np.exp(told - whole)
     slope = np.concatenate([
-        np.sum([change(part, bent[k][block], inputs[block], back[k, block])
+        np.sum([change(part, hidden[k][block], inputs[block], back[k, block])
                 for block in blocks], axis=0, dtype=float)
         for k, part in enumerate(parts)])
     return loss + ridge * float(values @ values), slope + 2.0 * ridge * values

@@ -23,7 +23,7 @@ class KnownPart:
     part : Part
     content : bytes
         Digest of the mesh as it was sent.
-    wishes : (restitution, drop_height)
+    scene_override : (restitution, drop_height)
         Of the part's own scene; negative: the node's.
     request : PartRequest or None
         The mesh as it was sent.
@@ -43,7 +43,7 @@ class KnownPart:
 
     part: Part
     content: bytes
-    wishes: tuple[float, float]
+    scene_override: tuple[float, float]
     request: PartRequest | None = None
     latched: Any = None
     restored: Any = None

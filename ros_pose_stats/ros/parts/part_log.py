@@ -23,17 +23,17 @@ class PartLog:
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
-        self._wishes: Memory[tuple[str, str], tuple[float, float]] = Memory(REMEMBERED)
+        self._overrides: Memory[tuple[str, str], tuple[float, float]] = Memory(REMEMBERED)
 
     def note(self, request: PartRequest, part_id: str, digest: str) -> None:
         """Put a mesh on record, unless it is there with the same scene of its own."""
-        key, wishes = (part_id, digest), (request.restitution, request.drop_height)
-        if self._wishes.get(key) == wishes:
+        key, override = (part_id, digest), (request.restitution, request.drop_height)
+        if self._overrides.get(key) == override:
             return
         message = part_message(request, part_id, request.stamp or now())
         if self._recorder.record(PART_MESH, serialize_message(message)):
-            self._wishes.put(key, wishes)
+            self._overrides.put(key, override)
 
     def begin_again(self) -> None:
         """The bag may have a gap: nothing counts as recorded any more."""
-        self._wishes.clear()
+        self._overrides.clear()

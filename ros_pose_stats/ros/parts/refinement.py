@@ -15,8 +15,8 @@ from ..messages.statistics_messages import with_warning
 from ..methods import AUTO
 from ..settings import Settings
 from .catalogue import KnownPart
+from .credible_bound import credible_bound
 from .results import Results
-from .sureness import error_bound
 
 
 class Refinement:
@@ -39,7 +39,7 @@ class Refinement:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
-        scene, hybrid = settings.scene(known.wishes), settings.default_method == AUTO
+        scene, hybrid = settings.scene(known.scene_override), settings.default_method == AUTO
         target = settings.target_error
         request = JobRequest(known.part.part_id, known.content, scene, drops, 0,
                              self._aim(known, target, scene) if hybrid else target,
@@ -68,12 +68,12 @@ class Refinement:
         best = self._results.estimate(known, AUTO, scene)
         if not target_error:
             return best, untargeted(best.method)
-        bound = error_bound(known.part, best, scene)
+        bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, enough(f"{best.method} alone", bound, target_error)
         found = self._results.dropped(known, scene)
         if found is not None:
-            of_found = error_bound(known.part, found, scene)
+            of_found = credible_bound(known.part, found, scene)
             said = f"{found.method} with the {found.drops} drops already made"
             if of_found <= target_error:
                 return found, enough(said, of_found, target_error)
@@ -121,7 +121,7 @@ def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> 
         return False
     if request.hybrid:
         sure = target_error > 0.0 and (
-            error_bound(known.part, latched, request.scene) <= target_error)
+            credible_bound(known.part, latched, request.scene) <= target_error)
         return bool(sure or latched.drops >= request.drops)
     return bool(latched.drops) and bool(
         latched.drops >= request.drops

@@ -95,16 +95,16 @@ class Results:
         """
         settings = self._settings()
         check_request(request, settings.max_mesh_bytes)
-        wishes = (request.restitution, request.drop_height)
-        scene = settings.scene(wishes)
+        override = (request.restitution, request.drop_height)
+        scene = settings.scene(override)
         before = self._same(request.part_id, request.content)
         part = self._builder.build(request) if before is None else before.part
         old = self.parts.find(part.part_id)
-        if old is not None and (old.part.digest, old.wishes) == (part.digest, wishes):
+        if old is not None and (old.part.digest, old.scene_override) == (part.digest, override):
             if self._bring_back(old, last, scene):
                 self.offer(old, old.restored, scene)
             return old
-        known = KnownPart(part, request.content, wishes, request,
+        known = KnownPart(part, request.content, override, request,
                           revision=self._revision(part.part_id, old))
         restored = self._bring_back(known, last, scene)
         self.estimate(known, "", scene)  # before anybody can see it: what has no equilibrium
@@ -154,7 +154,7 @@ class Results:
             return None
         last = self._labelled(last, self._settings())
         self._part_log.note(request, request.part_id, last.part_digest)
-        with suppress(PoseStatsError):  # of wishes that hold no more
+        with suppress(PoseStatsError):  # of an override that holds no more
             scene = self._settings().scene((request.restitution, request.drop_height))
             if self._still_true(last, scene):
                 self._recorder.record(POSE_STATISTICS, serialize_message(last))
@@ -186,7 +186,7 @@ class Results:
     def refresh(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
         settings = self._settings()
-        scene = settings.scene(known.wishes)
+        scene = settings.scene(known.scene_override)
         best = self._memory.get(self._key("best", known, scene))
         if best is not None:
             self.offer(known, best, scene)
@@ -272,7 +272,7 @@ class Results:
 
     def due(self, known: KnownPart, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
-        return (self._settings().scene(known.wishes) == scene
+        return (self._settings().scene(known.scene_override) == scene
                 and time.monotonic() - known.published >= SECONDS_BETWEEN)
 
     def offer(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
@@ -281,7 +281,7 @@ class Results:
         with known.lock:
             if self.parts.current(known.part.part_id) is not known:
                 return
-            if settings.scene(known.wishes) != scene:
+            if settings.scene(known.scene_override) != scene:
                 return
             if (known.scene == scene and known.latched is not None
                     and not replaces(message, known.latched)):

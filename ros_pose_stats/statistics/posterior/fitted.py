@@ -15,4 +15,4 @@ FITTED: Final = (
     (-0.175, 0.3525, 1.497e-05, 0.05173, 0.2839),
     (0.008729, 0.4301, 6.063e-05, 0.02717, 0.2533),
 )
-"""`PriorFit.center`, `spread`, `faint`, `sure` and `loose` at each."""
+"""`PriorFit.center`, `spread`, `overrated`, `rare_below` and `unsure_share` at each."""

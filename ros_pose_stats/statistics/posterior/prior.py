@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import RequestError
+from .connor_mosimann import ConnorMosimann
 from .posterior import Kinds, Posterior
 from .prior_fit import PriorFit, prior_fit
-from .sticks import Sticks
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -89,14 +89,14 @@ class PosePrior:
                                f"{self.unit.size}", "give poses of their own group each")
         self.size: Index = np.bincount(self.unit)
         together = np.bincount(self.unit, given).astype(np.float64)
-        self.mean: Array = _thinned(together, self.size, how.faint)
+        self.mean: Array = _thinned(together, self.size, how.overrated)
         log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
         self.known = not math.isnan(expected_error)
         self.strength = self._implied(expected_error) * math.exp(how.center)
-        firm = 1.0 + how.sure * self.size / self.mean
+        firm = 1.0 + how.rare_below * self.size / self.mean
         self._strength = np.exp(log_strength)[:, None] * np.vstack((firm, np.ones_like(firm)))[
             :, None]
-        self._share = np.array((1.0 - how.loose, how.loose))
+        self._share = np.array((1.0 - how.unsure_share, how.unsure_share))
         scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
         self._log_weight = scatter - math.log(np.exp(scatter).sum())
 
@@ -125,16 +125,16 @@ class PosePrior:
             If there are not P counts from 0 up.
         """
         pooled = self._pooled(counts)
-        sticks, weight, _ = self._updated(pooled)
+        breaks, weight, _ = self._updated(pooled)
         back = np.argsort(self._order(pooled))
-        mean, variance = (each[:, back] for each in sticks.moments())
-        kinds = Kinds(*(each[:, back] for each in sticks.kinds(weight)))
+        mean, variance = (each[:, back] for each in breaks.moments())
+        kinds = Kinds(*(each[:, back] for each in breaks.kinds(weight)))
         return Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
 
-    def _updated(self, pooled: Array) -> tuple[Sticks, Array, float]:
+    def _updated(self, pooled: Array) -> tuple[ConnorMosimann, Array, float]:
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""
         order = self._order(pooled)
-        before = Sticks.around(self.mean[order], self._strength[..., order], self._share)
+        before = ConnorMosimann.around(self.mean[order], self._strength[..., order], self._share)
         after, log_evidence = before.updated(pooled[order])
         log_weight = self._log_weight + log_evidence
         top = log_weight.max()
@@ -153,10 +153,10 @@ class PosePrior:
         return np.bincount(self.unit, counted).astype(np.float64)
 
 
-def _thinned(together: Array, size: Index, faint: float) -> Array:
+def _thinned(together: Array, size: Index, overrated: float) -> Array:
     """Probabilities (G,) of the units with what a method overrates in rare poses taken off."""
     each = together / size
-    kept = each * each / np.maximum(each + faint, FLOOR)
+    kept = each * each / np.maximum(each + overrated, FLOOR)
     least = min(FLOOR, FLOORS_TOGETHER / size.sum())
     raised = np.maximum(kept / max(float((kept * size).sum()), FLOOR), least) * size
     return np.asarray(raised / raised.sum())

@@ -19,22 +19,22 @@ class PriorFit(NamedTuple):
         expected error implies.
     spread : float
         Scale of that logarithm over parts, above 0.
-    faint : float
+    overrated : float
         Probability that the method overrates by a factor of two, 0 to 1: poses far below it
         are in truth rarer still.
-    sure : float
+    rare_below : float
         Probability below which a pose's estimate is stronger, in pseudo-drops, than the
         others', 0 to 1.
-    loose : float
+    unsure_share : float
         Share of poses that are estimated no more surely than the others though they are rare,
         above 0 and below 1.
     """
 
     center: float
     spread: float
-    faint: float
-    sure: float
-    loose: float
+    overrated: float
+    rare_below: float
+    unsure_share: float
 
 
 def prior_fit(restitution: float) -> PriorFit:

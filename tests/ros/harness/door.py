@@ -14,7 +14,7 @@ from ros_pose_stats.ros.jobs import Jobs
 from ros_pose_stats.ros.jobs.job_reports import JobReports
 from ros_pose_stats.ros.messages.part_lines import count_problem, counts_of_bytes, named
 from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
-from ros_pose_stats.ros.parts.intake import Intake
+from ros_pose_stats.ros.parts.mesh_queue import MeshQueue
 from ros_pose_stats.ros.parts.refinement import Refinement
 from ros_pose_stats.ros.parts.results import Results
 from ros_pose_stats.ros.requests import Requests
@@ -67,17 +67,17 @@ class Door:
                                      withdraw=lambda part_id: None)
         self.results = Results(lambda: here, recorder, publishers, lambda known: None,
                                lambda known: None, lambda: None)
-        self.intake = Intake(lambda: 2 * here.max_mesh_bytes)
+        self.mesh_queue = MeshQueue(lambda: 2 * here.max_mesh_bytes)
         reports = JobReports(self.results, recorder, lambda line: None)
         self.jobs = Jobs("run", reports, self.failures.append)
-        self.requests = Requests(lambda: here, self.results, self.intake, self.jobs,
+        self.requests = Requests(lambda: here, self.results, self.mesh_queue, self.jobs,
                                  lambda source, reason: self.refusals.append((source, reason)))
         node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=self.failures.append),
                                create_service=lambda *_, **__: None)
         self._services = Services(node, lambda: here, self.results, self.requests,
                                   Refinement(lambda: here, self.results, self.jobs), self.jobs,
                                   reports, lambda part_id, digest: None)
-        self.intake.start()
+        self.mesh_queue.start()
         self.jobs.start()
 
     def part(self, data):
@@ -136,7 +136,7 @@ class Door:
         assert self.outcomes[TAKEN] and self.outcomes[REFUSED]
 
     def close(self):
-        self.intake.close()
+        self.mesh_queue.close()
         self.jobs.close("the test ended")
 
 

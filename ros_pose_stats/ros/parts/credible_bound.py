@@ -12,7 +12,7 @@ from ...records import DropScene, Part
 from ...resting.poses import resting_poses
 
 
-def error_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
+def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
     """Bound of the error over the poses, against what infinitely many drops would give.
 
     Parameters

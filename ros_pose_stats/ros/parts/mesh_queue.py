@@ -23,7 +23,7 @@ class _Task(Generic[T]):
     future: Future[T]
 
 
-class Intake:
+class MeshQueue:
     """Runs tasks one after the other in a thread of its own.
 
     Parameters
@@ -40,7 +40,7 @@ class Intake:
         self._bytes = 0
         self._changed = threading.Condition()
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name="intake", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="queue", daemon=True)
 
     def start(self) -> None:
         """Begin to work."""
@@ -58,7 +58,7 @@ class Intake:
         Returns
         -------
         Future
-            Of what `work` returns or raises; cancelled where the intake is closed.
+            Of what `work` returns or raises; cancelled where the queue is closed.
         """
         task = _Task(work, size, Future())
         with self._changed:

@@ -17,7 +17,7 @@ from .results import Results
 SECONDS_BETWEEN = 1.0
 
 
-class Drawing:
+class MarkerPublisher:
     """Publishes the markers of all parts, at most once a second.
 
     Parameters

@@ -21,7 +21,7 @@ SMALLEST: Final = 1e-300
 RULED_OUT: Final = 1e-12
 
 
-class Sticks(NamedTuple):
+class ConnorMosimann(NamedTuple):
     """Breaks of the stick; the last unit takes what is left.
 
     Each break has K Beta distributions, of which one holds; which one is found out break by
@@ -33,7 +33,7 @@ class Sticks(NamedTuple):
     log_share: Array  # (K, M, G - 1) logarithms of how likely each is, or (K, 1, 1) if all alike
 
     @classmethod
-    def around(cls, mean: Array, strength: Array, share: Array) -> Sticks:
+    def around(cls, mean: Array, strength: Array, share: Array) -> ConnorMosimann:
         """With given means, and as sure of each unit as so many drops would make it.
 
         Parameters
@@ -49,12 +49,12 @@ class Sticks(NamedTuple):
         return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
                    np.log(share)[:, None, None])
 
-    def updated(self, counts: Array) -> tuple[Sticks, Array]:
+    def updated(self, counts: Array) -> tuple[ConnorMosimann, Array]:
         """After drops: counts (G,) of the units.
 
         Returns
         -------
-        Sticks
+        ConnorMosimann
         log_evidence : (M,) array
             Logarithm of the probability of this very sequence of outcomes.
         """
@@ -63,7 +63,7 @@ class Sticks(NamedTuple):
         likely = self.log_share + betaln(taken, left) - betaln(self.taken, self.left)
         top = likely.max(axis=0)
         together = top + np.log(np.exp(likely - top).sum(axis=0))
-        return Sticks(taken, left, likely - together), together.sum(axis=-1)
+        return ConnorMosimann(taken, left, likely - together), together.sum(axis=-1)
 
     def moments(self) -> tuple[Array, Array]:
         """Means and variances (M, G) of the units."""

@@ -1,0 +1,126 @@
+"""The queue of meshes on their way to become parts, without a node."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from ros_pose_stats.errors import PoseStatsError
+from ros_pose_stats.ros.parts.mesh_queue import MOST_WAITING, MeshQueue
+
+PATIENCE = 60.0
+
+
+@pytest.fixture
+def queue():
+    found = MeshQueue(lambda: 1000)
+    yield found
+    found.close()
+
+
+class Gate:
+    """A task that holds up the queue until the test opens it."""
+
+    def __init__(self, queue):
+        self.entered, self._opened = threading.Event(), threading.Event()
+        self.future = queue.put(self._wait, 0)
+
+    def _wait(self):
+        self.entered.set()
+        assert self._opened.wait(PATIENCE)
+
+    def open(self):
+        self._opened.set()
+
+
+def blocked_put(queue, size):
+    """Put a task from another thread; set once it was taken in."""
+    done = threading.Event()
+
+    def put():
+        queue.put(lambda: None, size)
+        done.set()
+
+    threading.Thread(target=put, daemon=True).start()
+    return done
+
+
+@pytest.fixture
+def gate(queue):
+    queue.start()
+    found = Gate(queue)
+    assert found.entered.wait(PATIENCE)
+    yield found
+    found.open()
+
+
+class TestOrder:
+    def test_results_and_failures_go_to_who_asked(self, queue):
+        queue.start()
+        good, bad = queue.put(lambda: 7, 1), queue.put(lambda: 1 / 0, 1)
+        assert good.result(PATIENCE) == 7
+        assert isinstance(bad.exception(PATIENCE), ZeroDivisionError)
+        assert queue.put(lambda: 8, 1).result(PATIENCE) == 8
+
+    def test_requests_first_and_what_can_wait_last(self, queue, gate):
+        done = []
+        futures = [queue.put_later(lambda: done.append("later")),
+                   queue.put(lambda: done.append("mesh"), 1),
+                   queue.put(lambda: done.append("mesh 2"), 1),
+                   queue.put_first(lambda: done.append("request"))]
+        gate.open()
+        for future in futures:
+            future.result(PATIENCE)
+        assert done == ["request", "mesh", "mesh 2", "later"]
+
+
+class TestBounds:
+    def test_bytes(self, queue, gate):
+        queue.put(lambda: None, 600)
+        assert not (second := blocked_put(queue, 600)).wait(0.1)
+        gate.open()
+        assert second.wait(PATIENCE)
+
+    def test_a_task_larger_than_the_bound_waits_alone(self, queue, gate):
+        assert blocked_put(queue, 10**6).wait(PATIENCE)
+        assert not blocked_put(queue, 1).wait(0.1)
+
+    def test_number(self, queue, gate):
+        for _ in range(MOST_WAITING):
+            queue.put(lambda: None, 1)
+        assert not blocked_put(queue, 1).wait(0.1)
+        for _ in range(10 * MOST_WAITING):
+            queue.put_later(lambda: None)  # never waits
+        assert queue.waiting() == 11 * MOST_WAITING
+
+    def test_requests_are_refused_rather_than_kept_waiting(self, queue, gate):
+        for _ in range(MOST_WAITING):
+            queue.put_first(lambda: None)
+        with pytest.raises(PoseStatsError, match="waiting"):
+            queue.put_first(lambda: None)
+
+
+class TestClose:
+    def test_drops_what_waits_and_lets_go_of_who_waits(self, queue, gate):
+        waiting = [queue.put(lambda: None, 600), queue.put_later(lambda: None),
+                   queue.put_first(lambda: None)]
+        blocked = blocked_put(queue, 600)
+        closing = threading.Thread(target=queue.close)
+        closing.start()
+        assert blocked.wait(PATIENCE)
+        gate.open()
+        closing.join(PATIENCE)
+        assert all(future.cancelled() for future in waiting)
+        assert gate.future.result(PATIENCE) is None
+
+    def test_nothing_is_taken_in_afterwards(self, queue):
+        queue.start()
+        queue.close()
+        assert queue.put(lambda: None, 1).cancelled()
+        assert queue.put_later(lambda: None).cancelled()
+
+    def test_one_that_never_began(self, queue):
+        future = queue.put(lambda: None, 1)
+        queue.close()
+        assert future.cancelled()
