@@ -76,7 +76,7 @@ def compare(arguments):
     parser.add_argument("meshes", nargs="*", help="more mesh files, in millimetres")
     parser.add_argument("--polyhedra", type=int, default=200)
     parser.add_argument("--drops", type=int, default=200)
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         demo = Path(folder) / DEMO
         write_demo_parts(demo)
