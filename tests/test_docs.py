@@ -148,3 +148,24 @@ def test_every_interface_is_in_the_page_of_the_node():
         assert f"| `{file.stem}` |" in page
     for name in ("PartMesh", "PoseStatistics", "SimulateDrops"):
         assert f"`{name}`" in page
+
+
+def test_every_decision_has_a_room_a_date_and_a_state():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    rooms = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
+    assert len(rooms) == 13
+    for room in rooms:
+        title, *paragraphs = room.strip().split("\n\n")
+        decisions = [one for one in paragraphs if not one.startswith("- ")]
+        assert decisions, title
+        for one in decisions:
+            assert re.match(r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
+                            one.replace("\n", " ")), f"{title}: {one}"
+
+
+def test_decisions_name_files_that_exist():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:\w+/)*\w+\.py)`", page)
+    assert len(named) >= 8
+    for file in named:
+        assert (ROOT / file).exists() or (ROOT / "ros_pose_stats" / file).exists(), file
