@@ -9,18 +9,20 @@ from pathlib import Path
 from . import pictures
 from .machine import machine
 from .results import Results, Row, Section, load, shown
+from .speed import write_speed
 
 STORED = ("core", "start", "drops", "expected_errors", "auto", "node", "node_soak")
 FIGURE = pictures.PICTURES["growth"].stem
 
-INTRODUCTION = """# Speed
+INTRODUCTION = """# Benchmarks
 
 Written by `python -m benchmarks.core --write`, and so by `benchmarks.start`, `benchmarks.drops`,
 `training.expected_errors`, `benchmarks.auto`, `benchmarks.node` and `tests.soak.node`,
 from `docs/benchmarks/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
 what counts, and times are there to give an idea. Kernels were compiled before, unless said
-otherwise. Times are medians, unless said otherwise. The load at the start is given with each run;
+otherwise. Times are medians, unless said otherwise. [speed.md](speed.md) is the short page for
+people. The load at the start is given with each run;
 on a busy machine the threads of the linear algebra library wait for each other, which
 `OPENBLAS_NUM_THREADS=1` avoids.
 """
@@ -37,7 +39,7 @@ def collected(sections: Iterable[Section], said: Callable[[str], object]) -> Res
 
 
 def write_page(docs: Path) -> Path:
-    """Render `benchmarks.md` and the figures from what is stored under `docs`.
+    """Render `benchmarks.md`, `speed.md` and the figures from what is stored under `docs`.
 
     Parameters
     ----------
@@ -51,6 +53,7 @@ def write_page(docs: Path) -> Path:
             pictures.draw(section, docs)
     page = docs / "benchmarks.md"
     page.write_text(rendered(found), encoding="utf-8")
+    write_speed(docs)
     return page
 
 

@@ -13,15 +13,26 @@ from ros_pose_stats.cli import parser
 from ros_pose_stats.estimators import ESTIMATORS
 
 ROOT = Path(__file__).resolve().parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-
+README = "README.md"
+COMMAND_LINE = "docs/command_line.md"
+LIBRARY = "docs/library.md"
+REPORT = "docs/report.md"
+PAGES = (README, COMMAND_LINE, LIBRARY, REPORT)
+"""Whose lines and code are run here; `tests/ros` runs those of the node."""
 
 STUDY = ("dataset", "benchmark")
 """Commands whose lines go on from each other's files."""
 
+LAST_LINE = "computed in "
+"""Of an answer: how long it took, which differs from run to run."""
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+def text_of(page: str) -> str:
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text_of(page), re.DOTALL)
 
 
 @pytest.fixture(scope="module")
@@ -32,33 +43,58 @@ def demo_directory(tmp_path_factory):
     return directory
 
 
-def shell_lines() -> list[str]:
-    lines = [line for block in blocks("sh") for line in block.splitlines()]
+def shell_lines(page: str) -> list[str]:
+    lines = [line for block in blocks(page, "sh") for line in block.splitlines()]
     return [line for line in lines if line.startswith("ros_pose_stats")]
 
 
-def lines_of(*commands: str) -> list[str]:
-    return [line for line in shell_lines() if line.split()[1] in commands]
+def lines_of(page: str, *commands: str) -> list[str]:
+    return [line for line in shell_lines(page) if line.split()[1] in commands]
 
 
 def lines_without_ros() -> list[str]:
-    others = lines_of("node", "publish", "bag", *STUDY)
-    return [line for line in shell_lines() if line not in others]
+    """Lines of all pages, each once."""
+    lines = dict.fromkeys(line for page in PAGES for line in shell_lines(page))
+    return [line for line in lines
+            if line.split()[1] not in ("node", "publish", "bag", *STUDY)]
 
 
-def test_readme_has_code_to_run():
-    assert len(shell_lines()) >= 4
-    assert blocks("python")
+def code_of_the_pages() -> list[str]:
+    return [code for page in PAGES for code in blocks(page, "python")]
 
 
-@pytest.mark.parametrize("line", lines_without_ros())
-def test_shell_lines_of_the_readme_run(line, demo_directory):
+def test_pages_have_code_to_run():
+    assert len(shell_lines(README)) == 5
+    assert len(shell_lines(COMMAND_LINE)) == 10
+    assert len(blocks(README, "python")) == 1
+    assert len(blocks(LIBRARY, "python")) == 3
+    commands = {line.split()[1] for line in lines_without_ros()}
+    assert commands == {"shapes", "estimate", "simulate", "report", "animate"}
+
+
+def test_readme_takes_two_minutes():
+    assert len(text_of(README).splitlines()) <= 120
+
+
+def test_answer_in_the_readme_is_what_the_command_prints(demo_directory):
+    (shown,) = blocks(README, "text")
+    (line,) = lines_of(README, "estimate")
+    printed = run_line(line, demo_directory).splitlines()
+    *answer, seconds = shown.splitlines()
+    assert answer == printed[:-1]
+    assert seconds.startswith(LAST_LINE) and printed[-1].startswith(LAST_LINE)
+
+
+@pytest.mark.parametrize("line", [
+    pytest.param(line, marks=pytest.mark.long if line.endswith(".gif") else ())
+    for line in lines_without_ros()])
+def test_shell_lines_of_the_pages_run(line, demo_directory):
     run_line(line, demo_directory)
 
 
 @pytest.mark.long
-def test_study_lines_of_the_readme_run(tmp_path):
-    lines = lines_of(*STUDY)
+def test_study_lines_run(tmp_path):
+    lines = lines_of(COMMAND_LINE, *STUDY)
     assert {line.split()[1] for line in lines} == set(STUDY)
     for line in lines:
         run_line(line, tmp_path)
@@ -69,30 +105,35 @@ def run_line(line, directory):
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout
+    return done.stdout
 
 
-@pytest.mark.parametrize("code", blocks("python"))
-def test_python_of_the_readme_runs(code, demo_directory):
+@pytest.mark.parametrize("code", code_of_the_pages())
+def test_python_of_the_pages_runs(code, demo_directory):
     done = subprocess.run([sys.executable, "-c", code], cwd=demo_directory, capture_output=True,
                           text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert done.stdout
+    drawn = re.findall(r'savefig\("([^"]+)"\)', code)
+    assert done.stdout or drawn
+    assert all((demo_directory / file).stat().st_size > 0 for file in drawn)
 
 
-def test_every_method_is_in_the_readme():
+def test_every_method_is_in_its_page():
+    page = text_of("docs/methods.md")
     for name in ESTIMATORS:
-        assert f"| `{name}` |" in README
+        assert f"| `{name}` |" in page
 
 
-def test_every_command_and_option_is_in_the_readme():
+def test_every_command_and_option_is_in_its_page():
+    page = text_of("docs/commands.md")
     (commands,) = (action for action in parser()._actions if action.dest == "command")
     assert commands.choices
     for name, command in commands.choices.items():
-        assert re.search(rf"\| `{name}[ `]", README), name
+        assert re.search(rf"\| `{name}[ `]", page), name
         for action in command._actions:
             for option in action.option_strings:
                 if option.startswith("--") and option != "--help":
-                    assert f"`{option}" in README, f"{name} {option}"
+                    assert f"`{option}" in page, f"{name} {option}"
 
 
 def test_command_lists_the_registered_methods():
@@ -120,7 +161,7 @@ def test_version_stands_in_one_place():
 
 
 def test_documents_name_files_that_exist():
-    for document in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+    for document in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
         text = document.read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#:]+)\)", text):
             assert (document.parent / target).exists(), f"{document.name}: {target}"
@@ -148,3 +189,24 @@ def test_every_interface_is_in_the_page_of_the_node():
         assert f"| `{file.stem}` |" in page
     for name in ("PartMesh", "PoseStatistics", "SimulateDrops"):
         assert f"`{name}`" in page
+
+
+def test_every_decision_has_a_room_a_date_and_a_state():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    rooms = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
+    assert len(rooms) == 13
+    for room in rooms:
+        title, *paragraphs = room.strip().split("\n\n")
+        decisions = [one for one in paragraphs if not one.startswith("- ")]
+        assert decisions, title
+        for one in decisions:
+            assert re.match(r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
+                            one.replace("\n", " ")), f"{title}: {one}"
+
+
+def test_decisions_name_files_that_exist():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:\w+/)*\w+\.py)`", page)
+    assert len(named) >= 8
+    for file in named:
+        assert (ROOT / file).exists() or (ROOT / "ros_pose_stats" / file).exists(), file

@@ -36,12 +36,12 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     stability = _kind(kinds, "stability", run_stability,
                       "every method along walks through each known trouble")
     stability.add_argument("-o", "--output", metavar="DIR",
-                           help="stability.md, figures/ and benchmarks/ are written there")
+                           help="study/stability.md, figures/ and benchmarks/ are written there")
     stability.add_argument("--quick", action="store_true", help="fewer values and drops")
     figures = _kind(kinds, "figures", run_figures,
                     "table, prisms and chart, into a folder of documents")
     figures.add_argument("-o", "--output", default="docs", metavar="DIR",
-                         help="accuracy.md, figures/ and benchmarks/ are written there "
+                         help="study/accuracy.md, figures/ and benchmarks/ are written there "
                          "(default: %(default)s)")
     figures.add_argument("--quick", action="store_true", help="fewer bodies and drops")
 

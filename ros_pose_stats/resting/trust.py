@@ -45,7 +45,7 @@ def drop_warnings(resting: RestingPoses) -> list[str]:
     """What to know besides where the part is dropped.
 
     A polygon that rolls loses energy at every facet, a round part does not: with few facets far
-    too many drops end on the curve. See the walk of the cylinder in `docs/stability.md`.
+    too many drops end on the curve. See the walk of the cylinder in `docs/study/stability.md`.
     """
     angles = [math.degrees(angle) for angle in _facet_angles(resting)
               if angle > COARSE_FACETS]

@@ -17,6 +17,7 @@ from .prisms.figure import draw_prisms
 from .table import TableResults, table
 
 QUICK_DROPS = 200
+PAGE = Path("study") / "accuracy.md"
 
 
 class Documents(NamedTuple):
@@ -60,7 +61,7 @@ def measure_documents(*, quick: bool = False,
 
 
 def write_documents(found: Documents, folder: Path) -> list[Path]:
-    """Write `accuracy.md`, `figures/` and `benchmarks/`, whole or not at all.
+    """Write `study/accuracy.md`, `figures/` and `benchmarks/`, whole or not at all.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def write_documents(found: Documents, folder: Path) -> list[Path]:
             save_figure(figure, aside / "figures" / name)
         for name, values in numbers.items():
             write_json(aside / "benchmarks" / f"{name}.json", values)
-        (aside / "accuracy.md").write_text(
+        (aside / PAGE).parent.mkdir()
+        (aside / PAGE).write_text(
             accuracy_page(found.tables, found.bars, found.measured), encoding="utf-8")
 
     return write_whole(folder, write)

@@ -28,11 +28,11 @@ from tests.study.tables import first_bodies, shipped, some
 
 PLANS = (Plan(0, 0, 0, Effort(1, 10, (10,)), 3, 0),)
 
-FILES = ["accuracy.md", "benchmarks/chart.json", "benchmarks/prisms.json",
-         "benchmarks/table.json",
+FILES = ["benchmarks/chart.json", "benchmarks/prisms.json", "benchmarks/table.json",
          *(f"figures/{name}.{kind}" for name in ("estimators", "noise", "prisms",
                                                  "speed_accuracy")
-           for kind in ("png", "svg"))]
+           for kind in ("png", "svg")),
+         "study/accuracy.md"]
 
 
 @pytest.fixture(scope="module")
@@ -71,31 +71,32 @@ class TestWritten:
         assert found["prisms"] == measured.bars.as_dict()
 
     def test_the_page_shows_every_figure_and_table(self, folder, measured):
-        page = (folder / "accuracy.md").read_text()
+        page = (folder / "study/accuracy.md").read_text()
         shown = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", page)
-        assert sorted(shown) == [name for name in FILES if name.endswith(".png")]
-        assert all((folder / name).is_file() for name in shown)
+        assert sorted(shown) == [f"../{name}" for name in FILES if name.endswith(".png")]
+        assert all((folder / "study" / name).is_file() for name in shown)
         assert "### Shift 0 (inertia), 22 bodies" in page
         assert "### Shift 0.25 (inertia), 21 bodies" in page
         assert f"### {measured.measured.sizes[0].title}" in page
         assert "nan" not in page
 
     def test_files_are_readable_by_others(self, folder):
-        assert (folder / "accuracy.md").stat().st_mode & 0o044 == 0o044
+        assert (folder / "study/accuracy.md").stat().st_mode & 0o044 == 0o044
 
     def test_written_again_it_replaces_its_own_and_keeps_the_rest(self, folder, measured):
         (folder / "node.md").write_text("kept")
-        (folder / "accuracy.md").write_text("old")
+        (folder / "study/accuracy.md").write_text("old")
         files = write_documents(measured, folder)
         assert sorted(one.relative_to(folder).as_posix() for one in files) == FILES
         assert (folder / "node.md").read_text() == "kept"
-        assert (folder / "accuracy.md").read_text().startswith("# Accuracy")
+        assert (folder / "study/accuracy.md").read_text().startswith("# Accuracy")
         (folder / "node.md").unlink()
 
     @pytest.mark.parametrize("error", [OSError(28, "No space left on device"),
                                        KeyboardInterrupt()])
     def test_cut_short_it_changes_nothing(self, measured, tmp_path, monkeypatch, error):
-        (tmp_path / "accuracy.md").write_text("old")
+        (tmp_path / "study").mkdir()
+        (tmp_path / "study/accuracy.md").write_text("old")
         calls = []
 
         def fail(figure, stem):
@@ -109,8 +110,8 @@ class TestWritten:
         with pytest.raises(type(error)):
             write_documents(measured, tmp_path)
         assert len(calls) == 3
-        assert [one.name for one in tmp_path.iterdir()] == ["accuracy.md"]
-        assert (tmp_path / "accuracy.md").read_text() == "old"
+        assert names(tmp_path) == ["study/accuracy.md"]
+        assert (tmp_path / "study/accuracy.md").read_text() == "old"
 
 
 @pytest.mark.long

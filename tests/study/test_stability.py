@@ -184,7 +184,7 @@ class TestDocuments:
         text, page = stability_text(whole), stability_page(whole)
         for entry in ESTIMATORS.values():
             assert f"| {entry.title} " in text
-        assert "figures/stability_marginal_face.png" in page and text.split("\n\n")[1] in page
+        assert "(../figures/stability_marginal_face.png)" in page and text.split("\n\n")[1] in page
         csae = next(line for line in text.splitlines() if line.startswith("| CSAE"))
         assert csae.split("|")[2].strip() == "1"
 
@@ -193,6 +193,7 @@ class TestDocuments:
         assert {file.name for file in files} == {
             "stability_marginal_face.png", "stability_marginal_face.svg", "stability.json",
             "stability_reliability.png", "stability_reliability.svg", "stability.md"}
+        assert tmp_path / "study" / "stability.md" in files
         stored = json.loads((tmp_path / "benchmarks/stability.json").read_text())
         assert stored == as_dict(whole)
         assert len(stored["walks"][0]["methods"]) == len(ESTIMATORS)

@@ -11,9 +11,11 @@ from .figure import draw_reliability, draw_walk
 from .run import Curve, StabilityResults, WalkResults
 from .text import stability_page
 
+PAGE = Path("study") / "stability.md"
+
 
 def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
-    """Write `stability.md`, `figures/stability_*` and `benchmarks/stability.json`.
+    """Write `study/stability.md`, `figures/stability_*` and `benchmarks/stability.json`.
 
     Parameters
     ----------
@@ -31,7 +33,8 @@ def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
             save_figure(draw_walk(one), aside / "figures" / f"stability_{one.walk.name}")
         save_figure(draw_reliability(found), aside / "figures" / "stability_reliability")
         write_json(aside / "benchmarks" / "stability.json", as_dict(found))
-        (aside / "stability.md").write_text(stability_page(found), encoding="utf-8")
+        (aside / PAGE).parent.mkdir()
+        (aside / PAGE).write_text(stability_page(found), encoding="utf-8")
 
     return write_whole(folder, write)
 

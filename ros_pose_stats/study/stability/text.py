@@ -34,7 +34,7 @@ stays. In the tables
 
 RELIABILITY = """## Expected and true errors
 
-![Expected against true errors, parts in ten bins](figures/stability_reliability.png)
+![Expected against true errors, parts in ten bins](../figures/stability_reliability.png)
 
 Every answer carries an `expected_error`. Here the parts of all reference datasets are sorted by
 it, for each method by itself, and put in ten bins; the table gives the root mean squares over
@@ -48,7 +48,7 @@ def stability_page(found: StabilityResults) -> str:
     parts = [INTRODUCTION]
     for one in found.walks:
         name = one.walk.name
-        picture = f"![{one.walk.title}](figures/stability_{name}.png)"
+        picture = f"![{one.walk.title}](../figures/stability_{name}.png)"
         parts += [f"## {one.walk.title}\n", f"{picture}\n",
                   *wrap(LESSONS[name], WIDTH), "", walk_text(one), ""]
     return "\n".join([*parts, RELIABILITY, reliability_text(found), ""])
