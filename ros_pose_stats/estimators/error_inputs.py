@@ -11,7 +11,7 @@ from ..resting.poses import RestingPoses
 from .energy_absorption import eae, meae
 from .estimator import Array, normalized
 from .quasi_static import nonlinear, qse
-from .scene_inputs import body_inputs, corner_inputs, scene_inputs
+from .scene_inputs import corner_inputs, scene_inputs
 
 LEAST_APART = 1e-3
 """Mean square distance of two methods over the mean of `error_scale`; logarithms start here."""
@@ -47,7 +47,7 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
     poses = (math.log(unsure.size), math.log(total), unsure @ depth / total, probability @ depth)
-    return np.concatenate((scene_inputs(resting, scene), far, poses, body_inputs(resting),
+    return np.concatenate((scene_inputs(resting, scene), far, poses, resting.shape_features,
                            corner_inputs(resting)))
 
 

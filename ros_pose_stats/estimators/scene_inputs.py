@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,27 +17,6 @@ LOWEST_DROP = 1.0
 
 LEAST_CROWDING = 1e-4
 """Crowding of corners that logarithms start from."""
-
-
-# Split and its expected error ask for the same.
-_known: WeakKeyDictionary[RestingPoses, Array] = WeakKeyDictionary()
-
-
-def body_inputs(resting: RestingPoses) -> Array:
-    """Trace of the inertia, its smallest and largest share; highest split, lowest pose; (5,).
-
-    Found once and remembered while the poses live.
-    """
-    found = _known.get(resting)
-    if found is None:
-        least, middle, most = resting.moments.tolist()
-        trace = least + middle + most
-        levels = resting.equilibria.arrays.tree.level[resting.clusters.split]
-        found = _known[resting] = np.array([trace, least / trace, most / trace,
-                                            levels.max(initial=0.0),
-                                            resting.equilibria.heights.min()])
-        found.flags.writeable = False
-    return found
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:

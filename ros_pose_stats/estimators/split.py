@@ -19,7 +19,7 @@ from ..kernels.levels.split_descent import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
 from .estimator import Array, normalized
-from .scene_inputs import body_inputs, corner_inputs, scene_inputs
+from .scene_inputs import corner_inputs, scene_inputs
 from .split_weights import SPLIT_FITS, SplitFit
 
 HOLDING = 1e-3
@@ -58,7 +58,7 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((body_inputs(resting), scene_inputs(resting, scene),
+    about = np.concatenate((resting.shape_features, scene_inputs(resting, scene),
                             corner_inputs(resting)))
     inputs = np.empty((rows.shape[0], rows.shape[1] + about.shape[0]))
     inputs[:, :rows.shape[1]], inputs[:, rows.shape[1]:] = rows, about

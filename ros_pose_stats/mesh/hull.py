@@ -6,9 +6,7 @@ its own tolerances assume numbers of order one.
 
 from __future__ import annotations
 
-import threading
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,10 +67,6 @@ class Hull(NamedTuple):
     scale: float
 
 
-_HULLS: WeakKeyDictionary[Part, Hull] = WeakKeyDictionary()
-_LOCK = threading.Lock()
-
-
 def hull_of(points: NDArray[np.float64]) -> Hull:
     """Convex hull of points in space.
 
@@ -119,21 +113,14 @@ def _found(points: NDArray[np.float64], qhull: ConvexHull) -> Facets:
 
 
 def hull_of_part(part: Part) -> Hull:
-    """Convex hull of a part's `surface_vertices`, kept for as long as the part lives.
-
-    Two threads that ask for the same part for the first time may both compute it; they get
-    equal answers.
-    """
-    with _LOCK:
-        known = _HULLS.get(part)
-    if known is not None:
-        return known
-    hull = hull_of(part.surface_vertices)
-    keep_hull(part, hull)
-    return hull
+    """Convex hull of a part's `surface_vertices`, kept for as long as the part lives."""
+    return part.prepare(_hull_of_surface)
 
 
 def keep_hull(part: Part, hull: Hull) -> None:
     """Remember a hull that was computed from the part's `surface_vertices`."""
-    with _LOCK:
-        _HULLS[part] = hull
+    part.keep(hull, _hull_of_surface)
+
+
+def _hull_of_surface(part: Part) -> Hull:
+    return hull_of(part.surface_vertices)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+Prepared = TypeVar("Prepared")
 
 
 def part_digest(
@@ -93,6 +97,7 @@ class Part:
     warnings: tuple[str, ...] = ()
     rounding: float = 0.0
     digest: str = field(default="", compare=False)
+    _prepared: dict[Hashable, Any] = field(default_factory=dict, init=False, compare=False)
 
     def __post_init__(self) -> None:
         self._freeze()
@@ -103,9 +108,35 @@ class Part:
         if not self.part_id:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 
+    def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
+        """What a function makes of the part: made once, kept as long as the part lives.
+
+        Two threads that ask first at the same time may both make it; they get equal answers.
+
+        Parameters
+        ----------
+        make : callable
+            Called with the part and the options. What it returns must not refer to the part.
+        *options
+            Each combination has an answer of its own.
+        """
+        key = (make, *options)
+        found: Prepared | None = self._prepared.get(key)
+        if found is None:
+            found = self._prepared[key] = make(self, *options)
+        return found
+
+    def keep(self, prepared: object, make: Callable[..., object], *options: Hashable) -> None:
+        """Take for the answer of `prepare` what was made on the way to the part."""
+        key = (make, *options)
+        self._prepared[key] = prepared
+
     def __repr__(self) -> str:
         return (f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "
                 f"digest {self.digest[:12]}…)")
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**self.__dict__, "_prepared": {}}  # made anew where it is wanted
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)

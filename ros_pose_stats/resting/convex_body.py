@@ -8,7 +8,6 @@ positions are relative to the centre of mass, in part axes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +111,6 @@ class ConvexBody:
         return areas_below(self.arrays, level, True)
 
 
-_bodies: WeakKeyDictionary[Part, ConvexBody] = WeakKeyDictionary()
-
-
 def convex_body(part: Part) -> ConvexBody:
     """Convex body of a part, built once and remembered while the part lives.
 
@@ -123,10 +119,7 @@ def convex_body(part: Part) -> ConvexBody:
     MeshError
         If no convex polyhedron around the centre of mass can be formed.
     """
-    body = _bodies.get(part)
-    if body is None:
-        body = _bodies[part] = _build(part)
-    return body
+    return part.prepare(_build)
 
 
 def _build(part: Part) -> ConvexBody:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,19 +83,16 @@ class Equilibria:
         return np.arctan2(arrays.inset, arrays.distance[arrays.face])
 
 
-_found: WeakKeyDictionary[Part, Equilibria] = WeakKeyDictionary()
-
-
 def equilibria(part: Part) -> Equilibria:
     """Equilibria of a part, found once and remembered while the part lives."""
-    found = _found.get(part)
-    if found is None:
-        body = convex_body(part)
-        arrays = find_equilibria(body.points, body.arrays)
-        heights = body.arrays.distance[arrays.stable]
-        order = pose_order(heights, body.arrays.normal[arrays.stable])
-        found = _found[part] = Equilibria(body, arrays, order)
-    return found
+    return part.prepare(_find)
+
+
+def _find(part: Part) -> Equilibria:
+    body = convex_body(part)
+    arrays = find_equilibria(body.points, body.arrays)
+    heights = body.arrays.distance[arrays.stable]
+    return Equilibria(body, arrays, pose_order(heights, body.arrays.normal[arrays.stable]))
 
 
 def pose_order(heights: Array, downs: Array) -> Index:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +77,17 @@ class RestingPoses:
         return self._passage(True)
 
     @cached_property
+    def shape_features(self) -> Array:
+        """Trace of `inertia`, its least and greatest share, highest split, lowest pose; (5,)."""
+        least, middle, most = self.moments.tolist()
+        trace = least + middle + most
+        levels = self.equilibria.arrays.tree.level[self.clusters.split]
+        found = np.array([trace, least / trace, most / trace, levels.max(initial=0.0),
+                          self.equilibria.heights.min()])
+        found.flags.writeable = False
+        return found
+
+    @cached_property
     def split_features(self) -> Array:
         """What tells the components of each split apart; see `kernels.split_features`."""
         found = self.equilibria.arrays
@@ -119,10 +129,6 @@ class PoseShape:
         return np.asarray(seen * self.body.radius)
 
 
-# Nothing that is kept here may refer to the part, or it would never be let go.
-_known: WeakKeyDictionary[Part, dict[float, RestingPoses]] = WeakKeyDictionary()
-
-
 def resting_poses(part: Part,
                   cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> RestingPoses:
     """Stable poses of a part, found once a tolerance and remembered while the part lives.
@@ -141,17 +147,15 @@ def resting_poses(part: Part,
     if not isinstance(part, Part):
         raise RequestError("a Part", f"{type(part).__name__}",
                            "make one with load_part or part_from_mesh")
-    cluster_tolerance = DropScene(cluster_tolerance=cluster_tolerance).cluster_tolerance
-    known = _known.setdefault(part, {})
-    resting = known.get(cluster_tolerance)
-    if resting is None:
-        found = equilibria(part)
-        grouped = clusters(found, cluster_tolerance)
-        poses = _records(part, found, grouped)
-        resting = known[cluster_tolerance] = RestingPoses(
-            found, grouped, poses,
-            part.inertia / (part.mass * found.body.radius * found.body.radius))
-    return resting
+    scene = DropScene(cluster_tolerance=cluster_tolerance)
+    return part.prepare(_find, scene.cluster_tolerance)
+
+
+def _find(part: Part, cluster_tolerance: float) -> RestingPoses:
+    found = equilibria(part)
+    grouped = clusters(found, cluster_tolerance)
+    return RestingPoses(found, grouped, _records(part, found, grouped),
+                        part.inertia / (part.mass * found.body.radius * found.body.radius))
 
 
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:

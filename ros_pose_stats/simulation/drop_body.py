@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,20 +61,14 @@ class PreparedBody:
         return self.resting.body.radius
 
 
-_known: WeakKeyDictionary[Part, dict[float, PreparedBody]] = WeakKeyDictionary()
-
-
 def drop_body(part: Part, cluster_tolerance: float) -> PreparedBody:
     """Prepare a part for dropping, once a tolerance; see `resting_poses` for the errors."""
+    resting_poses(part, cluster_tolerance)  # refuses what is no part, and no tolerance
+    return part.prepare(_prepare, cluster_tolerance)
+
+
+def _prepare(part: Part, cluster_tolerance: float) -> PreparedBody:
     resting = resting_poses(part, cluster_tolerance)
-    known = _known.setdefault(part, {})
-    prepared = known.get(cluster_tolerance)
-    if prepared is None:
-        prepared = known[cluster_tolerance] = _prepare(part, resting)
-    return prepared
-
-
-def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
     body = resting.body
     moment, axes = principal_axes(resting.inertia)
     moment = np.maximum(moment, THINNEST * moment[2])
