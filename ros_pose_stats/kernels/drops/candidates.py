@@ -14,7 +14,20 @@ from __future__ import annotations
 
 from ..compilation import inlined
 from ..vectors import length_of
-from .layout import LOWEST, PS, SEARCH, ZS, Array, DropBody, DropRules, Index, Work
+from .layout import (
+    BEND,
+    HEIGHT,
+    LOWEST,
+    PS,
+    SEARCH,
+    SLOPE,
+    ZS,
+    Array,
+    DropBody,
+    DropRules,
+    Index,
+    Work,
+)
 
 NARROW = 2.0
 """Corners are found from neighbour to neighbour up to this (swing² times their number).
@@ -140,15 +153,16 @@ def _list(body: DropBody, work: Work, j: int, bend_p: float, bend_z: float, marg
     if min(height, height + slope - bend) > margin:
         return count
     work.found[count] = j
-    work.outlook[count, 0], work.outlook[count, 1], work.outlook[count, 2] = height, slope, bend
+    outlook = work.outlook
+    outlook[count, HEIGHT], outlook[count, SLOPE], outlook[count, BEND] = height, slope, bend
     return count + 1
 
 
 @inlined
 def stays_above(outlook: Array, i: int, fraction: float, margin: float) -> bool:
     """Whether a listed corner cannot come as close as `margin` within a fraction of the step."""
-    height = outlook[i, 0]
-    end = height + fraction * (outlook[i, 1] - fraction * outlook[i, 2])
+    height = outlook[i, HEIGHT]
+    end = height + fraction * (outlook[i, SLOPE] - fraction * outlook[i, BEND])
     return bool(min(height, end) > margin)
 
 
@@ -157,7 +171,8 @@ def lowest_first(found: Index, outlook: Array, count: int) -> None:
     """Put the corner that seems to come lowest in front: its landing rules out most others."""
     best = 0
     for i in range(1, count):
-        if outlook[i, 0] + outlook[i, 1] < outlook[best, 0] + outlook[best, 1]:
+        if (outlook[i, HEIGHT] + outlook[i, SLOPE]
+                < outlook[best, HEIGHT] + outlook[best, SLOPE]):
             best = i
     if best > 0:
         found[0], found[best] = found[best], found[0]

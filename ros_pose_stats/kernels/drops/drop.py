@@ -19,6 +19,7 @@ from .layout import (
     END,
     ENDING,
     ENERGY,
+    EXPECTED_BOUNCE,
     FACE,
     FLIGHT,
     IMPACT_COUNT,
@@ -28,7 +29,6 @@ from .layout import (
     MODE,
     NEAR,
     ORDER,
-    PATIENCE,
     POSE,
     REACH,
     RELEASE,
@@ -106,7 +106,7 @@ def _release(body: DropBody, rules: DropRules, up: Array, top: float, work: Work
     # be left.
     tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS], tally[LOWEST] = FLIGHT, 0, 0, 0, 0
     work.active[0] = work.active[1] = -1
-    work.clock[TIME], work.clock[PATIENCE], work.clock[REACH] = 0.0, math.inf, LONGEST
+    work.clock[TIME], work.clock[EXPECTED_BOUNCE], work.clock[REACH] = 0.0, math.inf, LONGEST
     outcome[TOUCHED] = 0
     if rules.height <= max(1.0, top) + rules.touching:
         low = math.inf

@@ -40,9 +40,9 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
         s0 = s1 = s2 = s3 = s4 = s5 = 0.0
         for i in range(np.uint64(k + 1)):
             j = np.uint64(k) - i
-            a0, a1, a2 = series[i, 0], series[i, 1], series[i, 2]
-            q0, q1, q2 = series[i, 3], series[i, 4], series[i, 5]
-            b0, b1, b2 = series[j, 0], series[j, 1], series[j, 2]
+            a0, a1, a2 = series[i, WS], series[i, WS + 1], series[i, WS + 2]
+            q0, q1, q2 = series[i, PS], series[i, PS + 1], series[i, PS + 2]
+            b0, b1, b2 = series[j, WS], series[j, WS + 1], series[j, WS + 2]
             s0 += a1 * b2
             s1 += a2 * b0
             s2 += a0 * b1
@@ -50,10 +50,10 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
             s4 += q2 * b0 - q0 * b2
             s5 += q0 * b1 - q1 * b0
         share = 1.0 / (k + 1)
-        series[k + 1, 0], series[k + 1, 1] = c0 * s0 * share, c1 * s1 * share
-        series[k + 1, 2] = c2 * s2 * share
-        series[k + 1, 3], series[k + 1, 4] = s3 * share, s4 * share
-        series[k + 1, 5] = s5 * share
+        series[k + 1, WS], series[k + 1, WS + 1] = c0 * s0 * share, c1 * s1 * share
+        series[k + 1, WS + 2] = c2 * s2 * share
+        series[k + 1, PS], series[k + 1, PS + 1] = s3 * share, s4 * share
+        series[k + 1, PS + 2] = s5 * share
         series[k + 1, ZS] = 0.0
         size = max(abs(s3), abs(s4), abs(s5)) * share
         if max(size, before) < truncation:

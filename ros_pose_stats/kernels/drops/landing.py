@@ -9,13 +9,13 @@ from ..compilation import inlined
 from .contacts import choose_contact, weigh
 from .impacts import stop_slow, strike, vertex_velocity
 from .layout import (
+    EXPECTED_BOUNCE,
     FLIGHT,
     IMPACT,
     IMPACTS,
     LOWEST,
     MODE,
     NEAR,
-    PATIENCE,
     STEPS,
     STOP,
     Array,
@@ -99,7 +99,7 @@ def _fastest(body: DropBody, work: Work) -> tuple[int, float]:
 def _look_ahead(body: DropBody, work: Work) -> None:
     """Note a lowest corner, and when the first bounce ends if nothing else happens."""
     state, tally = work.state, work.tally
-    work.clock[PATIENCE] = math.inf
+    work.clock[EXPECTED_BOUNCE] = math.inf
     if tally[MODE] == FLIGHT:
         weigh(state, body, work.near, tally[NEAR], work.load)
     lowest = math.inf
@@ -111,7 +111,7 @@ def _look_ahead(body: DropBody, work: Work) -> None:
             tally[LOWEST] = j
         if tally[MODE] == FLIGHT and work.rested[i] == 0 and work.load[i, 3] > 0.0:
             bounce = 2.0 * PATIENT * work.speed[i] / work.load[i, 3]
-            work.clock[PATIENCE] = min(work.clock[PATIENCE], bounce)
+            work.clock[EXPECTED_BOUNCE] = min(work.clock[EXPECTED_BOUNCE], bounce)
 
 
 @inlined

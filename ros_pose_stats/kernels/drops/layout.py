@@ -58,7 +58,7 @@ SEARCH: Final = 5    # number of the last search
 # clock (4,)
 TIME: Final = 0
 STEP: Final = 1      # the step that the series is for
-PATIENCE: Final = 2  # time in which the next impact is expected
+EXPECTED_BOUNCE: Final = 2  # time in which the next impact is expected
 REACH: Final = 3     # length of the last sliding step
 
 # columns of an outcome (k, 5) and its measures (k, 2)
@@ -69,6 +69,11 @@ STEP_COUNT: Final = 3
 TOUCHED: Final = 4   # 1 where it was released touching the plate
 DURATION: Final = 0
 ENERGY: Final = 1
+
+# columns of the outlook (C, 3): a lower bound of the height of a corner over the step
+HEIGHT: Final = 0
+SLOPE: Final = 1
+BEND: Final = 2
 
 # what a row of the tape says has just happened
 RELEASE: Final = 0
@@ -132,7 +137,7 @@ class Work(NamedTuple):
     contact: Array  # (7,) vertex, direction of the edge and its length
     frame: Array    # (3, 4)
     clock: Array    # (4,)
-    tally: Index    # (5,)
+    tally: Index    # (6,)
     active: Index   # (2,) vertices in contact, -1 for none
     near: Index     # (C,) touching vertices
     rested: Index   # (C,) 1 where a touching vertex has been brought to rest, 2 if released

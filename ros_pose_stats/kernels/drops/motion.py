@@ -11,10 +11,10 @@ from .free_rotation import rotate_freely
 from .impacts import vertex_velocity
 from .layout import (
     EDGE,
+    EXPECTED_BOUNCE,
     FLIGHT,
     MODE,
     NEAR,
-    PATIENCE,
     PS,
     REACH,
     STEP,
@@ -70,16 +70,16 @@ def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
             state[Z] += clear * (state[V] - 0.5 * clear)
             state[V] -= clear
             clock[TIME] += clear
-            clock[PATIENCE] = math.inf
+            clock[EXPECTED_BOUNCE] = math.inf
             work.tally[NEAR] = 0
             return 0
         fall = 1.0001 * (state[V] + math.sqrt(state[V] * state[V] + 2.0 * state[Z]))
-        step, turn = min(fall, clock[PATIENCE]), body.turn
+        step, turn = min(fall, clock[EXPECTED_BOUNCE]), body.turn
         if clear > SHORTEST_CLEAR:
             step, turn = clear, TURN
         if turning * step > turn:
             step = turn / turning
-        clock[PATIENCE] = math.inf
+        clock[EXPECTED_BOUNCE] = math.inf
         last = free_series(state, body.moment, step, rules.truncation, work.series)
     else:
         step = min(LONGEST, GROWTH * clock[REACH])

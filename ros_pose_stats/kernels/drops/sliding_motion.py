@@ -17,7 +17,7 @@ import numpy as np
 
 from ..compilation import inlined
 from .free_motion import begin_series
-from .layout import FORCE, ORDER, TORQUE, ZS, Array
+from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, Array
 
 # Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides' products
 A, C, IA, IC, G = 9, 12, 15, 18, 21
@@ -49,7 +49,7 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
     before = 1.0
     inverse = 0.0
     for k in range(ORDER):
-        px, py, pz = series[k, 3], series[k, 4], series[k, 5]
+        px, py, pz = series[k, PS], series[k, PS + 1], series[k, PS + 2]
         ax, ay, az = ry * pz - rz * py, rz * px - rx * pz, rx * py - ry * px
         series[k, A], series[k, A + 1], series[k, A + 2] = ax, ay, az
         series[k, IA], series[k, IA + 1], series[k, IA + 2] = ax * i0, ay * i1, az * i2
@@ -59,9 +59,9 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
         s0 = s1 = s2 = s3 = s4 = s5 = pw = ww = m11 = m12 = m22 = 0.0
         for i in range(np.uint64(k + 1)):
             j = np.uint64(k) - i
-            a0, a1, a2 = series[i, 0], series[i, 1], series[i, 2]
-            q0, q1, q2 = series[i, 3], series[i, 4], series[i, 5]
-            b0, b1, b2 = series[j, 0], series[j, 1], series[j, 2]
+            a0, a1, a2 = series[i, WS], series[i, WS + 1], series[i, WS + 2]
+            q0, q1, q2 = series[i, PS], series[i, PS + 1], series[i, PS + 2]
+            b0, b1, b2 = series[j, WS], series[j, WS + 1], series[j, WS + 2]
             s0 += a1 * b2
             s1 += a2 * b0
             s2 += a0 * b1
@@ -88,19 +88,19 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
                         + series[i, C + 2] * series[j, IC + 2])
                 torque -= (series[i, C] * series[j, G] + series[i, C + 1] * series[j, G + 1]
                            + series[i, C + 2] * series[j, G + 2])
-                torque -= series[i, PW] * (ex * series[j, 0] + ey * series[j, 1]
-                                           + ez * series[j, 2])
-                torque += series[i, WW] * (ex * series[j, 3] + ey * series[j, 4]
-                                           + ez * series[j, 5])
+                torque -= series[i, PW] * (ex * series[j, WS] + ey * series[j, WS + 1]
+                                           + ez * series[j, WS + 2])
+                torque += series[i, WW] * (ex * series[j, PS] + ey * series[j, PS + 1]
+                                           + ez * series[j, PS + 2])
             series[k, M12], series[k, M22] = m12, m22
         for i in range(np.uint64(k + 1)):
             j = np.uint64(k) - i
             force -= (series[i, A] * series[j, G] + series[i, A + 1] * series[j, G + 1]
                       + series[i, A + 2] * series[j, G + 2])
-            force -= series[i, PW] * (rx * series[j, 0] + ry * series[j, 1]
-                                      + rz * series[j, 2])
-            force += series[i, WW] * (rx * series[j, 3] + ry * series[j, 4]
-                                      + rz * series[j, 5])
+            force -= series[i, PW] * (rx * series[j, WS] + ry * series[j, WS + 1]
+                                      + rz * series[j, WS + 2])
+            force += series[i, WW] * (rx * series[j, PS] + ry * series[j, PS + 1]
+                                      + rz * series[j, PS + 2])
         for i in range(np.uint64(k)):
             j = np.uint64(k) - i
             force -= series[i, FORCE] * series[j, M11]
@@ -127,9 +127,9 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
             s2 += n * series[j, IA + 2] + t * series[j, IC + 2]
         share = 1.0 / (k + 1)
         px, py, pz = s3 * share, s4 * share, s5 * share
-        series[k + 1, 0], series[k + 1, 1] = s0 * share, s1 * share
-        series[k + 1, 2] = s2 * share
-        series[k + 1, 3], series[k + 1, 4], series[k + 1, 5] = px, py, pz
+        series[k + 1, WS], series[k + 1, WS + 1] = s0 * share, s1 * share
+        series[k + 1, WS + 2] = s2 * share
+        series[k + 1, PS], series[k + 1, PS + 1], series[k + 1, PS + 2] = px, py, pz
         series[k + 1, ZS] = -(px * rx + py * ry + pz * rz)
         size = max(abs(px), abs(py), abs(pz), abs(s0) * share, abs(s1) * share, abs(s2) * share)
         if max(size, before) < truncation:
