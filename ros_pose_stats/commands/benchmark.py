@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
+from .argument_types import read_count
 from .benchmark_runs import run_chart, run_figures, run_prisms, run_stability, run_table
 from .dataset_options import add_shift_options
 
@@ -21,11 +22,12 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     table.add_argument("--no-rerun", action="store_true",
                        help="do not drop the largest deviations again")
     prisms = _kind(kinds, "prisms", run_prisms, "Fig. 5: square prisms and Budden's dice")
-    prisms.add_argument("--drops", type=int, default=1000, metavar="N",
+    prisms.add_argument("--drops", type=read_count, default=1000, metavar="N",
                         help="of each prism at each restitution (default: %(default)s)")
-    prisms.add_argument("--dice-drops", type=int, default=2000, metavar="N",
+    prisms.add_argument("--dice-drops", type=read_count, default=2000, metavar="N",
                         help="of each die at each restitution (default: %(default)s)")
-    prisms.add_argument("--seed", type=int, default=1, metavar="S", help="default: %(default)s")
+    prisms.add_argument("--seed", type=read_count, default=1, metavar="S",
+                        help="default: %(default)s")
     prisms.add_argument("-o", "--output", metavar="STEM", help="draws STEM.png and STEM.svg")
     chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for three sizes of part")
     _add_dataset_options(chart, 0.0)

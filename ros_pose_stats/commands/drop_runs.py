@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ..records import DropProgress, Part, PoseStatistics
+from .argument_types import read_count
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import part_of
 from .progress_bar import ProgressBar
@@ -32,15 +33,16 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
         The default; None where a command must know whether it was given.
     """
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
-    command.add_argument("--drops", type=int, default=drops, metavar="N",
+    command.add_argument("--drops", type=read_count, default=drops, metavar="N",
                          help="how many, or at most where a target error is given "
                          f"(default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
                          metavar="E", help="stop once the expected error, as a fraction, is down "
                          "to this (default: none)")
-    command.add_argument("--seed", type=int, metavar="S",
+    command.add_argument("--seed", type=read_count, metavar="S",
                          help="the same seed gives the same counts (default: a fresh one)")
-    command.add_argument("--workers", type=int, metavar="W", help="threads (default: all cores)")
+    command.add_argument("--workers", type=read_count, metavar="W",
+                         help="threads (default: all cores)")
 
 
 def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:

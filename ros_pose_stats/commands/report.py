@@ -7,6 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .argument_types import JoinIndices, read_count, read_indices
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
@@ -26,14 +27,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the page, FILE.html")
     command.add_argument("--png", metavar="FILE", help="also the key figure as a picture")
-    command.add_argument("--wanted", type=int, nargs="+", default=[], metavar="INDEX",
+    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
+                         default=[], metavar="INDEX",
                          help="poses that the feeder accepts")
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
                          help="parts dropped a minute, those sent back included; with --wanted")
-    command.add_argument("--drops", type=int, metavar="N",
+    command.add_argument("--drops", type=read_count, metavar="N",
                          help="of the simulation (default: 5000, fewer where they take more than "
                          "0.8 s)")
-    command.add_argument("--seed", type=int, default=1, metavar="S",
+    command.add_argument("--seed", type=read_count, default=1, metavar="S",
                          help="of the simulation (default: %(default)s)")
     add_scene_options(command)
     command.set_defaults(run=run)
