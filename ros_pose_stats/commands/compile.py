@@ -30,7 +30,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command = commands.add_parser(
         "compile", help="compile all kernels, once for this user",
         description="Compile all kernels, on all cores, and keep their machine code. Without "
-        "it, every command compiles the kernels that it is the first to need.")
+        "it, every command compiles the kernels that it is the first to need.",
+        examples=("ros_pose_stats compile",))
     command.set_defaults(run=run)
 
 

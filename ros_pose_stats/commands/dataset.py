@@ -27,13 +27,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "dataset", help="simulate the paper's random polyhedra, into one file",
         description="Draw the paper's random polyhedra, drop each many times at each "
         "restitution, and write bodies, stable poses and counts to one numpy archive. A run "
-        "that is cut off goes on when the same command is given again.")
+        "that is cut off goes on when the same command is given again.",
+        examples=("ros_pose_stats dataset --bodies 40 --drops 200 --shift 0.25 -o small.npz",))
     command.add_argument("-o", "--output", metavar="FILE",
-                         help="default: a name that says what is in it")
+                         help="the archive to write (default: a name that says what is in it)")
     command.add_argument("--bodies", type=read_count, default=PAPER_BODIES, metavar="B",
-                         help="how many (default: %(default)s)")
+                         help="number of bodies (default: %(default)s)")
     command.add_argument("--drops", type=read_count, default=PAPER_DROPS, metavar="N",
-                         help="of each body at each restitution (default: %(default)s)")
+                         help="number of drops of each body at each restitution "
+                         "(default: %(default)s)")
     command.add_argument("--restitution", type=float, nargs="+", metavar="R",
                          default=list(PAPER_RESTITUTIONS),
                          help="coefficients of restitution (default: 0.2 0.5 0.8)")
@@ -42,10 +44,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="the same seed gives the same file (default: %(default)s)")
     where = command.add_mutually_exclusive_group()
     where.add_argument("--workers", type=read_count, metavar="W",
-                       help="threads (default: all cores)")
+                       help="number of threads (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS",
-                       help="of a dask.distributed cluster that does the work instead")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+                       help="address of a dask.distributed cluster that does the work instead")
+    command.add_argument("--json", action="store_true",
+                         help="print one JSON object that says what was written")
     command.set_defaults(run=run)
 
 

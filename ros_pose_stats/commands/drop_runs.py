@@ -6,14 +6,16 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..records import DropProgress, Part, PoseStatistics
 from .argument_types import read_count
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import part_of
 from .progress_bar import ProgressBar
 from .slow_start import announce_slow_start
+
+if TYPE_CHECKING:
+    from ..records import DropProgress, Part, PoseStatistics
 
 
 class DropRun(NamedTuple):
@@ -34,15 +36,16 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
     """
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
     command.add_argument("--drops", type=read_count, default=drops, metavar="N",
-                         help="how many, or at most where a target error is given "
+                         help="number of drops, or the most where a target error is given "
                          f"(default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
-                         metavar="E", help="stop once the expected error, as a fraction, is down "
-                         "to this (default: none)")
+                         metavar="E", help="stop once the expected error is down to this "
+                         "fraction; 0.01 is one percentage point (default: none)")
     command.add_argument("--seed", type=read_count, metavar="S",
-                         help="the same seed gives the same counts (default: a fresh one)")
+                         help="the same seed gives the same counts (default: a fresh one, "
+                         "which is printed)")
     command.add_argument("--workers", type=read_count, metavar="W",
-                         help="threads (default: all cores)")
+                         help="number of threads (default: all cores)")
 
 
 def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:

@@ -15,7 +15,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--part-id ID] [--topic T] [--seconds S] "
         "PART [--ros-args ...]",
         description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
-        "later gets it too.")
+        "later gets it too.",
+        examples=("ros_pose_stats publish demo/clamp.stl --unit mm",))
     command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
     command.add_argument("--unit", choices=UNITS,
                          help="unit of the file (default: what the file declares, else m)")
@@ -25,7 +26,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--part-id", default="", metavar="ID",
                          help="name of the part (default: the file's name without its suffix)")
     command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
-                         help="default: %(default)s")
+                         help="topic to publish on (default: %(default)s)")
     command.add_argument("--seconds", type=float, metavar="S",
                          help="end after this long (default: at Ctrl-C)")
     command.set_defaults(run=run, takes_ros_arguments=True)
