@@ -7,6 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from typing import Any
 
 from .commands import (
     animate,
@@ -39,8 +40,8 @@ def parser() -> argparse.ArgumentParser:
                   "ros_pose_stats estimate demo/clamp.stl --unit mm"))
     top.add_argument("--version", action="version", version=VERSION,
                      help="print the version and exit")
-    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
-                                  parser_class=CommandParser)
+    commands: argparse._SubParsersAction[Any] = top.add_subparsers(
+        dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for module in (estimate, simulate, report, animate, shapes, dataset, compile, benchmark, bag,
                    node, publish):
         module.register(commands)

@@ -30,8 +30,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         description="Estimate the stable poses of a part and the probability of coming to rest "
         "in each. `split`, `hybrid` and `auto` take the restitution and the drop height into "
         "account; the estimators of the paper ignore them. `hybrid` combines an estimate with "
-        "drops, and `auto` chooses the cheapest method that reaches the target error; they "
-        "alone take the number of drops, the target error, the seed and the workers.",
+        "drops until its expected error is down to the target. `auto` chooses the cheapest "
+        "method whose error is within the target with 90 % confidence, and without a target the "
+        "most accurate estimator; `choice` in the JSON says what it did and why. These two alone "
+        "take the number of drops, the target error, the seed and the workers.",
         examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json"))
     add_part_options(command)
