@@ -13,6 +13,7 @@ from .commands import (
     animate,
     benchmark,
     compile,
+    completion,
     dataset,
     estimate,
     node,
@@ -45,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
     for module in (estimate, simulate, report, animate, shapes, dataset, compile, benchmark, bag,
                    node, publish):
         module.register(commands)
+    completion.register(commands, top)
     return top
 
 

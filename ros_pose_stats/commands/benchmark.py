@@ -65,8 +65,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                     "figures --quick -o measured")
     figures.add_argument("-o", "--output", default="docs", metavar="DIR",
                          help="directory into which accuracy.md, figures/ and benchmarks/ are "
-                         "written "
-                         "(default: %(default)s)")
+                         "written (default: %(default)s)")
     figures.add_argument("--quick", action="store_true", help="measure fewer bodies and drops")
 
 
