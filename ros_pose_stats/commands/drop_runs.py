@@ -91,9 +91,9 @@ def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int
         json.dump({**found.as_dict(), **extra}, sys.stdout, allow_nan=False)
         print()
     else:
-        from .tables import drop_report, report
+        from .tables import report
 
-        print((drop_report if found.drops else report)(part, found))
+        print(report(part, found))
         if stopped:
             print(f"interrupted after {found.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0
