@@ -28,9 +28,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser],
         "completion", help="print a script that completes commands and options on Tab",
         description="Print a script for the shell that completes commands, options, their "
         "choices and file names when Tab is pressed. For bash, add the line "
-        "`source <(ros_pose_stats completion bash)` to ~/.bashrc. For zsh, write the script to a "
-        "file _ros_pose_stats in a directory of $fpath, or add the line "
-        "`source <(ros_pose_stats completion zsh)` to ~/.zshrc behind compinit.",
+        "`source <(ros_pose_stats completion bash)` to `~/.bashrc`. For zsh, write the script to "
+        "a file `_ros_pose_stats` in a directory of `$fpath`, or add the line "
+        "`source <(ros_pose_stats completion zsh)` to `~/.zshrc` behind `compinit`.",
         examples=("ros_pose_stats completion bash",))
     command.add_argument("shell", choices=SHELLS, help="the shell: bash or zsh")
     command.set_defaults(run=partial(run, top))
