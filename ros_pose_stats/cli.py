@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any
 
 from .commands import (
     animate,
     benchmark,
     compile,
+    completion,
     dataset,
     estimate,
     node,
@@ -23,36 +23,30 @@ from .commands import (
     simulate,
 )
 from .commands.bags import bag
+from .commands.command_parser import REFUSED, CommandParser
 from .errors import PoseStatsError
 from .version import VERSION
 
-REFUSED = 2
 INTERRUPTED = 130
 FAILED = 1
 
 
-class Parser(argparse.ArgumentParser):
-    """A parser whose refusals are one line, and for whom -1e-3 is a number, not an option."""
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
-
-    def error(self, message: str) -> NoReturn:
-        """Print one line and exit with status 2."""
-        self.exit(REFUSED, f"{self.prog}: {message}; see `{self.prog} --help`\n")
-
-
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
-    top = Parser(prog="ros_pose_stats", description=(
-        "Stable poses of a part on a feeder plate, and how probably it comes to rest in each."))
-    top.add_argument("--version", action="version", version=VERSION)
-    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND",
-                                  parser_class=Parser)
+    top = CommandParser(
+        prog="ros_pose_stats", description=(
+            "Stable poses of a part on a feeder plate, and how probably it comes to rest in "
+            "each."),
+        examples=("ros_pose_stats shapes demo",
+                  "ros_pose_stats estimate demo/clamp.stl --unit mm"))
+    top.add_argument("--version", action="version", version=VERSION,
+                     help="print the version and exit")
+    commands: argparse._SubParsersAction[Any] = top.add_subparsers(
+        dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for module in (estimate, simulate, report, animate, shapes, dataset, compile, benchmark, bag,
                    node, publish):
         module.register(commands)
+    completion.register(commands, top)
     return top
 
 

@@ -71,7 +71,8 @@ def test_the_version_is_printed_without_loading_the_core():
     code = ("import sys; from ros_pose_stats import cli\n"
             "try:\n    cli.main(['--version'])\n"
             "except SystemExit:\n    pass\n"
-            "print([name for name in ('numba', 'scipy', 'trimesh') if name in sys.modules])")
+            "print([name for name in ('numpy', 'numba', 'scipy', 'trimesh')\n"
+            "       if name in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                           cwd=Path(ros_pose_stats.__file__).parents[1])
     assert done.stdout.splitlines()[-1] == "[]"

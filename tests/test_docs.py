@@ -10,7 +10,9 @@ import pytest
 import yaml
 
 from ros_pose_stats.cli import parser
+from ros_pose_stats.commands.outlines import outline_command
 from ros_pose_stats.estimators import ESTIMATORS
+from tests import commands_page
 
 ROOT = Path(__file__).resolve().parents[1]
 README = "README.md"
@@ -124,16 +126,29 @@ def test_every_method_is_in_its_page():
         assert f"| `{name}` |" in page
 
 
-def test_every_command_and_option_is_in_its_page():
-    page = text_of("docs/commands.md")
+def test_the_page_of_the_commands_is_what_the_parsers_say():
+    assert commands_page.PAGE.read_text(encoding="utf-8") == commands_page.commands_page(
+        outline_command(parser())), "write it again: python -m tests.commands_page"
+
+
+def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
+    """Read from the parsers without the outlines of which the page is made."""
+    page = commands_page.PAGE.read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^##+ (.*)\n((?:(?!##).*\n)*)", page, re.MULTILINE))
     (commands,) = (action for action in parser()._actions if action.dest == "command")
-    assert commands.choices
-    for name, command in commands.choices.items():
-        assert re.search(rf"\| `{name}[ `]", page), name
+    (kinds,) = (action for action in commands.choices["benchmark"]._actions
+                if action.dest == "kind")
+    found = {**commands.choices,
+             **{f"benchmark {name}": kind for name, kind in kinds.choices.items()}}
+    assert "estimate" in found and "benchmark table" in found
+    assert found.keys() <= sections.keys()
+    for name, command in found.items():
+        assert f"ros_pose_stats {name}" in sections[name]
         for action in command._actions:
             for option in action.option_strings:
-                if option.startswith("--") and option != "--help":
-                    assert f"`{option}" in page, f"{name} {option}"
+                if option not in ("-h", "--help"):
+                    assert re.search(rf"^\| .*`{option}[ `]", sections[name],
+                                     re.MULTILINE), f"{name} {option}"
 
 
 def test_command_lists_the_registered_methods():

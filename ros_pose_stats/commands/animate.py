@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .argument_types import read_count
 from .interrupts import end_on_interrupt
 from .output_file import output_file
 from .part_options import add_part_options, add_scene_options, part_of
@@ -24,15 +25,18 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command = commands.add_parser(
         "animate", help="show one drop of a part in motion",
         description="Show one drop of a part: falling, bouncing, settling, with its energy and "
-        "the poses still within reach. The horizontal motion is left out, as in the model.")
+        "the poses still within reach. The horizontal motion is left out, as in the model.",
+        examples=("ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
+                  "-o drop.mcap",))
     add_part_options(command)
-    command.add_argument("--drop", type=int, default=0, metavar="K",
+    command.add_argument("--drop", type=read_count, default=0, metavar="K",
                          help="number of the drop in the simulation with the same seed "
                          "(default: %(default)s)")
     command.add_argument("-o", "--output", required=True, metavar="FILE",
-                         help="FILE.gif, FILE.mp4 (needs ffmpeg) or FILE.mcap (for Foxglove)")
-    command.add_argument("--seed", type=int, default=1, metavar="S",
-                         help="of the simulation (default: %(default)s)")
+                         help="the file to write: FILE.gif, FILE.mp4 (needs ffmpeg) or "
+                         "FILE.mcap (for Foxglove and RViz)")
+    command.add_argument("--seed", type=read_count, default=1, metavar="S",
+                         help="seed of the simulation (default: %(default)s)")
     add_scene_options(command)
     command.set_defaults(run=run)
 

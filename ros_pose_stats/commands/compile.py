@@ -29,8 +29,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "compile", help="compile all kernels, once for this user",
-        description="Compile all kernels, on all cores, and keep their machine code. Without "
-        "it, every command compiles the kernels that it is the first to need.")
+        description="Compile all kernels, on all cores, and keep their machine code in "
+        "`ros_pose_stats/` below `$NUMBA_CACHE_DIR`, else `$XDG_CACHE_HOME`, else `~/.cache`. "
+        "Without it, every command compiles the kernels that it is the first to need. "
+        "`make setup` does it, too.",
+        examples=("ros_pose_stats compile",))
     command.set_defaults(run=run)
 
 

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .argument_types import read_count
 from .dataset_options import add_shift_options
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .progress_bar import ProgressBar, duration
@@ -26,24 +27,28 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "dataset", help="simulate the paper's random polyhedra, into one file",
         description="Draw the paper's random polyhedra, drop each many times at each "
         "restitution, and write bodies, stable poses and counts to one numpy archive. A run "
-        "that is cut off goes on when the same command is given again.")
+        "that is cut off goes on when the same command is given again.",
+        examples=("ros_pose_stats dataset --bodies 40 --drops 200 --shift 0.25 -o small.npz",))
     command.add_argument("-o", "--output", metavar="FILE",
-                         help="default: a name that says what is in it")
-    command.add_argument("--bodies", type=int, default=PAPER_BODIES, metavar="B",
-                         help="how many (default: %(default)s)")
-    command.add_argument("--drops", type=int, default=PAPER_DROPS, metavar="N",
-                         help="of each body at each restitution (default: %(default)s)")
+                         help="the archive to write (default: a name that says what is in it)")
+    command.add_argument("--bodies", type=read_count, default=PAPER_BODIES, metavar="B",
+                         help="number of bodies (default: %(default)s)")
+    command.add_argument("--drops", type=read_count, default=PAPER_DROPS, metavar="N",
+                         help="number of drops of each body at each restitution "
+                         "(default: %(default)s)")
     command.add_argument("--restitution", type=float, nargs="+", metavar="R",
                          default=list(PAPER_RESTITUTIONS),
                          help="coefficients of restitution (default: 0.2 0.5 0.8)")
     add_shift_options(command, 0.0)
-    command.add_argument("--seed", type=int, default=1, metavar="S",
+    command.add_argument("--seed", type=read_count, default=1, metavar="S",
                          help="the same seed gives the same file (default: %(default)s)")
     where = command.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="W", help="threads (default: all cores)")
+    where.add_argument("--workers", type=read_count, metavar="W",
+                       help="number of threads (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS",
-                       help="of a dask.distributed cluster that does the work instead")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+                       help="address of a dask.distributed cluster that does the work instead")
+    command.add_argument("--json", action="store_true",
+                         help="print one JSON object that says what was written")
     command.set_defaults(run=run)
 
 

@@ -6,13 +6,16 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..records import DropProgress, Part, PoseStatistics
+from .argument_types import read_count
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import part_of
 from .progress_bar import ProgressBar
 from .slow_start import announce_slow_start
+
+if TYPE_CHECKING:
+    from ..records import DropProgress, Part, PoseStatistics
 
 
 class DropRun(NamedTuple):
@@ -32,15 +35,17 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
         The default; None where a command must know whether it was given.
     """
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
-    command.add_argument("--drops", type=int, default=drops, metavar="N",
-                         help="how many, or at most where a target error is given "
+    command.add_argument("--drops", type=read_count, default=drops, metavar="N",
+                         help="number of drops, or the most where a target error is given "
                          f"(default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
-                         metavar="E", help="stop once the expected error, as a fraction, is down "
-                         "to this (default: none)")
-    command.add_argument("--seed", type=int, metavar="S",
-                         help="the same seed gives the same counts (default: a fresh one)")
-    command.add_argument("--workers", type=int, metavar="W", help="threads (default: all cores)")
+                         metavar="E", help="stop once the expected error is down to this "
+                         "fraction; 0.01 is one percentage point (default: none)")
+    command.add_argument("--seed", type=read_count, metavar="S",
+                         help="the same seed gives the same counts (default: a fresh one, "
+                         "which is printed)")
+    command.add_argument("--workers", type=read_count, metavar="W",
+                         help="number of threads (default: all cores)")
 
 
 def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
@@ -86,9 +91,9 @@ def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int
         json.dump({**found.as_dict(), **extra}, sys.stdout, allow_nan=False)
         print()
     else:
-        from .tables import drop_report, report
+        from .tables import report
 
-        print((drop_report if found.drops else report)(part, found))
+        print(report(part, found))
         if stopped:
             print(f"interrupted after {found.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0

@@ -6,12 +6,15 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from ..errors import RequestError
-from ..records import PoseStatistics
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
 from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
+
+if TYPE_CHECKING:
+    from ..records import PoseStatistics
 
 METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined",
            "split")
@@ -24,14 +27,24 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "estimate", help="estimate the pose statistics of a part at once",
-        description="Estimate the stable poses of a part and their resting probabilities.")
+        description="Estimate the stable poses of a part and the probability of coming to rest "
+        "in each. `split`, `hybrid` and `auto` take the restitution and the drop height into "
+        "account; the estimators of the paper ignore them. `hybrid` combines an estimate with "
+        "drops until its expected error is down to the target. `auto` chooses the cheapest "
+        "method whose error is within the target with 90 % confidence, and without a target the "
+        "most accurate estimator; `choice` in the JSON says what it did and why. These two alone "
+        "take the number of drops, the target error, the seed and the workers.",
+        examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
+                  "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json"))
     add_part_options(command)
     command.add_argument("--method", choices=(*METHODS, *PLANNED, "all"),
                          default=DEFAULT_METHOD, metavar="NAME",
-                         help=f"{', '.join((*METHODS, *PLANNED))} or all (default: %(default)s)")
+                         help=f"one of {', '.join((*METHODS, *PLANNED))}, or all, which sets "
+                         "every estimator beside the others (default: %(default)s)")
     add_scene_options(command)
     add_drop_options(command, None)
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.add_argument("--json", action="store_true",
+                         help="print one JSON object, or with all methods a list of them")
     command.set_defaults(run=run)
 
 

@@ -15,9 +15,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "node", help="start the ROS 2 node", usage="%(prog)s [-h] [--ros-args ...]",
         description="Start the ROS 2 node pose_stats: part meshes in, stable poses with "
         "probabilities out, drop simulations in the background, all of it recorded.",
-        epilog="Parameters go behind --ros-args, each as -p NAME:=VALUE, or all in a file: "
-        "--ros-args -p restitution:=0.3 -p log_directory:=bags, "
-        "--ros-args --params-file config/pose_stats.yaml. docs/node.md lists them.")
+        epilog="Parameters go behind `--ros-args`, each as `-p NAME:=VALUE`, or all in a file: "
+        "`--ros-args --params-file config/pose_stats.yaml`. docs/node.md lists them.",
+        examples=("ros_pose_stats node --ros-args -p restitution:=0.3 -p log_directory:=bags",))
     command.set_defaults(run=run, takes_ros_arguments=True)
 
 

@@ -6,9 +6,10 @@ import math
 import os
 import time
 from types import TracebackType
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
-from ..records import DropProgress
+if TYPE_CHECKING:
+    from ..records import DropProgress
 
 WIDTH = 24
 NARROWEST = 5

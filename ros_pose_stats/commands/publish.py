@@ -12,20 +12,27 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "publish", help="publish a part's mesh to the node",
-        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--part-id ID] [--topic T] [--seconds S] "
-        "PART [--ros-args ...]",
+        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--restitution R] [--drop-height H] "
+        "[--part-id ID] [--topic T] [--seconds S] PART [--ros-args ...]",
         description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
-        "later gets it too.")
+        "later gets it too.",
+        examples=("ros_pose_stats publish demo/clamp.stl --unit mm",))
     command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
     command.add_argument("--unit", choices=UNITS,
                          help="unit of the file (default: what the file declares, else m)")
     command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
                          help="centre of mass in the file's unit, for a part of 1 kg "
                          "(default: uniform density)")
+    command.add_argument("--restitution", type=float, metavar="R",
+                         help="coefficient of restitution for this part, 0 to below 1 "
+                         "(default: the node's)")
+    command.add_argument("--drop-height", type=float, metavar="H",
+                         help="height of the centre of mass at release for this part, in metres "
+                         "whatever the unit of the file (default: the node's)")
     command.add_argument("--part-id", default="", metavar="ID",
                          help="name of the part (default: the file's name without its suffix)")
     command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",
-                         help="default: %(default)s")
+                         help="topic to publish on (default: %(default)s)")
     command.add_argument("--seconds", type=float, metavar="S",
                          help="end after this long (default: at Ctrl-C)")
     command.set_defaults(run=run, takes_ros_arguments=True)
@@ -38,4 +45,5 @@ def run(options: argparse.Namespace) -> int:
     from ..ros.part_publisher import publish_part
 
     return publish_part(options.part, options.unit, options.com, options.part_id, options.topic,
-                        options.seconds, arguments)
+                        options.seconds, arguments, restitution=options.restitution,
+                        drop_height=options.drop_height)

@@ -7,6 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .argument_types import JoinIndices, read_count, read_indices
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from .part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
@@ -19,22 +20,30 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "report", help="write a page about a part's poses, to look at and to send",
-        description="Write one HTML page about a part: its stable poses on the plate in pictures "
-        "and to be turned, their probabilities by every method, and what they mean for a feeder. "
-        "The page needs no network.")
+        description="Write one HTML page about a part: pictures of its stable poses on the plate, "
+        "which can be turned, their probabilities by every method, and what they mean for a "
+        "feeder. The page needs no network.",
+        examples=("ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
+                  "-o clamp.html",))
     add_part_options(command)
     command.add_argument("-o", "--output", required=True, metavar="FILE",
-                         help="the page, FILE.html")
-    command.add_argument("--png", metavar="FILE", help="also the key figure as a picture")
-    command.add_argument("--wanted", type=int, nargs="+", default=[], metavar="INDEX",
-                         help="poses that the feeder accepts")
+                         help="the page to write, FILE.html")
+    command.add_argument("--png", metavar="FILE",
+                         help="write the key figure, too: the poses, their probabilities "
+                         "with intervals and the splitting graph, as FILE.png")
+    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
+                         default=[], metavar="INDEX",
+                         help="poses that the feeder accepts, separated by spaces or commas: "
+                         "the page says which share of the parts is accepted")
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
-                         help="parts dropped a minute, those sent back included; with --wanted")
-    command.add_argument("--drops", type=int, metavar="N",
-                         help="of the simulation (default: 5000, fewer where they take more than "
-                         "0.8 s)")
-    command.add_argument("--seed", type=int, default=1, metavar="S",
-                         help="of the simulation (default: %(default)s)")
+                         help="parts dropped a minute, those sent back included; with --wanted "
+                         "the page says how many are accepted a minute")
+    command.add_argument("--drops", type=read_count, metavar="N",
+                         help="number of drops of the simulation (default: 5000, or as many as "
+                         "0.8 s allow)")
+    command.add_argument("--seed", type=read_count, default=1, metavar="S",
+                         help="seed of the simulation; the same seed gives the same counts "
+                         "(default: %(default)s)")
     add_scene_options(command)
     command.set_defaults(run=run)
 

@@ -9,44 +9,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..records import Part, PoseStatistics, StablePose
+from .columns import Column, columns, degrees, interval, millimetres
 
-BAR = 24
+BAR = 12
 MOST_ROWS = 40
+UNKNOWN = "-"
+"""As the columns write a value that is not known."""
 
 
 def report(part: Part, found: PoseStatistics) -> str:
-    """One method's answer: a row a pose, most probable first."""
-    lines = [_heading(part, found), "",
-             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
-             f"expected error {100.0 * found.expected_error:.1f} points against drops "
-             f"at restitution {found.restitution:g}", "",
-             f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'height':>9} {'barrier':>9} "
-             f"{'margin':>7}  down",
-             f"{'':>4} {'':>5}  {'':<{BAR + 8}} {'mm':>9} {'mm':>9} {'deg':>7}"]
-    for pose in found.poses[:MOST_ROWS]:
-        lines.append(f"{pose.index:>4} {pose.group:>5}  {_percent(pose.probability)} "
-                     f"{_bar(pose.probability)} {_length(pose.height)} {_length(pose.barrier)} "
-                     f"{math.degrees(pose.margin):>7.2f}  {_direction(pose)}")
-    return "\n".join([*lines, *_rest(found.poses), *_remarks([found])])
+    """One method's answer: a row a pose, most probable first.
 
-
-def drop_report(part: Part, found: PoseStatistics) -> str:
-    """A simulation's answer: a row a pose, most frequent first."""
-    lines = [_heading(part, found), "",
-             f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
-             f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
-             f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
-             f"expected error {100.0 * found.expected_error:.2f} points", "",
-             f"{'pose':>4} {'group':>5}  {'probability':<{BAR + 8}} {'90 % interval':>16} "
-             f"{'drops':>9} {'height':>9} {'barrier':>9} {'margin':>7}",
-             f"{'':>4} {'':>5}  {'':<{BAR + 8}} {'%':>16} {'':>9} {'mm':>9} {'mm':>9} {'deg':>7}"]
-    for pose in found.poses[:MOST_ROWS]:
-        interval = f"{100.0 * pose.probability_low:.2f} - {100.0 * pose.probability_high:.2f}"
-        lines.append(f"{pose.index:>4} {pose.group:>5}  {_percent(pose.probability)} "
-                     f"{_bar(pose.probability)} {interval:>16} {pose.count:>9} "
-                     f"{_length(pose.height)} {_length(pose.barrier)} "
-                     f"{math.degrees(pose.margin):>7.2f}")
-    return "\n".join([*lines, *_rest(found.poses), *_remarks([found])])
+    The columns and their order are the same for every method; a column is left out where the
+    method has no values for it.
+    """
+    return "\n".join([_heading(part, found), "", *_method(found), "", *_pose_table(found),
+                      *_rest(found.poses), *_remarks([found])])
 
 
 def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
@@ -64,6 +42,38 @@ def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
         lines.append(f"{pose.index:>4} {pose.group:>5} {values} {_length(pose.height)} "
                      f"{_length(pose.barrier)} {math.degrees(pose.margin):>7.2f}")
     return "\n".join([*lines, *_rest(leading.poses), *_remarks(found)])
+
+
+def _method(found: PoseStatistics) -> list[str]:
+    """How the answer was found."""
+    named = f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
+    if not found.drops:
+        return [f"{named}expected error {100.0 * found.expected_error:.1f} points against drops "
+                f"at restitution {found.restitution:g}"]
+    return [f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
+            f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
+            f"{named}expected error {100.0 * found.expected_error:.2f} points"]
+
+
+def _pose_table(found: PoseStatistics) -> list[str]:
+    poses = found.poses[:MOST_ROWS]
+    table = [
+        (Column("pose"), [str(pose.index) for pose in poses]),
+        (Column("group"), [str(pose.group) for pose in poses]),
+        (Column("probability", left=True), [
+            f"{_percent(pose.probability)} {_bar(pose.probability)}" for pose in poses]),
+        (Column("90 % interval", "%"), [
+            interval(pose.probability_low, pose.probability_high) for pose in poses]),
+        (Column("drops"), [str(pose.count) if found.drops else UNKNOWN for pose in poses]),
+        (Column("height", "mm"), [millimetres(pose.height) for pose in poses]),
+        (Column("barrier", "mm"), [millimetres(pose.barrier) for pose in poses]),
+        (Column("margin", "deg"), [degrees(pose.margin) for pose in poses]),
+        (Column("down", left=True), [_direction(pose) for pose in poses])]
+    # A single pose has no barrier, which is worth a column all the same.
+    shown = [(head, cells) for head, cells in table
+             if head.title == "barrier" or set(cells) != {UNKNOWN}]
+    return columns([head for head, _ in shown],
+                   list(zip(*(cells for _, cells in shown), strict=True)))
 
 
 def _heading(part: Part, found: PoseStatistics) -> str:

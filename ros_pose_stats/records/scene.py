@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-import numpy as np
+from numbers import Real
 
 from ..errors import RequestError
 
@@ -44,7 +43,7 @@ class DropScene:
     def __post_init__(self) -> None:
         for name in ("restitution", "drop_height", "cluster_tolerance"):
             value = getattr(self, name)
-            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+            number = isinstance(value, Real) and not isinstance(value, bool)
             if not number and not (value is None and name == "drop_height"):
                 raise RequestError(f"a number for {name}", f"{value!r}", "give a float")
         if not 0.0 <= self.restitution < 1.0:

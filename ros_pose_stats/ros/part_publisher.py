@@ -16,6 +16,8 @@ from ros_pose_stats_msgs.msg import PartMesh
 from ..errors import RequestError
 from ..mesh.files import metres_per_unit, read_mesh
 from ..mesh.parts import part_from_mesh
+from ..records import DropScene
+from ..records.scene import DEFAULT_RESTITUTION
 from .messages.part_lines import part_line
 from .messages.part_messages import part_message
 from .messages.times import now
@@ -25,7 +27,8 @@ from .parts.part_requests import PartRequest, check_name
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
                  part_id: str, topic: str, seconds: float | None,
-                 arguments: Sequence[str]) -> int:
+                 arguments: Sequence[str], *, restitution: float | None = None,
+                 drop_height: float | None = None) -> int:
     """Publish until SIGINT, SIGTERM or the end of the time.
 
     Parameters
@@ -41,15 +44,25 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
     seconds : float, optional
     arguments : sequence of str
         For rclpy.
+    restitution : float, optional
+        Coefficient of restitution of the part's own scene; default: the node's.
+    drop_height : float, optional
+        Height of the centre of mass at release, metres; default: the node's.
 
     Raises
     ------
     PoseStatsError
-        If the file is no mesh of a part.
+        If the file is no mesh of a part, or the scene is out of its range.
     """
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
+    # The node would refuse a scene that is out of range only once the part has arrived there.
+    DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
     message, line, warnings = _message(file, unit, center_of_mass, part_id)
+    if restitution is not None:
+        message.restitution = restitution
+    if drop_height is not None:
+        message.drop_height = drop_height
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())

@@ -55,7 +55,7 @@ class TestTable:
     def test_one_row_a_pose(self, folder):
         lines = answer("estimate", folder / "box.stl", "--unit", "mm").splitlines()
         assert lines[0] == "box: 6 stable poses, 12 triangles, 20 x 30 x 40 mm"
-        rows = [line.split() for line in lines if line[:4].strip().isdigit()]
+        rows = [row for line in lines if (row := line.split())[:1] and row[0].isdigit()]
         assert [int(row[0]) for row in rows] == list(range(6))
         assert [int(row[1]) for row in rows] == [0, 0, 1, 1, 2, 2]
         shares = [float(row[2].rstrip("%")) for row in rows]

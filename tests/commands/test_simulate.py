@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -37,6 +38,18 @@ def printed(capsys, *arguments):
     return out
 
 
+def pose_rows(text):
+    """The rows of the table of poses, as words."""
+    rows = [line.split() for line in text.splitlines()]
+    return [row for row in rows if len(row) > 2 and row[0].isdigit() and row[2].endswith("%")]
+
+
+def table_head(text):
+    """The names of the columns of the table of poses."""
+    (line,) = (line for line in text.splitlines() if line.split()[:2] == ["pose", "group"])
+    return re.split(r"\s{2,}", line.strip())
+
+
 def progress(**changes):
     """A state of a run."""
     state = {"drops": 250, "bound": 1000, "unsettled": 0, "expected_error": 0.02,
@@ -49,9 +62,35 @@ class TestTable:
         lines = answer("simulate", box, "--unit", "mm", "--drops", 300, "--seed", 5).splitlines()
         assert lines[0] == "box: 6 stable poses, 12 triangles, 20 x 30 x 40 mm"
         assert "300 drops, 0 unsettled, seed 5, restitution 0.5, released 538.5 mm" in lines[3]
-        rows = [line.split() for line in lines if "%" in line and line[:4].strip().isdigit()]
+        rows = pose_rows("\n".join(lines))
         assert sorted(int(row[0]) for row in rows) == list(range(6))
         assert "computed in" in lines[-1]
+
+    def test_the_columns_are_those_of_an_estimate_and_the_drops(self, box, capsys):
+        simulated = printed(capsys, box, "--unit", "mm", "--drops", 300, "--seed", 5)
+        assert cli.main(["estimate", str(box), "--unit", "mm"]) == 0
+        estimated = capsys.readouterr().out
+        names = ["pose", "group", "probability", "90 % interval", "drops", "height", "barrier",
+                 "margin", "down"]
+        assert table_head(simulated) == names
+        assert table_head(estimated) == [name for name in names if name != "drops"]
+        downs = [{row[0]: row[-3:] for row in pose_rows(text)} for text in (simulated, estimated)]
+        assert downs[0] == downs[1]
+        assert downs[0]["0"] == ["(-1.000,", "+0.000,", "+0.000)"]
+
+    def test_the_values_are_those_of_the_json_object(self, box, capsys):
+        arguments = (box, "--unit", "mm", "--drops", 300, "--seed", 5)
+        rows = pose_rows(printed(capsys, *arguments))
+        poses = strict_json(printed(capsys, *arguments, "--json"))["poses"]
+        for row, pose in zip(rows, poses, strict=True):
+            tail = row[row.index("-") - 1:]  # behind the bar: from the interval on
+            assert row[:3] == [str(pose["index"]), str(pose["group"]),
+                               f"{100.0 * pose['probability']:.2f}%"]
+            assert tail[:7] == [
+                f"{100.0 * pose['probability_low']:.2f}", "-",
+                f"{100.0 * pose['probability_high']:.2f}", str(pose["count"]),
+                f"{1e3 * pose['height']:.4g}", f"{1e3 * pose['barrier']:.4g}",
+                f"{math.degrees(pose['margin']):.2f}"]
 
 
 class TestJson:

@@ -15,7 +15,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command = commands.add_parser(
         "bag", help="analyse recorded bags",
         description="Show results, jobs and camera counts in bags of the node, or recorded by "
-        "`ros2 bag record`, and compare estimates, simulations and counts with each other.")
+        "`ros2 bag record`, and compare estimates, simulations and counts with each other.",
+        examples=("ros_pose_stats bag ~/.ros/pose_stats --csv tables",))
     command.add_argument("bags", metavar="DIR", nargs="+",
                          help="bag directory, directory of many bags, or single file")
     command.add_argument("--csv", metavar="DIR", help="write tables as CSV files into a directory")

@@ -101,6 +101,14 @@ class TestPublishing:
         expected = load_part(clamp, "cm", center_of_mass=np.array([2.0, 1.4, 0.7]) / 100.0)
         assert shown.part_digest == expected.digest
 
+    def test_with_a_scene_of_its_own(self, client, clamp):
+        with Publishing(clamp, "--unit", "mm", "--part-id", "dropped low", "--restitution", "0.2",
+                        "--drop-height", "0.3", *TOPIC) as publishing:
+            publishing.said()
+            shown = latched(client, "dropped low")
+            assert publishing.end() == (0, [])
+        assert (shown.restitution, shown.drop_height) == (0.2, 0.3)
+
     def test_a_node_that_starts_later_has_it_too(self, domain, tmp_path, clamp):
         topic = "/later/pose_stats/part_mesh"
         with Publishing(clamp, "--part-id", "early bird", "--topic", topic) as publishing:
@@ -143,10 +151,16 @@ class TestRefusals:
     def test_what_the_node_would_refuse(self, clamp):
         assert_refused("centre of mass", clamp, center_of_mass=(1000.0, 0.0, 0.0))
         assert_refused("seconds", clamp, seconds=-1.0)
+        assert_refused("restitution from 0", clamp, restitution=1.0)
+        assert_refused("restitution from 0", clamp, restitution=-0.5)
+        assert_refused("restitution from 0", clamp, restitution=float("nan"))
+        assert_refused("drop height above 0", clamp, drop_height=0.0)
+        assert_refused("drop height above 0", clamp, drop_height=-1.0)
         assert_refused("part_id of at most", clamp, part_id="x" * 300)
         assert_refused("part_id of at most", clamp, part_id="a\nb")
 
 
-def assert_refused(said, file, unit=None, center_of_mass=None, part_id="", seconds=None):
+def assert_refused(said, file, unit=None, center_of_mass=None, part_id="", seconds=None,
+                   **scene):
     with pytest.raises(PoseStatsError, match=said):
-        publish_part(str(file), unit, center_of_mass, part_id, "topic", seconds, [])
+        publish_part(str(file), unit, center_of_mass, part_id, "topic", seconds, [], **scene)

@@ -1,0 +1,133 @@
+"""What the parsers accept, as plain records: for shell completion and for the documents."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .command_parser import CommandParser
+
+PATHS = ("DIR", "FILE", "PART", "STEM")
+"""Metavars that stand for the name of a file or directory."""
+
+
+@dataclass(frozen=True)
+class ArgumentOutline:
+    """An option, or an argument that goes by its place.
+
+    Attributes
+    ----------
+    flags : tuple of str
+        `-o`, `--output`; none for an argument that goes by its place.
+    values : tuple of str
+        What is to be put for each value; none for a flag that stands alone.
+    most : float
+        How many values there may be; infinite where they are repeated.
+    choices : tuple of str
+        The only values accepted; none where they are free.
+    is_path : bool
+        Whether the values are names of files or directories.
+    required : bool
+    about : str
+        Its help, with the defaults filled in.
+    """
+
+    flags: tuple[str, ...]
+    values: tuple[str, ...]
+    most: float
+    choices: tuple[str, ...]
+    is_path: bool
+    required: bool
+    about: str
+
+    @property
+    def shown_values(self) -> str:
+        """The values as they stand behind an option: `X Y Z`, `m|mm|cm|inch`, `R ...`."""
+        return " ".join([*self.values, *(["..."] if math.isinf(self.most) else [])])
+
+
+@dataclass(frozen=True)
+class CommandOutline:
+    """A command, or the whole command line.
+
+    Attributes
+    ----------
+    words : tuple of str
+        What is typed: the program and the command.
+    summary : str
+        Its line in the list of commands; empty for the whole.
+    description, epilog : str
+    arguments : tuple of ArgumentOutline
+        Options but for `--help`, and those that go by their place.
+    alternatives : tuple of tuples of ArgumentOutline
+        Options of which only one may be given.
+    takes_ros_arguments : bool
+        Whether `--ros-args` may follow.
+    examples : tuple of str
+    commands : tuple of CommandOutline
+        The commands below it.
+    """
+
+    words: tuple[str, ...]
+    summary: str
+    description: str
+    epilog: str
+    arguments: tuple[ArgumentOutline, ...]
+    alternatives: tuple[tuple[ArgumentOutline, ...], ...]
+    takes_ros_arguments: bool
+    examples: tuple[str, ...]
+    commands: tuple[CommandOutline, ...]
+
+    def walk(self) -> Iterator[CommandOutline]:
+        """The command and all below it."""
+        yield self
+        for command in self.commands:
+            yield from command.walk()
+
+
+def outline_command(parser: argparse.ArgumentParser, summary: str = "") -> CommandOutline:
+    """Describe a parser and all parsers below it.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    summary : str
+        Its line in the list of commands.
+    """
+    arguments: dict[str, ArgumentOutline] = {}
+    commands: list[CommandOutline] = []
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            summaries = {line.dest: line.help or "" for line in action._choices_actions}
+            commands += [outline_command(command, summaries.get(name, ""))
+                         for name, command in action.choices.items()]
+        elif not isinstance(action, argparse._HelpAction):
+            arguments[action.dest] = _outline_argument(action, parser.prog)
+    return CommandOutline(
+        words=tuple(parser.prog.split()), summary=summary,
+        description=parser.description or "", epilog=parser.epilog or "",
+        arguments=tuple(arguments.values()),
+        alternatives=tuple(
+            tuple(arguments[action.dest] for action in group._group_actions)
+            for group in parser._mutually_exclusive_groups),
+        takes_ros_arguments=bool(parser.get_default("takes_ros_arguments")),
+        examples=parser.examples if isinstance(parser, CommandParser) else (),
+        commands=tuple(commands))
+
+
+def _outline_argument(action: argparse.Action, program: str) -> ArgumentOutline:
+    if action.nargs == 0:
+        names: tuple[str, ...] = ()
+    elif isinstance(action.metavar, tuple):
+        names = action.metavar
+    else:
+        named = action.metavar or "|".join(map(str, action.choices or ())) or action.dest.upper()
+        names = (named,) * (action.nargs if isinstance(action.nargs, int) else 1)
+    return ArgumentOutline(
+        flags=tuple(action.option_strings), values=names,
+        most=math.inf if action.nargs in ("+", "*") else len(names),
+        choices=tuple(map(str, action.choices or ())),
+        is_path=bool(names) and names[0] in PATHS, required=action.required,
+        about=(action.help or "") % {**vars(action), "prog": program})
