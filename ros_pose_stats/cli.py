@@ -11,10 +11,8 @@ from typing import Any
 
 from .commands import (
     animate,
-    benchmark,
     compile,
     completion,
-    dataset,
     estimate,
     node,
     publish,
@@ -23,7 +21,8 @@ from .commands import (
     simulate,
 )
 from .commands.bags import bag
-from .commands.command_parser import REFUSED, CommandParser
+from .commands.parsing.command_parser import REFUSED, CommandParser
+from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .version import VERSION
 

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .argument_types import read_count
 from .interrupts import end_on_interrupt
 from .output_file import output_file
-from .part_options import add_part_options, add_scene_options, part_of
+from .parsing.argument_types import read_count
+from .parsing.part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from .argument_types import read_count
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .part_options import part_of
+from .parsing.argument_types import read_count
+from .parsing.part_options import part_of
 from .progress_bar import ProgressBar
 from .slow_start import announce_slow_start
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import RequestError
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .part_options import add_part_options, add_scene_options, part_of
+from .parsing.part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .part_options import UNITS
+from .parsing.part_options import UNITS
 from .ros_start import prepare_ros, ros_arguments
 
 

@@ -7,9 +7,9 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .argument_types import JoinIndices, read_count, read_indices
 from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .part_options import add_part_options, add_scene_options, part_of
+from .parsing.argument_types import JoinIndices, read_count, read_indices
+from .parsing.part_options import add_part_options, add_scene_options, part_of
 from .slow_start import announce_slow_start
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import cli
-from ros_pose_stats.commands.dataset import default_name
+from ros_pose_stats.commands.study.dataset import default_name
 from ros_pose_stats.study.dataset import DatasetSpec, make_dataset, on_threads, read_dataset
 from tests.running import ROOT, answer, command, complaints, strict_json
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 
 if TYPE_CHECKING:
-    from ..records import Part
+    from ...records import Part
 
 UNITS = ("m", "mm", "cm", "inch")
 
@@ -41,8 +41,8 @@ def part_of(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
     from pathlib import Path
 
-    from ..mesh.files import metres_per_unit, read_mesh
-    from ..mesh.parts import part_from_mesh
+    from ...mesh.files import metres_per_unit, read_mesh
+    from ...mesh.parts import part_from_mesh
 
     vertices, triangles, declared = read_mesh(options.part)
     unit = metres_per_unit(options.unit) if options.unit else declared or 1.0

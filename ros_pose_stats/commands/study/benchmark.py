@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
-from .argument_types import read_count
+from ..parsing.argument_types import read_count
 from .benchmark_runs import run_chart, run_figures, run_prisms, run_stability, run_table
 from .dataset_options import add_shift_options
 

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RequestError
-from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .progress_bar import ProgressBar
-from .slow_start import announce_slow_start
+from ...errors import RequestError
+from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
+from ..progress_bar import ProgressBar
+from ..slow_start import announce_slow_start
 
 if TYPE_CHECKING:
-    from ..study.dataset import Dataset
+    from ...study.dataset import Dataset
 
 FILE_ENDINGS = (".png", ".svg", ".json")
 
@@ -23,7 +23,7 @@ FILE_ENDINGS = (".png", ".svg", ".json")
 def run_table(options: argparse.Namespace) -> int:
     """Compare every estimator with each dataset."""
     with announce_slow_start(), end_on_interrupt():
-        from ..study.table import table, table_text
+        from ...study.table import table, table_text
 
         datasets = _datasets(options)
     found = []
@@ -39,7 +39,7 @@ def run_table(options: argparse.Namespace) -> int:
 def run_prisms(options: argparse.Namespace) -> int:
     """Square prisms by every estimator and by simulation."""
     with announce_slow_start(), end_on_interrupt():
-        from ..study.prisms import prisms, prisms_text
+        from ...study.prisms import prisms, prisms_text
 
         stem = _stem(options.output) if options.output is not None else None
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
@@ -48,7 +48,7 @@ def run_prisms(options: argparse.Namespace) -> int:
                            done / total, f"{done} of {total} drops"),
                        should_stop=interrupted)
     if stem is not None:
-        from ..study.documents import write_prisms
+        from ...study.documents import write_prisms
 
         _say_files(write_prisms(found, stem))
     stopped = {"interrupted": True} if found.stopped else {}
@@ -59,8 +59,8 @@ def run_prisms(options: argparse.Namespace) -> int:
 def run_chart(options: argparse.Namespace) -> int:
     """Time and error of every method, drawn."""
     with announce_slow_start(), end_on_interrupt():
-        from ..study.chart import PLANS, QUICK, chart, chart_text
-        from ..study.documents import write_chart
+        from ...study.chart import PLANS, QUICK, chart, chart_text
+        from ...study.documents import write_chart
 
         stem, dataset = _stem(options.output), _datasets(options)[0]
     with end_on_interrupt():
@@ -73,8 +73,8 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_figures(options: argparse.Namespace) -> int:
     """All tables and figures of the documents."""
     with announce_slow_start(), end_on_interrupt():
-        from ..study.documents import measure_documents, write_documents
-        from ..whole_files import refuse_unwritable
+        from ...study.documents import measure_documents, write_documents
+        from ...whole_files import refuse_unwritable
 
         folder = Path(options.output)
         refuse_unwritable(folder)
@@ -87,8 +87,8 @@ def run_figures(options: argparse.Namespace) -> int:
 def run_stability(options: argparse.Namespace) -> int:
     """Every method along every walk."""
     with announce_slow_start(), end_on_interrupt():
-        from ..study.stability import as_dict, stability, stability_text, write_stability
-        from ..whole_files import refuse_unwritable
+        from ...study.stability import as_dict, stability, stability_text, write_stability
+        from ...whole_files import refuse_unwritable
 
         folder = Path(options.output) if options.output is not None else None
         if folder is not None:
@@ -102,7 +102,7 @@ def run_stability(options: argparse.Namespace) -> int:
 
 
 def _datasets(options: argparse.Namespace) -> list[Dataset]:
-    from ..study.dataset import read_dataset, shipped_dataset, shipped_datasets
+    from ...study.dataset import read_dataset, shipped_dataset, shipped_datasets
 
     if options.dataset:
         files = [options.dataset] if isinstance(options.dataset, str) else options.dataset
@@ -117,7 +117,7 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
 
 def _stem(output: str) -> Path:
     """Path of the figures without their endings; refused if nothing can be written there."""
-    from ..whole_files import refuse_unwritable
+    from ...whole_files import refuse_unwritable
 
     path = Path(output)
     stem = path.with_suffix("") if path.suffix in FILE_ENDINGS else path

@@ -9,14 +9,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .argument_types import read_count
+from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
+from ..parsing.argument_types import read_count
+from ..progress_bar import ProgressBar, duration
+from ..slow_start import announce_slow_start
 from .dataset_options import add_shift_options
-from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .progress_bar import ProgressBar, duration
-from .slow_start import announce_slow_start
 
 if TYPE_CHECKING:
-    from ..study.dataset import DatasetProgress, DatasetSpec, Maker
+    from ...study.dataset import DatasetProgress, DatasetSpec, Maker
 
 PAPER_BODIES, PAPER_DROPS, PAPER_RESTITUTIONS = 1057, 100, (0.2, 0.5, 0.8)
 
@@ -55,8 +55,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Make the dataset and say what it holds."""
     with announce_slow_start(), end_on_interrupt():
-        from ..kernels.compilation import prepare_kernels
-        from ..study.dataset import DatasetSpec, make_dataset
+        from ...kernels.compilation import prepare_kernels
+        from ...study.dataset import DatasetSpec, make_dataset
 
         spec = DatasetSpec(options.bodies, options.drops, tuple(options.restitution),
                            options.shift, options.shift_moment, options.seed)
@@ -95,16 +95,16 @@ def done(progress: DatasetProgress) -> tuple[float, str]:
 
 def _maker(options: argparse.Namespace) -> Maker:
     if options.scheduler is None:
-        from ..study.dataset import on_threads
+        from ...study.dataset import on_threads
 
         return on_threads(options.workers)
-    from ..study.dataset.cluster import on_cluster
+    from ...study.dataset.cluster import on_cluster
 
     return on_cluster(options.scheduler)
 
 
 def _report(file: Path, seconds: float, as_json: bool) -> None:
-    from ..study.dataset import read_dataset
+    from ...study.dataset import read_dataset
 
     dataset = read_dataset(file)
     spec, arrays = dataset.spec, dataset.arrays

@@ -1,0 +1,1 @@
+"""How the command line is read: types of arguments, options of a part, helps."""
