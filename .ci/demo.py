@@ -147,7 +147,7 @@ def picture(statistics: Any) -> Path:
     """Draw the poses."""
     from ros_pose_stats import load_part
     from ros_pose_stats.plots.poses import poses_figure
-    from ros_pose_stats.ros.statistics_messages import statistics_of_message
+    from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
 
     file = DEMO / "clamp_poses.png"
     figure = poses_figure(load_part(PART, unit="mm"), statistics_of_message(statistics))
@@ -170,7 +170,7 @@ def main() -> None:
             print("\n== the latched estimate, as every late joiner gets it ==")
             from ros_pose_stats import load_part
             from ros_pose_stats.commands.tables import report
-            from ros_pose_stats.ros.statistics_messages import statistics_of_message
+            from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
 
             print(report(load_part(PART, unit="mm"), statistics_of_message(estimate)))
             print(f"\n== {DROPS} drops through the action ==", flush=True)

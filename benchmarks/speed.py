@@ -209,9 +209,10 @@ def _machines(stored: Stored) -> Iterable[str]:
     if stored.chart is not None:
         yield "- `benchmarks/chart.json` (by size): not recorded"
     for name, run in stored.runs.items():
-        where = run.machine
-        yield (f"- `benchmarks/{name}.json`: {where['processor']}, {where['cores']} cores, "
-               f"Python {where['python']}, {where['date']}")
+        told = {"processor": "{}", "cores": "{} cores", "python": "Python {}", "date": "{}"}
+        where = ", ".join(words.format(run.machine[key]) for key, words in told.items()
+                          if key in run.machine)
+        yield f"- `benchmarks/{name}.json`: {where}"
 
 
 def _milliseconds(value: float | int | str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import pickle
 
@@ -11,6 +12,7 @@ import pytest
 import ros_pose_stats
 from ros_pose_stats import errors, shapes
 from tests.bodies import METHODS, write_stl
+from tests.running import ROOT
 
 
 def test_names_of_the_contract():
@@ -104,3 +106,13 @@ def test_errors_tell_facts_and_survive_pickling(kind):
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is kind
     assert (again.expected, again.found, again.remedy) == ("one thing", "another", "try again")
+
+
+@pytest.mark.parametrize("file", [
+    *(ROOT / ".ci").glob("*.py"), *(ROOT / "launch").glob("*.py")], ids=lambda file: file.name)
+def test_scripts_outside_the_package_import_what_is_there(file):
+    imports = [one for one in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+               if isinstance(one, ast.ImportFrom) and one.module.startswith("ros_pose_stats.")]
+    for one in imports:
+        module = importlib.import_module(one.module)
+        assert all(hasattr(module, name.name) for name in one.names), ast.unparse(one)
