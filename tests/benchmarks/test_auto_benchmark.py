@@ -81,6 +81,7 @@ class TestTheRun:
         assert set(order[::choosing.TIMED_EVERY]) == set(order)
 
 
+@pytest.mark.long
 class TestFit:
     @pytest.mark.long
     def test_the_shipped_numbers_are_about_the_likeliest(self, parts):

@@ -123,6 +123,7 @@ class TestTheFile:
 
 
 class TestCutOff:
+    @pytest.mark.long
     def test_killed_and_given_again(self, whole, tmp_path):
         file = tmp_path / "a.npz"
         running = started(file, *LONG, "--workers", "1")

@@ -79,6 +79,7 @@ def _parsers(parser):
     return commands.choices.values()
 
 
+@pytest.mark.long
 def test_examples_run(tmp_path):
     kinds = {line.split()[1] for _, line in EXAMPLES}
     assert kinds == {*ONE_AFTER_ANOTHER, *NOT_RUN, "dataset"}

@@ -96,6 +96,7 @@ class TestTheSameBody:
                      subdivided(starred(surface, seed))):
             assert_same_answers(part, part_from_mesh(*fine))
 
+    @pytest.mark.long
     @given(polyhedra, seeds)
     def test_with_a_pocket_inside(self, surface, seed):
         # Points inside the hull change the mass properties only, and those are given here.
@@ -107,6 +108,7 @@ class TestTheSameBody:
                                 part.center_of_mass, part.mass, part.inertia)
         assert_same_answers(part, hollow)
 
+    @pytest.mark.long
     @given(polyhedra, st.floats(-6.0, 6.0))
     def test_of_another_density(self, surface, exponent):
         assert_same_answers(part_from_mesh(*surface),

@@ -123,6 +123,7 @@ def test_counts_at_any_moment(part):
         hybrid_statistics(simulate(part_from_mesh(*shapes.tetrahedron()), 5, seed=1), prior)
 
 
+@pytest.mark.long
 def test_the_error_over_parts_is_less_than_either_alone():
     """24 parts that no fit has seen, 100 drops of each, five times over.
 

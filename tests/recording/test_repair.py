@@ -81,6 +81,7 @@ def finished(tmp_path_factory):
 
 
 class TestCut:
+    @pytest.mark.long
     def test_at_every_byte_of_the_last_messages(self, cut, unfinished):
         content, sizes = unfinished
         for end in range(sizes[1] - 1, len(content) + 1):

@@ -73,6 +73,7 @@ PAINT = """new Promise(done => new PerformanceObserver(list => {
 """Milliseconds until something is to be seen."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
 def test_the_page_is_painted_within_a_second(file, browser, width, phone):
     times = []

@@ -175,6 +175,7 @@ def test_goals(node, client):
     assert_serves(client)
 
 
+@pytest.mark.long
 def test_nothing_is_written_outside_the_log_directory(node, client, sandbox):
     """Whatever names come: as parts, jobs, methods, plates and frames, by every way in."""
     before = sandbox.listing()

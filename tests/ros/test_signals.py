@@ -60,6 +60,7 @@ class TestAtWork:
                    if one.job_id == job_id and one.final]
         assert answers[-1].drops == event.drops_done > 0
 
+    @pytest.mark.long
     def test_goals_in_the_queue(self, node_of, client_of):
         node = node_of().ready()
         client = client_of()
@@ -84,6 +85,7 @@ class TestAtWork:
         node.stop()
         assert len(ends(node.log_directory)) == 2
 
+    @pytest.mark.long
     def test_while_meshes_and_requests_come(self, node_of, client_of):
         node = node_of().ready()
         client = client_of()

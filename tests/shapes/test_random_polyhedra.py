@@ -56,6 +56,7 @@ def same_mean(one, other):
 
 @pytest.mark.parametrize(("shift", "moment"), SHIFTS)
 class TestTheRecipe:
+    @pytest.mark.long
     def test_vertices_stable_faces_shift_and_redraws_are_distributed_alike(self, shift, moment):
         random = np.random.default_rng(20)
         drawn = [recipe(random, shift, moment) for _ in range(3 * SAMPLE)]

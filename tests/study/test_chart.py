@@ -42,6 +42,7 @@ def size():
 
 
 class TestPoints:
+    @pytest.mark.long
     def test_every_method_in_every_size(self, found):
         titles = [one.title for one in found.sizes]
         assert titles[1] == "40 vertices"

@@ -125,6 +125,7 @@ def test_without_points_there_is_one_legend_a_panel():
     assert not bare.axes[0].containers
 
 
+@pytest.mark.long
 def test_both_files_are_written_and_repeatable(figure, tmp_path):
     files = save_figure(figure, tmp_path / "figures" / "prisms")
     assert files[0].read_bytes().startswith(b"\x89PNG")

@@ -50,6 +50,7 @@ def killed_client(cell, part_id, drops):
 
 
 class TestLongQueue:
+    @pytest.mark.long
     def test_half_of_fifty_are_cancelled(self, node_of, client_of):
         node = node_of(max_queued_jobs=64).ready()
         client = client_of()

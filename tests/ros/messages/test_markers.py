@@ -164,6 +164,7 @@ class TestTopic:
             cell.good("forget_part", part_id=part_id)
             Markers(late).wait(lambda array: not shows(array))
 
+    @pytest.mark.long
     def test_is_in_the_frame_that_the_parameter_names(self, domain, cell):
         part_id = known_part(cell)
         try:

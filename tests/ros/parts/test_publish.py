@@ -76,6 +76,7 @@ TOPIC = ("--topic", "/published/pose_stats/part_mesh")
 
 
 class TestPublishing:
+    @pytest.mark.long
     def test_until_ctrl_c(self, client, clamp):
         with Publishing(clamp, "--unit", "mm", *TOPIC) as publishing:
             said = publishing.said()

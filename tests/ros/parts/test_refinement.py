@@ -36,6 +36,7 @@ def jobs_of(client, part_id):
             if part == part_id]
 
 
+@pytest.mark.long
 def test_off_by_default(client):
     assert jobs_of(client, known_part(client)) == []
 

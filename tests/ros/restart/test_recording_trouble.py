@@ -146,6 +146,7 @@ class TestFolder:
         (bag,) = runs(folder)
         assert_readable_by_others(bag)
 
+    @pytest.mark.long
     @pytest.mark.parametrize("whole", few_quick([True, False], 1))
     def test_deleted_while_the_node_runs(self, domain, tmp_path, whole):
         folder = tmp_path / "bags"

@@ -239,6 +239,7 @@ def test_the_oldest_bags_make_room(again, tmp_path):
         assert 0 <= int(values["bytes left"]) < bound - len(left) * size
 
 
+@pytest.mark.long
 def test_a_damaged_bag_does_not_keep_the_node_from_starting(again, tmp_path):
     with again() as (node, client):
         client.good("estimate", part=flat(WEDGE, "part"))

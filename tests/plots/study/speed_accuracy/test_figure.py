@@ -149,6 +149,7 @@ def test_markers_differ_without_colour():
     assert len({kind.marker for kind in KINDS.values()}) == len(KINDS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", few_quick(range(6), 2))
 def test_names_keep_apart_for_other_numbers_too(seed):
     rng = np.random.default_rng(seed)
