@@ -58,7 +58,7 @@ def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
     found = minimize(_objective, begin, (table, inputs, bases, units, ridge), "L-BFGS-B", True,
                      options={"maxiter": iterations, "maxcor": 20}).x
     left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, units))
-    return SplitFit(left, held._replace(constant=held.constant + HELD_SELDOM))
+    return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
 
 def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:
