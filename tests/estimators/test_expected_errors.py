@@ -15,8 +15,7 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from training.expected_errors import weights
-from training.expected_errors.fit import fitted
+from training.expected_errors.fit import fitted, write_weights
 from training.expected_errors.samples import ErrorSamples, error_samples
 from training.split.samples import JUDGE_SEED, read_samples
 
@@ -120,12 +119,12 @@ def test_methods_that_disagree_are_told():
 
 
 class TestFit:
-    def test_the_file_holds_what_was_fitted(self, tmp_path, monkeypatch):
+    def test_the_file_holds_what_was_fitted(self, tmp_path):
         """What is written is read again as it was fitted, to five digits."""
-        monkeypatch.setattr(weights, "FILE", tmp_path / "expected_errors.npz")
-        weights.write_weights(ERROR_FITS, {name: np.array(row)
-                                           for name, row in USUAL_ERRORS.items()})
-        with np.load(weights.FILE) as written, np.load(FILE) as shipped:
+        file = tmp_path / "expected_errors.npz"
+        write_weights(ERROR_FITS, {name: np.array(row) for name, row in USUAL_ERRORS.items()},
+                      file)
+        with np.load(file) as written, np.load(FILE) as shipped:
             assert written.keys() == shipped.keys()
             assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 

@@ -22,7 +22,8 @@ from pathlib import Path
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.shapes.registry import write_demo_parts
 from tests.bodies import write_stl
-from tests.machines import told
+from tests.machines import command_digests
+from tests.machines.command_digests import digest_of, without_times
 from tests.ros.harness.node import NodeProcess
 from tests.running import ROOT
 
@@ -34,7 +35,8 @@ SETTLED = 12.0
 def answers_of(checkout, drops, meshes, work):
     """Digests by mesh, by a process that imports one checkout alone."""
     Path(work).mkdir()
-    script = Path(told.__file__).read_text(encoding="utf-8")  # a module here, unknown there
+    # The other checkout may not know this module: it runs as a script.
+    script = Path(command_digests.__file__).read_text(encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-c", script, str(drops), str(work), *meshes],
         env=_environment(checkout), cwd=checkout, stdout=subprocess.PIPE, text=True, check=True)
@@ -55,7 +57,7 @@ def bag_of(checkout, work, meshes):
         time.sleep(SETTLED)
     said = subprocess.run([*command, "bag", *map(str, runs.iterdir()), "--json"], check=True,
                           env=environment, cwd=checkout, capture_output=True, text=True).stdout
-    return {part["part_id"]: told.digest_of(json.dumps(told.without_times(part)).encode())
+    return {part["part_id"]: digest_of(json.dumps(without_times(part)).encode())
             for part in json.loads(said)["parts"]}
 
 

@@ -15,9 +15,9 @@ from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.shapes.registry import DEMO_PARTS, write_demo_parts
 from training.families import family_part, family_tolerance
-from training.split import judge, page, real_parts, weights
+from training.split import judge, page, real_parts
 from training.split.__main__ import DOCS
-from training.split.fit import _objective, fitted, predicted
+from training.split.fit import _objective, fitted, predicted, write_weights
 from training.split.gradient import tree_loss
 from training.split.samples import FIT_SEED, JUDGE_SEED, drop_body, read_samples, write_samples
 from training.split.table import make_table
@@ -129,11 +129,10 @@ class TestFiles:
         assert all((one.count == other.count).all()
                    for one, other in zip(again, some, strict=True))
 
-    def test_the_file_holds_the_weights(self, tmp_path, monkeypatch):
+    def test_the_file_holds_the_weights(self, tmp_path):
         """What is written is read again as it was fitted, to five digits."""
-        monkeypatch.setattr(weights, "FILE", tmp_path / "split.npz")
-        weights.write_weights(SPLIT_FITS)
-        with np.load(weights.FILE) as written, np.load(FILE) as shipped:
+        write_weights(SPLIT_FITS, tmp_path / "split.npz")
+        with np.load(tmp_path / "split.npz") as written, np.load(FILE) as shipped:
             assert written.keys() == shipped.keys()
             assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 

@@ -10,12 +10,12 @@ import argparse
 from benchmarks.command import DOCS
 from benchmarks.report import collected, write_page
 from benchmarks.results import save
+from ros_pose_stats.estimators.error_weights import FILE
 
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
-from .fit import fitted, usual_errors
+from .fit import fitted, usual_errors, write_weights
 from .samples import error_samples
 from .told import sections
-from .weights import FILE, write_weights
 
 
 def main() -> None:

@@ -2,19 +2,22 @@
 
 The mean square error of each sample of `training/split/samples.npz`, over its doubt
 (`estimators.error_inputs`), is a smooth function of what is known without simulation
-(`estimators.error_fit`). A square error scatters about as much as it is large; so the likelihood
-is that of an exponential distribution whose mean is the expected square and the drops' own noise.
+(`estimators.error_weights`). A square error scatters about as much as it is large; so the
+likelihood is that of an exponential distribution whose mean is the expected square and the drops'
+own noise.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.estimators.error_weights import ErrorFit
+from ros_pose_stats.estimators.error_weights import FILE, ErrorFit, pack_error_fits
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.study.dataset import shipped_datasets
 from ros_pose_stats.study.estimates import restings, scene_estimates, square_errors
@@ -57,6 +60,12 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
     return ErrorFit(lowest, highest, unscaled(network_of(found, columns, UNITS), mean, scale))
+
+
+def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
+                  file: Path = FILE) -> None:
+    """Put them where the estimators read them, or into another file."""
+    np.savez(file, **pack_error_fits(fits, RESTITUTIONS, usual))
 
 
 def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:

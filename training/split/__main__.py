@@ -17,11 +17,11 @@ from pathlib import Path
 from benchmarks.machine import machine
 from ros_pose_stats.estimators.split_weights import SPLIT_FITS
 
+from .fit import write_weights
 from .judge import fit_all, judge
 from .page import page, part_table, plain, plain_parts
 from .real_parts import demo_parts, judge_parts, mesh_files
 from .samples import drop_all, read_samples, write_samples
-from .weights import write_weights
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

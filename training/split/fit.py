@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_weights import SplitFit
+from ros_pose_stats.estimators.split_weights import FILE, SplitFit, pack_split_fits
 from ros_pose_stats.estimators.tanh_network import TanhNetwork
 
 from ..network_fit import change, length, network_of, start, unscaled
 from .gradient import tree_loss
+from .samples import HIGHEST_DROP, HIGHEST_RESTITUTION
 from .table import Table
 
 Array = NDArray[np.float64]
@@ -59,6 +61,11 @@ def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
                      options={"maxiter": iterations, "maxcor": 20}).x
     left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, units))
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
+
+
+def write_weights(fits: Sequence[SplitFit], file: Path = FILE) -> None:
+    """Put them where the estimator reads them, or into another file."""
+    np.savez(file, **pack_split_fits(fits, (HIGHEST_RESTITUTION, HIGHEST_DROP)))
 
 
 def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:

@@ -20,7 +20,7 @@ from ros_pose_stats.cli import main
 TIMED = ("seconds", "time", "begin", "end", "queued", "started", "ended", "version", "job_id")
 """Keys whose values say when, how long, or by which version."""
 
-def told_by(arguments):
+def run_command(arguments):
     """What a command prints, and its exit status."""
     out, said = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
@@ -46,12 +46,12 @@ def answer_for(mesh, drops, work):
     }
     found = {}
     for name, arguments in asked.items():
-        status, out, said = told_by(arguments)
+        status, out, said = run_command(arguments)
         plain = without_times(json.loads(out)) if status == 0 else said
         found[name] = digest_of(json.dumps([status, plain]).encode())
     if Path(mesh).parent.name == "demo":
         film = Path(work) / f"{Path(mesh).stem}.mcap"
-        status, _, said = told_by(["animate", *part, "--drop", "3", "-o", str(film)])
+        status, _, said = run_command(["animate", *part, "--drop", "3", "-o", str(film)])
         found["recorded drop"] = digest_of(_messages(film) if status == 0 else said.encode())
     return found
 
@@ -67,11 +67,11 @@ def digest_of(content):
     return hashlib.sha256(content).hexdigest()
 
 
-def tell(drops, work, *meshes):
+def print_digests(drops, work, *meshes):
     """Print a line for each mesh."""
     for mesh in meshes:
         print(json.dumps([mesh, answer_for(mesh, int(drops), work)]), flush=True)
 
 
 if __name__ == "__main__":
-    tell(*sys.argv[1:])
+    print_digests(*sys.argv[1:])
