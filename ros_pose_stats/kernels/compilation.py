@@ -18,7 +18,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
 from . import code_cache
-from .signatures import signature_of
+from .array_types import signature_of
 from .target import KernelDispatcher, baseline
 
 config: Any = _config  # its names are made at import and unknown to type checkers

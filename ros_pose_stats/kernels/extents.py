@@ -5,14 +5,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .array_types import Fixed1, Fixed2, FixedCorners2
-from .compilation import entry_kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flag = NDArray[np.bool_]
+from .array_types import Array, Fixed1, Fixed2, FixedCorners2, Index
+from .compilation import entry_kernel, inlined
+from .vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    length,
+    minus,
+    plus,
+    point_at,
+    read_vector,
+    scaled,
+)
 
 
 @entry_kernel
@@ -86,38 +93,37 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
         if high[c] - low[c] > high[axis] - low[axis]:
             axis = c
     size = high[axis] - low[axis]
-    mx, my = low[0] + 0.5 * (high[0] - low[0]), low[1] + 0.5 * (high[1] - low[1])
-    mz = low[2] + 0.5 * (high[2] - low[2])
+    lowest = read_vector(low, 0)
+    middle = plus(lowest, scaled(minus(read_vector(high, 0), lowest), 0.5))
     first, last = 0, 0
     for i in range(points.shape[0]):
         if points[i, axis] < points[first, axis]:
             first = i
         if points[i, axis] > points[last, axis]:
             last = i
-    bx, by, bz = ((points[first, 0] - mx) / size, (points[first, 1] - my) / size,
-                  (points[first, 2] - mz) / size)
-    lx, ly, lz = ((points[last, 0] - mx) / size - bx, (points[last, 1] - my) / size - by,
-                  (points[last, 2] - mz) / size - bz)
-    longest = math.sqrt(lx * lx + ly * ly + lz * lz)
-    lx, ly, lz = lx / longest, ly / longest, lz / longest
-    fx = fy = fz = 0.0
-    widest = 0.0
+    begin = _placed(points, first, middle, size)
+    line = minus(_placed(points, last, middle, size), begin)
+    longest = length(line)
+    line = divided(line, longest)
+    farthest, widest = Vec3(0.0, 0.0, 0.0), 0.0
     for i in range(points.shape[0]):
-        x, y, z = ((points[i, 0] - mx) / size - bx, (points[i, 1] - my) / size - by,
-                   (points[i, 2] - mz) / size - bz)
-        along = x * lx + y * ly + z * lz
-        x, y, z = x - along * lx, y - along * ly, z - along * lz
-        aside = x * x + y * y + z * z
+        there = minus(_placed(points, i, middle, size), begin)
+        there = minus(there, scaled(line, dot(there, line)))
+        aside = dot(there, there)
         if aside > widest:
-            widest, fx, fy, fz = aside, x, y, z
+            farthest, widest = there, aside
     width = math.sqrt(widest)
     if width == 0.0:
         return 0.0
-    nx, ny, nz = ((ly * fz - lz * fy) / width, (lz * fx - lx * fz) / width,
-                  (lx * fy - ly * fx) / width)
+    normal = divided(cross(line, farthest), width)
     least, most = math.inf, -math.inf
     for i in range(points.shape[0]):
-        off = ((points[i, 0] - mx) / size * nx + (points[i, 1] - my) / size * ny
-               + (points[i, 2] - mz) / size * nz)
+        off = dot(_placed(points, i, middle, size), normal)
         least, most = min(least, off), max(most, off)
     return min(width, most - least) / longest
+
+
+@inlined
+def _placed(points: Array, i: int, middle: Vec3, size: float) -> Vec3:
+    """A point about the middle of all, in units of their size."""
+    return divided(minus(point_at(points, i), middle), size)

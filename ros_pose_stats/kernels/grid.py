@@ -8,17 +8,22 @@ distance asked for, so that most questions touch one cube only.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from .array_types import Slots
 from .compilation import inlined, kernel
-
-Array = NDArray[np.float64]
-Slots = NDArray[np.int32]
+from .vectors import Vec3
 
 WIDTH = 16.0
 """Side of a cube in units of the distance asked for."""
+
+
+class Cube(NamedTuple):
+    """A cube by its integer coordinates (below 2^31)."""
+
+    x: int
+    y: int
+    z: int
 
 
 @kernel
@@ -31,22 +36,24 @@ def slots_for(count: int) -> int:
 
 
 @inlined
-def slot_of(x: int, y: int, z: int, slots: int) -> int:
-    """Slot of a cube given by its integer coordinates (below 2^31)."""
+def slot_of(cube: Cube, slots: int) -> int:
+    """Slot of a cube."""
     # Primes keep neighbouring cubes apart; the product's upper bits depend on all of them.
-    mixed = (x * 73856093 ^ y * 19349663 ^ z * 83492791) & 0x7FFFFFFF
+    mixed = (cube.x * 73856093 ^ cube.y * 19349663 ^ cube.z * 83492791) & 0x7FFFFFFF
     return (mixed * 0x9E3779B1 >> 31) & (slots - 1)
 
 
 @inlined
-def cube(x: float, low: float, width: float) -> int:
-    """Integer coordinate of the cube that holds a coordinate."""
-    return math.floor((x - low) / width)
+def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
+    """Cube that holds a point moved by `offset` along every axis; the grid begins at `low`."""
+    return Cube(math.floor((point.x + offset - low.x) / width),
+                math.floor((point.y + offset - low.y) / width),
+                math.floor((point.z + offset - low.z) / width))
 
 
 @inlined
-def insert(head: Slots, chain: Slots, i: int, x: int, y: int, z: int) -> None:
-    """Put point `i` into the cube x y z."""
-    slot = slot_of(x, y, z, head.shape[0])
+def insert(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
+    """Put point `i` into a cube."""
+    slot = slot_of(cube, head.shape[0])
     chain[i] = head[slot]
     head[slot] = i

@@ -1,14 +1,11 @@
-"""Stable sorting: whole numbers by counting digits, others by merging."""
+"""Stable sorting: whole numbers by counting digits, others by merging; and values that tie."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .compilation import kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .array_types import Array, Fixed1, FixedIndex1, Index
+from .compilation import entry_kernel, kernel
 
 DIGIT = 11
 """Bits looked at in one pass: the counters of a digit stay in the fastest memory."""
@@ -88,3 +85,34 @@ def stable_order(values: Array) -> Index:
         order, other = other, order
         width *= 2
     return order
+
+
+@entry_kernel
+def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
+                order: FixedIndex1) -> tuple[Index, int]:
+    """Split groups into ties, each of which opens at its smallest value.
+
+    Parameters
+    ----------
+    values : (S,) array
+    tolerance : float
+    group : (S,) array of int
+    order : (S,) array of int
+        By rising group, within a group by rising value.
+
+    Returns
+    -------
+    numbers : (S,) array of int
+        Of the ties, in that order.
+    count : int
+        How many there are.
+    """
+    numbers = np.empty(values.shape[0], np.int64)
+    number, opened = -1, 0
+    for i in range(order.shape[0]):
+        here = order[i]
+        if i == 0 or group[here] > group[opened] or values[here] - values[opened] > tolerance:
+            number += 1
+            opened = here
+        numbers[here] = number
+    return numbers, number + 1

@@ -1,27 +1,126 @@
-"""Small vector helpers that are inlined into the kernels."""
+"""Vectors in space, kept in registers; all of this is inlined into the kernels.
+
+Sums run from the left to the right and nothing is fused, so that a formula written with these
+rounds as it does written out by components.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .array_types import Array
 from .compilation import inlined, kernel
 
-Array = NDArray[np.float64]
+
+class Vec3(NamedTuple):
+    """A vector by its components."""
+
+    x: float
+    y: float
+    z: float
 
 
-@kernel
-def dot(a: Array, b: Array) -> float:
-    """Scalar product of two 3-vectors."""
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+@inlined
+def read_vector(values: Array, first: int) -> Vec3:
+    """Three numbers of an array (n,), from `first` on."""
+    return Vec3(values[first], values[first + 1], values[first + 2])
 
 
-@kernel
-def norm(a: Array) -> float:
-    """Length of a 3-vector."""
-    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+@inlined
+def read_row(table: Array, row: int | np.uint64, first: int) -> Vec3:
+    """Three numbers in a row of an array (n, m), from the column `first` on."""
+    return Vec3(table[row, first], table[row, first + 1], table[row, first + 2])
+
+
+@inlined
+def point_at(points: Array, i: int) -> Vec3:
+    """Row i of an array (n, 3)."""
+    return Vec3(points[i, 0], points[i, 1], points[i, 2])
+
+
+@inlined
+def write_vector(values: Array, first: int, a: Vec3) -> None:
+    """Set three numbers of an array (n,), from `first` on."""
+    values[first], values[first + 1], values[first + 2] = a.x, a.y, a.z
+
+
+@inlined
+def write_row(table: Array, row: int, first: int, a: Vec3) -> None:
+    """Set three numbers in a row of an array (n, m), from the column `first` on."""
+    table[row, first], table[row, first + 1], table[row, first + 2] = a.x, a.y, a.z
+
+
+@inlined
+def plus(a: Vec3, b: Vec3) -> Vec3:
+    """Sum."""
+    return Vec3(a.x + b.x, a.y + b.y, a.z + b.z)
+
+
+@inlined
+def minus(a: Vec3, b: Vec3) -> Vec3:
+    """Difference."""
+    return Vec3(a.x - b.x, a.y - b.y, a.z - b.z)
+
+
+@inlined
+def scaled(a: Vec3, factor: float) -> Vec3:
+    """Product with a number."""
+    return Vec3(a.x * factor, a.y * factor, a.z * factor)
+
+
+@inlined
+def divided(a: Vec3, divisor: float) -> Vec3:
+    """Quotient by a number."""
+    return Vec3(a.x / divisor, a.y / divisor, a.z / divisor)
+
+
+@inlined
+def times(a: Vec3, b: Vec3) -> Vec3:
+    """Product component by component, as of principal moments and an angular velocity."""
+    return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
+
+
+@inlined
+def over(a: Vec3, b: Vec3) -> Vec3:
+    """Quotient component by component, as of an angular momentum and principal moments."""
+    return Vec3(a.x / b.x, a.y / b.y, a.z / b.z)
+
+
+@inlined
+def dot(a: Vec3, b: Vec3) -> float:
+    """Scalar product."""
+    return a.x * b.x + a.y * b.y + a.z * b.z
+
+
+@inlined
+def dot_from(start: float, a: Vec3, b: Vec3) -> float:
+    """A number, plus the scalar product term by term."""
+    return start + a.x * b.x + a.y * b.y + a.z * b.z
+
+
+@inlined
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Vector product."""
+    return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@inlined
+def length(a: Vec3) -> float:
+    """Length.
+
+    Written as products, for Python's power rounds by the C library where it runs kernels itself.
+    """
+    return math.sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
+
+
+@inlined
+def turned(matrix: Array, a: Vec3) -> Vec3:
+    """Product of a matrix (3, 3) and a vector."""
+    return Vec3(dot(point_at(matrix, 0), a), dot(point_at(matrix, 1), a),
+                dot(point_at(matrix, 2), a))
 
 
 @kernel
@@ -40,32 +139,18 @@ def inverse_of(matrix: Array) -> Array:
 
 
 @inlined
-def length_of(x: float, y: float, z: float) -> float:
-    """Length of a vector by its components.
-
-    Written as products, for Python's power rounds by the C library where it runs kernels itself.
-    """
-    return math.sqrt(x * x + y * y + z * z)
+def area_vector(p: Vec3, q: Vec3, r: Vec3) -> Vec3:
+    """Area of a triangle along its normal: half the vector product of two sides."""
+    return scaled(cross(minus(q, p), minus(r, p)), 0.5)
 
 
-@kernel
-def area_vector(p: Array, q: Array, r: Array) -> tuple[float, float, float]:
-    """Half the cross product of two sides: the triangle's area along its normal."""
-    ax, ay, az = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    bx, by, bz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-    return (0.5 * (ay * bz - az * by), 0.5 * (az * bx - ax * bz), 0.5 * (ax * by - ay * bx))
-
-
-@kernel
-def solid_angle(p: Array, q: Array, r: Array) -> float:
+@inlined
+def solid_angle(p: Vec3, q: Vec3, r: Vec3) -> float:
     """Signed solid angle of a triangle seen from the origin, steradians.
 
     The arctangent form of Van Oosterom and Strackee (1983); it keeps full precision for
     small triangles, where the form by arc cosines does not.
     """
-    lp, lq, lr = norm(p), norm(q), norm(r)
-    triple = (p[0] * (q[1] * r[2] - q[2] * r[1])
-              + p[1] * (q[2] * r[0] - q[0] * r[2])
-              + p[2] * (q[0] * r[1] - q[1] * r[0]))
+    lp, lq, lr = length(p), length(q), length(r)
     below = lp * lq * lr + dot(p, q) * lr + dot(p, r) * lq + dot(q, r) * lp
-    return 2.0 * math.atan2(triple, below)
+    return 2.0 * math.atan2(dot(p, cross(q, r)), below)

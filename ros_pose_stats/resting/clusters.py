@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.levels.regions import merge_regions
+from ..kernels.levels.merge_tree import merge_regions
 from ..tolerances import SAME_HEIGHT
 from .equilibria import Equilibria, ties
 

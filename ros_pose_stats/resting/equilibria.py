@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
-from ..kernels.ties import number_ties
+from ..kernels.sorting import number_ties
 from ..records import Part
 from ..tolerances import SAME_DOWN, SAME_HEIGHT
 from .convex_body import ConvexBody, convex_body

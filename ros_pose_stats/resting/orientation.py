@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..kernels.body.orientation import matrices_of, quaternions_down
+from ..kernels.body.standing import matrices_of, quaternions_down
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import RequestError
 from ..kernels.body.equilibria import ways_out
-from ..kernels.body.silhouette import silhouette, tops
+from ..kernels.body.standing import silhouette, tops
 from ..kernels.features.corner_crowding import corner_crowding
 from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
@@ -89,7 +89,7 @@ class RestingPoses:
 
     @cached_property
     def split_features(self) -> Array:
-        """What tells the components of each split apart; see `kernels.split_features`."""
+        """What tells the components of each split apart; see `kernels.features.split_features`."""
         found = self.equilibria.arrays
         return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
                               found.tree, self.clusters.split, self.passage_r[0],
@@ -97,7 +97,7 @@ class RestingPoses:
 
     @cached_property
     def corner_crowding(self) -> Array:
-        """At each of `CORNER_REACHES`, (2,); see `kernels.corner_crowding`."""
+        """At each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
         return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name

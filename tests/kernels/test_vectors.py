@@ -7,7 +7,8 @@ from decimal import Decimal, getcontext
 import numpy as np
 import pytest
 
-from ros_pose_stats.kernels.vectors import area_vector, solid_angle
+from ros_pose_stats.kernels import vectors
+from ros_pose_stats.kernels.vectors import Vec3, area_vector
 from tests.bodies import rotation
 
 getcontext().prec = 50
@@ -34,6 +35,10 @@ def precise_angle(*corners):
         k += 2
         total += term / k
     return float(2 * total)
+
+
+def solid_angle(*corners):
+    return vectors.solid_angle(*(Vec3(*corner) for corner in corners))
 
 
 TINY = np.array(((0.3, -0.2, 0.0), (1.1, 0.1, 0.0), (-0.4, 0.9, 0.0)))
@@ -77,5 +82,33 @@ def test_more_than_half_of_the_sphere():
 
 
 def test_area_vector():
-    assert area_vector(*np.array(((1.0, 1.0, 5.0), (3.0, 1.0, 5.0), (1.0, 4.0, 5.0)))) == (
+    assert area_vector(Vec3(1.0, 1.0, 5.0), Vec3(3.0, 1.0, 5.0), Vec3(1.0, 4.0, 5.0)) == (
         0.0, 0.0, 3.0)
+
+
+def test_vectors_are_numpys():
+    """Components in the right places, for every helper."""
+    a, b = np.random.default_rng(3).standard_normal((2, 3))
+    matrix = np.random.default_rng(4).standard_normal((3, 3))
+    one, two = Vec3(*a), Vec3(*b)
+    expected = {
+        "plus": a + b, "minus": a - b, "times": a * b, "over": a / b, "cross": np.cross(a, b),
+        "dot": a @ b}
+    for name, value in expected.items():
+        assert getattr(vectors, name)(one, two) == pytest.approx(value, rel=1e-15, abs=1e-15)
+    assert vectors.scaled(one, 2.5) == tuple(2.5 * a)
+    assert vectors.divided(one, 2.5) == tuple(a / 2.5)
+    assert vectors.dot_from(2.0, one, two) == pytest.approx(2.0 + a @ b, rel=1e-15)
+    assert vectors.length(one) == pytest.approx(np.linalg.norm(a), rel=1e-15)
+    assert vectors.turned(matrix, one) == pytest.approx(matrix @ a, rel=1e-14)
+
+
+def test_reading_and_writing():
+    values, table = np.arange(6.0), np.arange(12.0).reshape(2, 6)
+    assert vectors.read_vector(values, 2) == (2.0, 3.0, 4.0)
+    assert vectors.read_row(table, 1, 3) == (9.0, 10.0, 11.0)
+    assert vectors.point_at(table, 1) == (6.0, 7.0, 8.0)
+    vectors.write_vector(values, 3, Vec3(7.0, 8.0, 9.0))
+    vectors.write_row(table, 0, 1, Vec3(7.0, 8.0, 9.0))
+    assert values.tolist() == [0.0, 1.0, 2.0, 7.0, 8.0, 9.0]
+    assert table[0].tolist() == [0.0, 7.0, 8.0, 9.0, 4.0, 5.0]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ros_pose_stats.kernels.body.orientation import POLE
+from ros_pose_stats.kernels.body.standing import POLE
 from ros_pose_stats.resting.orientation import resting_quaternions, rotation_matrices
 from ros_pose_stats.shapes import sphere_points
 

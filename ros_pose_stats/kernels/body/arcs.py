@@ -12,15 +12,25 @@ whole, so that a corner more or less on a straight edge changes nothing.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..compilation import kernel
+from ..array_types import Array
+from ..compilation import inlined, kernel
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    minus,
+    plus,
+    point_at,
+    scaled,
+    turned,
+    write_row,
+)
 from .convex_body import BodyArrays
-
-Array = NDArray[np.float64]
 
 # Gauss-Legendre points and weights on [-1, 1].
 _POINTS = (-0.861136311594053, -0.339981043584856, 0.339981043584856, 0.861136311594053)
@@ -33,6 +43,10 @@ the root of the level, and would make much of the rounding of saddles that tie."
 SHORTEST = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
+# columns of an arc's turn (2,)
+OVER_ANGLE: Final = 0
+OVER_LENGTH: Final = 1
+
 
 class Arcs(NamedTuple):
     """The half arc of every polygon side, on the side of its face."""
@@ -43,7 +57,7 @@ class Arcs(NamedTuple):
     top: Array    # (N,) highest R
     foot: Array   # (N, 3) unit vector to Q
     along: Array  # (N, 3) unit vector square to it, towards the face's normal
-    whole: Array  # (N, 2) its turn summed over the angle, and over the length
+    whole: Array  # (N, 2) its turn summed over the angle, and over the length, of `down`
 
 
 @kernel
@@ -71,77 +85,59 @@ def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -
             continue
         arcs.bottom[k] = body.reach[k] * math.cos(arcs.far[k])
         arcs.top[k] = body.reach[k] * math.cos(arcs.near[k]) * AT_THE_TOP
-        v, w = points[body.corner[k]], points[body.corner[t]]
-        length = body.start[k] + body.stop[k]
-        part = body.start[k] / length
-        for i in range(3):
-            arcs.foot[k, i] = (v[i] + part * (w[i] - v[i])) / body.reach[k]
-        away = 0.0
-        for i in range(3):
-            away += body.normal[f, i] * arcs.foot[k, i]
-        size = 0.0
-        for i in range(3):
-            arcs.along[k, i] = body.normal[f, i] - away * arcs.foot[k, i]
-            size += arcs.along[k, i] ** 2
-        if size < SHORTEST:
+        v, w = point_at(points, body.corner[k]), point_at(points, body.corner[t])
+        part = body.start[k] / (body.start[k] + body.stop[k])
+        foot = divided(plus(v, scaled(minus(w, v), part)), body.reach[k])
+        normal = point_at(body.normal, f)
+        along = minus(normal, scaled(foot, dot(normal, foot)))
+        square = dot(along, along)
+        if square < SHORTEST:
             arcs.far[k] = arcs.near[k]
             continue
-        for i in range(3):
-            arcs.along[k, i] /= math.sqrt(size)
+        write_row(arcs.foot, k, 0, foot)
+        write_row(arcs.along, k, 0, divided(along, math.sqrt(square)))
         swept, rolled = arc_sums(k, arcs.near[k], points, body, arcs, inertia, inverse)
-        arcs.whole[k, 0], arcs.whole[k, 1] = swept, rolled
+        arcs.whole[k, OVER_ANGLE], arcs.whole[k, OVER_LENGTH] = swept, rolled
     return arcs
 
 
-@kernel
+@inlined
 def arc_sums(k: int, near: float, points: Array, body: BodyArrays, arcs: Arcs, inertia: Array,
              inverse: Array) -> tuple[float, float]:
     """Turn summed over the angle and over the length of a half arc from x = `near` on."""
-    v, w = points[body.corner[k]], points[body.corner[body.twin[k]]]
-    foot, along, q = arcs.foot[k], arcs.along[k], body.reach[k]
+    v, w = point_at(points, body.corner[k]), point_at(points, body.corner[body.twin[k]])
+    foot, along = point_at(arcs.foot, k), point_at(arcs.along, k)
     middle, half = 0.5 * (arcs.far[k] + near), 0.5 * (arcs.far[k] - near)
     swept = rolled = 0.0
-    down, turn = np.empty(3), np.empty(3)
     for i in range(4):
         x = middle + half * _POINTS[i]
         cosine, sine = math.cos(x), math.sin(x)
-        for j in range(3):
-            down[j] = cosine * foot[j] + sine * along[j]
-            turn[j] = cosine * along[j] - sine * foot[j]
-        speed = math.sqrt((q * sine) ** 2 + _rotation(down, turn, inertia))
-        turned = half * _WEIGHTS[i] * _turn(down, v, w, inverse)
-        swept += turned
-        rolled += turned * speed
+        down = plus(scaled(foot, cosine), scaled(along, sine))
+        turn = minus(scaled(along, cosine), scaled(foot, sine))
+        speed = math.sqrt((body.reach[k] * sine) ** 2 + _rotation(down, turn, inertia))
+        angle = half * _WEIGHTS[i] * _turn(down, v, w, inverse)
+        swept += angle
+        rolled += angle * speed
     return swept, rolled
 
 
-@kernel
-def _form(matrix: Array, ax: float, ay: float, az: float, bx: float, by: float,
-          bz: float) -> float:
-    """Product a M b."""
-    return float(ax * (matrix[0, 0] * bx + matrix[0, 1] * by + matrix[0, 2] * bz)
-                 + ay * (matrix[1, 0] * bx + matrix[1, 1] * by + matrix[1, 2] * bz)
-                 + az * (matrix[2, 0] * bx + matrix[2, 1] * by + matrix[2, 2] * bz))
-
-
-@kernel
-def _rotation(p: Array, t: Array, inertia: Array) -> float:
-    """Twice the rotational energy, over the mass, of moving `down` = p at velocity t.
+@inlined
+def _rotation(down: Vec3, turn: Vec3, inertia: Array) -> float:
+    """Twice the rotational energy, over the mass, of moving `down` at a velocity.
 
     The part does not turn about the vertical: p I w = 0.
     """
-    x, y, z = p[1] * t[2] - p[2] * t[1], p[2] * t[0] - p[0] * t[2], p[0] * t[1] - p[1] * t[0]
-    about = _form(inertia, p[0], p[1], p[2], x, y, z)
-    return (_form(inertia, x, y, z, x, y, z)
-            - about * about / _form(inertia, p[0], p[1], p[2], p[0], p[1], p[2]))
+    spin = cross(down, turn)
+    about = dot(down, turned(inertia, spin))
+    return (dot(spin, turned(inertia, spin))
+            - about * about / dot(down, turned(inertia, down)))
 
 
-@kernel
-def _turn(p: Array, v: Array, w: Array, inverse: Array) -> float:
+@inlined
+def _turn(down: Vec3, v: Vec3, w: Vec3, inverse: Array) -> float:
     """Angle between the impulses at both corners, in the metric of the inertia."""
-    ax, ay, az = v[1] * p[2] - v[2] * p[1], v[2] * p[0] - v[0] * p[2], v[0] * p[1] - v[1] * p[0]
-    bx, by, bz = w[1] * p[2] - w[2] * p[1], w[2] * p[0] - w[0] * p[2], w[0] * p[1] - w[1] * p[0]
-    first = 1.0 + _form(inverse, ax, ay, az, ax, ay, az)
-    second = 1.0 + _form(inverse, bx, by, bz, bx, by, bz)
-    both = 1.0 + _form(inverse, ax, ay, az, bx, by, bz)
+    a, b = cross(v, down), cross(w, down)
+    first = 1.0 + dot(a, turned(inverse, a))
+    second = 1.0 + dot(b, turned(inverse, b))
+    both = 1.0 + dot(a, turned(inverse, b))
     return math.atan2(math.sqrt(max(0.0, first * second - both * both)), both)

@@ -18,16 +18,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Array1, Array2, Fixed2, FixedIndex2, Index1
+from ..array_types import Array, Array1, Array2, Fixed2, FixedIndex2, Index, Index1
 from ..compilation import entry_kernel, kernel
-from ..vectors import solid_angle
+from ..vectors import cross, divided, dot, length, minus, point_at, solid_angle
 from .coplanar import orient, planar_regions, twins
 from .polygons import corner_loops, pair_sides, planes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class BodyArrays(NamedTuple):
@@ -112,38 +108,32 @@ def _side_lengths(points: Array, face_start: Index, corner: Index, face: Index, 
     stop, reach = np.empty(sides), np.empty(sides)
     radius = np.empty(points.shape[0])
     for i in range(points.shape[0]):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        radius[i] = math.sqrt(x * x + y * y + z * z)
+        radius[i] = length(point_at(points, i))
     # Places far apart in memory are best fetched in a loop that does little else.
     beyond = np.empty(sides, np.int64)
     for k in range(sides):
         beyond[k] = face[twin[k]]
     for f in range(face_start.shape[0] - 1):
         begin, end = face_start[f], face_start[f + 1]
-        nx, ny, nz, d = normal[f, 0], normal[f, 1], normal[f, 2], distance[f]
-        wx, wy, wz = points[corner[begin], 0], points[corner[begin], 1], points[corner[begin], 2]
+        n, d = point_at(normal, f), distance[f]
+        w = point_at(points, corner[begin])
         for k in range(begin, end):
-            vx, vy, vz = wx, wy, wz
-            w = corner[k + 1 if k + 1 < end else begin]
-            wx, wy, wz = points[w, 0], points[w, 1], points[w, 2]
-            g = beyond[k]
-            mx, my, mz = normal[g, 0], normal[g, 1], normal[g, 2]
-            ex, ey, ez = wx - vx, wy - vy, wz - vz
-            length = math.sqrt(ex * ex + ey * ey + ez * ez)
-            lx, ly, lz = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
-            sine = math.sqrt(lx * lx + ly * ly + lz * lz)
-            if sine > length:
-                ex, ey, ez = lx / sine, ly / sine, lz / sine
-                s = (distance[g] - (nx * mx + ny * my + nz * mz) * d) / sine
+            v, w = w, point_at(points, corner[k + 1 if k + 1 < end else begin])
+            m = point_at(normal, beyond[k])
+            along, meeting = minus(w, v), cross(n, m)
+            size, sine = length(along), length(meeting)
+            if sine > size:
+                along = divided(meeting, sine)
+                s = (distance[beyond[k]] - dot(n, m) * d) / sine
             else:
-                ex, ey, ez = ex / length, ey / length, ez / length
+                along = divided(along, size)
                 # n x e points into the polygon; n . (v x e) = -v . (n x e)
-                s = nx * (vy * ez - vz * ey) + ny * (vz * ex - vx * ez) + nz * (vx * ey - vy * ex)
+                s = dot(n, cross(v, along))
             inset[k] = s
             # From the plane, so that no side of a merged face comes closer than the face itself.
             reach[k] = math.sqrt(d * d + s * s)
-            start[k] = -(vx * ex + vy * ey + vz * ez)
-            stop[k] = wx * ex + wy * ey + wz * ez
+            start[k] = -dot(v, along)
+            stop[k] = dot(w, along)
     return inset, start, stop, reach, radius
 
 
@@ -171,8 +161,9 @@ def _face_angles(points: Array, face_start: Index, corner: Index, distance: Arra
                 total += 2.0 * math.atan(s * start[k] / ((d + q) * (q + v)))
                 total += 2.0 * math.atan(s * stop[k] / ((d + q) * (q + w)))
         else:
-            p = points[corner[begin]]
+            p = point_at(points, corner[begin])
             for k in range(begin + 1, end - 1):
-                total += solid_angle(p, points[corner[k]], points[corner[k + 1]])
+                total += solid_angle(p, point_at(points, corner[k]),
+                                     point_at(points, corner[k + 1]))
         angle[f] = total
     return angle

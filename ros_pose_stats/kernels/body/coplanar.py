@@ -8,19 +8,43 @@ tessellated cylinder, rounded to float32) settles on the right plane while it gr
 
 from __future__ import annotations
 
-import math
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed2, FixedIndex2
+from ..array_types import Array, Fixed2, FixedIndex2, Flags, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import falling_order
-from ..vectors import area_vector
+from ..vectors import (
+    Vec3,
+    area_vector,
+    divided,
+    dot,
+    length,
+    minus,
+    plus,
+    point_at,
+    read_vector,
+    scaled,
+    write_row,
+    write_vector,
+)
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flag = NDArray[np.bool_]
+# The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
+NORMAL: Final = 0    # 0, 1, 2
+CENTROID: Final = 3  # 3, 4, 5
+AREA: Final = 6
+PLANE: Final = 7
+
+
+class Surface(NamedTuple):
+    """Triangles to be gathered."""
+
+    points: Array     # (H, 3)
+    triangles: Index  # (M, 3)
+    neighbors: Index  # (M, 3) triangle opposite to each vertex, -1 for none
+    vectors: Array    # (M, 3) area along the normal
+    areas: Array      # (M,)
 
 
 @kernel
@@ -34,9 +58,7 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     count = triangles.shape[0]
     best, start = -1.0, 0
     for t in range(count):
-        p = points[triangles[t, 0]]
-        x, y, z = area_vector(p, points[triangles[t, 1]], points[triangles[t, 2]])
-        volume = x * p[0] + y * p[1] + z * p[2]
+        volume = dot(_area_vector(points, triangles, t), point_at(points, triangles[t, 0]))
         if abs(volume) > best:
             best, start = abs(volume), t
         if volume < 0.0:
@@ -103,10 +125,11 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
     if tolerance <= 0.0:
         return np.arange(count)
     vectors, areas = area_vectors(points, triangles)
-    alone = _alone(points, triangles, neighbors, vectors, areas, tolerance)
+    surface = Surface(points, triangles, neighbors, vectors, areas)
+    alone = _alone(surface, tolerance)
     region = np.full(count, -1, np.int64)
     queue = np.empty(count, np.int64)
-    plane = np.empty(7)
+    plane = np.empty(PLANE)
     number = 0
     for seed in falling_order(areas):
         if region[seed] >= 0:
@@ -125,31 +148,30 @@ def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance:
             if region[best] >= 0:
                 region[seed] = region[best]
                 continue
-        _grow(points, triangles, neighbors, vectors, areas, region, queue, plane, seed, number,
-              tolerance)
+        _grow(surface, region, queue, plane, seed, number, tolerance)
         number += 1
     return region
 
 
 @kernel
-def _alone(points: Array, triangles: Index, neighbors: Index, vectors: Array, areas: Array,
-           tolerance: float) -> Flag:
+def _alone(surface: Surface, tolerance: float) -> Flags:
     """Whether no neighbour of a triangle (M,) lies in its plane.
 
     Most triangles of a curved surface are such; going through them in their own order spares
     a search from one end of the memory to the other for each seed.
     """
-    alone = np.zeros(triangles.shape[0], np.bool_)
-    plane = np.empty(7)
-    for t in range(triangles.shape[0]):
+    neighbors, areas = surface.neighbors, surface.areas
+    alone = np.zeros(areas.shape[0], np.bool_)
+    plane = np.empty(PLANE)
+    for t in range(areas.shape[0]):
         if areas[t] == 0.0:
             continue
         plane[:] = 0.0
-        _gather(points, triangles, vectors, areas, plane, t)
+        _gather(surface, plane, t)
         found = False
         for i in range(3):
             n = neighbors[t, i]
-            found = found or (n >= 0 and _near_plane(points, triangles, plane, n, tolerance))
+            found = found or (n >= 0 and _near_plane(surface, plane, n, tolerance))
         alone[t] = not found
     return alone
 
@@ -160,26 +182,32 @@ def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
     count = triangles.shape[0]
     vectors, areas = np.empty((count, 3)), np.empty(count)
     for t in range(count):
-        p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        px, py, pz = points[p, 0], points[p, 1], points[p, 2]
-        ax, ay, az = points[q, 0] - px, points[q, 1] - py, points[q, 2] - pz
-        bx, by, bz = points[r, 0] - px, points[r, 1] - py, points[r, 2] - pz
-        x, y, z = 0.5 * (ay * bz - az * by), 0.5 * (az * bx - ax * bz), 0.5 * (ax * by - ay * bx)
-        vectors[t, 0], vectors[t, 1], vectors[t, 2] = x, y, z
-        areas[t] = math.sqrt(x * x + y * y + z * z)
+        area = _area_vector(points, triangles, t)
+        write_row(vectors, t, 0, area)
+        areas[t] = length(area)
     return vectors, areas
 
 
 @inlined
-def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, areas: Array,
-          region: Index, queue: Index, plane: Array, seed: int, number: int,
-          tolerance: float) -> None:
-    """Fill a region from its seed; `plane` is scratch.
+def _area_vector(points: Array, triangles: Index, t: int) -> Vec3:
+    return area_vector(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
+                       point_at(points, triangles[t, 2]))
 
-    Area vector, area-weighted sum of centroids and sum of areas of what is gathered.
-    """
+
+@inlined
+def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
+    """Centroid of a triangle."""
+    corners = plus(plus(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1])),
+                   point_at(points, triangles[t, 2]))
+    return divided(corners, 3.0)
+
+
+@inlined
+def _grow(surface: Surface, region: Index, queue: Index, plane: Array, seed: int, number: int,
+          tolerance: float) -> None:
+    """Fill a region from its seed; `queue` and `plane` are scratch."""
     plane[:] = 0.0
-    _gather(points, triangles, vectors, areas, plane, seed)
+    _gather(surface, plane, seed)
     region[seed] = number
     queue[0], size = seed, 1
     grown = True
@@ -191,12 +219,12 @@ def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, are
             t = queue[k]
             k += 1
             for i in range(3):
-                n = neighbors[t, i]
+                n = surface.neighbors[t, i]
                 if n < 0 or region[n] >= 0:
                     continue
-                if not _near_plane(points, triangles, plane, n, tolerance):
+                if not _near_plane(surface, plane, n, tolerance):
                     continue
-                _gather(points, triangles, vectors, areas, plane, n)
+                _gather(surface, plane, n)
                 region[n] = number
                 queue[size] = n
                 size += 1
@@ -204,32 +232,29 @@ def _grow(points: Array, triangles: Index, neighbors: Index, vectors: Array, are
 
 
 @inlined
-def _gather(points: Array, triangles: Index, vectors: Array, areas: Array, plane: Array,
-            t: int) -> None:
-    p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-    for c in range(3):
-        plane[c] += vectors[t, c]
-        centroid = (points[p, c] + points[q, c] + points[r, c]) / 3.0
-        plane[3 + c] += areas[t] * centroid
-    plane[6] += areas[t]
+def _gather(surface: Surface, plane: Array, t: int) -> None:
+    area = surface.areas[t]
+    centroid = scaled(centroid_of(surface.points, surface.triangles, t), area)
+    write_vector(plane, NORMAL, plus(read_vector(plane, NORMAL), point_at(surface.vectors, t)))
+    write_vector(plane, CENTROID, plus(read_vector(plane, CENTROID), centroid))
+    plane[AREA] += area
 
 
 @inlined
-def _near_plane(points: Array, triangles: Index, plane: Array, t: int, tolerance: float) -> bool:
+def _near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> bool:
     """Whether a triangle lies in the plane gathered so far.
 
     Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
     are slivers and some fold back, and their area vectors still sum up to the facet's.
     """
-    nx, ny, nz, total = plane[0], plane[1], plane[2], plane[6]
-    length = math.sqrt(nx * nx + ny * ny + nz * nz)
-    if length == 0.0 or total == 0.0:
+    normal, total = read_vector(plane, NORMAL), plane[AREA]
+    size = length(normal)
+    if size == 0.0 or total == 0.0:
         return False
-    mx, my, mz = plane[3] / total, plane[4] / total, plane[5] / total
+    middle = divided(read_vector(plane, CENTROID), total)
     for j in range(3):
-        p = triangles[t, j]
-        off = (points[p, 0] - mx) * nx + (points[p, 1] - my) * ny + (points[p, 2] - mz) * nz
-        if abs(off) > tolerance * length:
+        point = point_at(surface.points, surface.triangles[t, j])
+        if abs(dot(minus(point, middle), normal)) > tolerance * size:
             return False
     return True
 

@@ -10,28 +10,25 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...tolerances import TIP_MARGIN
+from ..array_types import Array, Index
 from ..compilation import inlined, kernel
 from .convex_body import BodyArrays
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 @inlined
-def side_level(reach: Array, start: Array, stop: Array, radius: Array, corner: Index, twin: Index,
-               k: int) -> float:
+def side_level(body: BodyArrays, k: int) -> float:
     """Smallest distance of a polygon side (a segment) from the origin.
 
     It is no smaller than the line's distance seen from either face; where corners lie off
     their planes by what still counts as coplanar, this is enforced.
     """
-    level = max(reach[k], reach[twin[k]])
-    if start[k] > 0.0 and stop[k] > 0.0:
+    other = body.twin[k]
+    level = max(body.reach[k], body.reach[other])
+    if body.start[k] > 0.0 and body.stop[k] > 0.0:
         return float(level)
-    return float(max(level, min(radius[corner[k]], radius[corner[twin[k]]])))
+    return float(max(level, min(body.radius[body.corner[k]], body.radius[body.corner[other]])))
 
 
 @inlined
@@ -60,10 +57,7 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
     {r < E} of the face first touches that side, and {R < E} flows over it as well, so the
     basins found by following these steps serve both functions.
     """
-    # Only numbers and arrays go to the helpers, no tuple of arrays: see `cap_areas`.
-    face_start, twin, corner, radius = body.face_start, body.twin, body.corner, body.radius
-    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
-    distance = body.distance
+    face_start, inset, distance = body.face_start, body.inset, body.distance
     faces = distance.shape[0]
     parent = np.arange(faces)
     for f in range(faces):
@@ -79,7 +73,7 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
                 lowest = g
             if inset[k] > TIP_MARGIN:
                 continue
-            level = side_level(reach, start, stop, radius, corner, twin, k)
+            level = side_level(body, k)
             if level < best or (level == best and inset[k] < best_inset):
                 best, best_inset = level, inset[k]
                 parent[f] = g
@@ -130,16 +124,14 @@ def without_barrier(body: BodyArrays, beyond: Index, parent: Index) -> bool:
     leaves one stable face less and must not lead back.
     """
     stable, basin = basins(parent)
-    face_start, face, twin, corner = body.face_start, body.face, body.twin, body.corner
-    inset, reach, start, stop = body.inset, body.reach, body.start, body.stop
-    distance, radius = body.distance, body.radius
+    face_start, face, inset, distance = body.face_start, body.face, body.inset, body.distance
     lowest = np.full(stable.shape[0], math.inf)
     way_out = np.full(stable.shape[0], -1, np.int64)
-    for k in range(twin.shape[0]):
+    for k in range(face.shape[0]):
         own = basin[face[k]]
         if own == basin[beyond[k]]:
             continue
-        level = side_level(reach, start, stop, radius, corner, twin, k)
+        level = side_level(body, k)
         if level < lowest[own]:
             lowest[own], way_out[own] = level, k
     moved = False

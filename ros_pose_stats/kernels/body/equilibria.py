@@ -6,18 +6,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...tolerances import TIP_MARGIN
-from ..array_types import Fixed1, Fixed2, FixedIndex1, FixedIndex2
+from ..array_types import Array, Fixed1, Fixed2, FixedIndex1, FixedIndex2, Index
 from ..compilation import entry_kernel, kernel
 from ..levels.merge_tree import MergeTree, merge_tree
 from .convex_body import BodyArrays
 from .descent import basins, descend, faces_beyond, without_barrier
 from .toppling import settle, toppling
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class EquilibriumArrays(NamedTuple):

@@ -6,20 +6,15 @@ on a straight edge and is dropped, so that subdividing a mesh changes nothing.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Array, Flags, Index
 from ..compilation import inlined, kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flag = NDArray[np.bool_]
+from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, write_row
 
 
 @inlined
-def next_on_boundary(h: int, boundary: Flag, opposite: Index) -> int:
+def next_on_boundary(h: int, boundary: Flags, opposite: Index) -> int:
     """The boundary half-edge of the same region that starts where half-edge h ends."""
     h = following(h)
     for _ in range(opposite.shape[0]):
@@ -59,25 +54,10 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     side_of : (3 M,) array
         Polygon side that a boundary half-edge belongs to, else -1.
     """
-    halves = opposite.shape[0]
-    faces = region.max() + 1
-    degree = np.zeros(points, np.int64)
-    border = np.zeros(faces, np.int64)
-    entry = np.full(faces, -1, np.int64)
-    origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
-    for t in range(triangles.shape[0]):
-        for i in range(3):
-            h = 3 * t + i
-            origin[h] = triangles[t, i + 1 if i < 2 else 0]
-            if opposite[h] < 0:
-                return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
-            boundary[h] = region[t] != region[opposite[h] // 3]
-            if boundary[h]:
-                degree[origin[h]] += 1
-                border[region[t]] += 1
-    for h in range(halves):
-        if boundary[h] and degree[origin[h]] >= 3:
-            entry[region[h // 3]] = h
+    faces, halves = region.max() + 1, opposite.shape[0]
+    if opposite.min() < 0:
+        return False, np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
+    boundary, border, is_corner, entry = _boundaries(triangles, region, opposite, points)
     face_start = np.zeros(faces + 1, np.int64)
     first = np.empty(border.sum(), np.int64)
     side_of = np.full(halves, -1, np.int64)
@@ -85,7 +65,7 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     for f in range(faces):
         h, walked, corners = entry[f], 0, 0
         while h >= 0 and walked < border[f]:
-            if degree[origin[h]] >= 3:
+            if is_corner[h]:
                 first[size] = h
                 size += 1
                 corners += 1
@@ -100,6 +80,39 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
     return _in_standard_order(triangles, face_start, first[:size], side_of, points)
 
 
+@kernel
+def _boundaries(triangles: Index, region: Index, opposite: Index,
+                points: int) -> tuple[Flags, Index, Flags, Index]:
+    """Half-edges between two regions.
+
+    Returns
+    -------
+    boundary : (3 M,) array of bool
+        Which they are.
+    border : (F,) array
+        How many each region has.
+    is_corner : (3 M,) array of bool
+        Those that start at a corner.
+    entry : (F,) array
+        One such of each region, -1 where it has none.
+    """
+    halves, faces = opposite.shape[0], region.max() + 1
+    degree, border = np.zeros(points, np.int64), np.zeros(faces, np.int64)
+    origin, boundary = np.empty(halves, np.int32), np.empty(halves, np.bool_)
+    for t in range(triangles.shape[0]):
+        for i in range(3):
+            h = 3 * t + i
+            origin[h] = triangles[t, i + 1 if i < 2 else 0]
+            boundary[h] = region[t] != region[opposite[h] // 3]
+            if boundary[h]:
+                degree[origin[h]] += 1
+                border[region[t]] += 1
+    is_corner, entry = np.empty(halves, np.bool_), np.full(faces, -1, np.int64)
+    for h in range(halves):
+        is_corner[h] = boundary[h] and degree[origin[h]] >= 3
+        if is_corner[h]:
+            entry[region[h // 3]] = h
+    return boundary, border, is_corner, entry
 @kernel
 def _in_standard_order(triangles: Index, face_start: Index, first: Index, side_of: Index,
                        points: int) -> tuple[bool, Index, Index, Index]:
@@ -166,30 +179,23 @@ def planes(points: Array, face_start: Index, corner: Index) -> tuple[Array, Arra
     areas = np.empty(faces)
     for f in range(faces):
         begin, end = face_start[f], face_start[f + 1]
-        mx = my = mz = 0.0
+        middle = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
-            p = points[corner[k]]
-            mx += p[0]
-            my += p[1]
-            mz += p[2]
-        count = end - begin
-        mx, my, mz = mx / count, my / count, mz / count
-        nx = ny = nz = 0.0
+            middle = plus(middle, point_at(points, corner[k]))
+        middle = divided(middle, float(end - begin))
+        normal = Vec3(0.0, 0.0, 0.0)
         for k in range(begin, end):
-            p = points[corner[k]]
-            q = points[corner[k + 1 if k + 1 < end else begin]]
-            ax, ay, az = p[0] - mx, p[1] - my, p[2] - mz
-            bx, by, bz = q[0] - mx, q[1] - my, q[2] - mz
-            nx += ay * bz - az * by
-            ny += az * bx - ax * bz
-            nz += ax * by - ay * bx
-        length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        areas[f] = 0.5 * length
-        if length == 0.0:
+            p = point_at(points, corner[k])
+            q = point_at(points, corner[k + 1 if k + 1 < end else begin])
+            normal = plus(normal, cross(minus(p, middle), minus(q, middle)))
+        size = length(normal)
+        areas[f] = 0.5 * size
+        if size == 0.0:
             distances[f] = -1.0
             continue
-        normals[f, 0], normals[f, 1], normals[f, 2] = nx / length, ny / length, nz / length
-        distances[f] = normals[f, 0] * mx + normals[f, 1] * my + normals[f, 2] * mz
+        normal = divided(normal, size)
+        write_row(normals, f, 0, normal)
+        distances[f] = dot(normal, middle)
     return normals, distances, areas
 
 

@@ -9,15 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...tolerances import SAME_EDGE, TIP_MARGIN
+from ..array_types import Array, Index
 from ..compilation import inlined, kernel
+from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, scaled
 from .convex_body import BodyArrays
 from .descent import end_of, is_lower
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @kernel
@@ -36,15 +34,13 @@ def toppling(points: Array, body: BodyArrays, beyond: Index,
     share : (F, 2) array
         Fractions, summing to 1 for unstable faces and to 0 for stable ones.
     """
-    face_start, corner = body.face_start, body.corner
-    normal, distance, inset = body.normal, body.distance, body.inset
     faces = parent.shape[0]
     target = np.full((faces, 2), -1, np.int64)
     share = np.zeros((faces, 2))
     for f in range(faces):
         if parent[f] == f:
             continue
-        _pierced(points, face_start, corner, beyond, normal, distance, inset, f, target)
+        _pierced(points, body, beyond, f, target)
         if target[f, 0] < 0:
             target[f, 0] = end_of(parent, f)
         if target[f, 1] < 0:
@@ -55,18 +51,18 @@ def toppling(points: Array, body: BodyArrays, beyond: Index,
 
 
 @inlined
-def _pierced(points: Array, face_start: Index, corner: Index, beyond: Index, normal: Array,
-             distance: Array, inset: Array, f: int, target: Index) -> None:
+def _pierced(points: Array, body: BodyArrays, beyond: Index, f: int, target: Index) -> None:
     """Find the side that the segment from centroid to foot leaves through."""
-    begin, end = face_start[f], face_start[f + 1]
-    nx, ny, nz = normal[f, 0], normal[f, 1], normal[f, 2]
-    cx, cy, cz = polygon_centroid(points, corner, begin, end, nx, ny, nz)
+    corner, distance, inset = body.corner, body.distance, body.inset
+    begin, end = body.face_start[f], body.face_start[f + 1]
+    normal = point_at(body.normal, f)
+    centroid = polygon_centroid(points, corner, begin, end, normal)
     first, exit_side = math.inf, -1
     for k in range(begin, end):
         if inset[k] > TIP_MARGIN:
             continue
-        v, w = corner[k], corner[k + 1 if k + 1 < end else begin]
-        inside = _inset_of(points, v, w, nx, ny, nz, cx, cy, cz)
+        w = corner[k + 1 if k + 1 < end else begin]
+        inside = _inset_of(centroid, normal, point_at(points, corner[k]), point_at(points, w))
         if inside <= inset[k]:
             continue
         crossing = inside / (inside - inset[k])
@@ -77,12 +73,12 @@ def _pierced(points: Array, face_start: Index, corner: Index, beyond: Index, nor
     target[f, 0] = beyond[exit_side]
     after = exit_side + 1 if exit_side + 1 < end else begin
     before = exit_side - 1 if exit_side > begin else end - 1
-    # From the centroid to the foot of the centre of mass.
-    d = distance[f]
-    ux, uy, uz = d * nx - cx, d * ny - cy, d * nz - cz
-    if _off_line(points, corner[after], nx, ny, nz, cx, cy, cz, ux, uy, uz) < SAME_EDGE:
+    to_foot = minus(scaled(normal, distance[f]), centroid)
+    at_end = minus(point_at(points, corner[after]), centroid)
+    at_start = minus(point_at(points, corner[exit_side]), centroid)
+    if _off_line(at_end, to_foot, normal) < SAME_EDGE:
         beside = after
-    elif _off_line(points, corner[exit_side], nx, ny, nz, cx, cy, cz, ux, uy, uz) < SAME_EDGE:
+    elif _off_line(at_start, to_foot, normal) < SAME_EDGE:
         beside = before
     else:
         return
@@ -92,47 +88,30 @@ def _pierced(points: Array, face_start: Index, corner: Index, beyond: Index, nor
 
 
 @inlined
-def _off_line(points: Array, p: int, nx: float, ny: float, nz: float, x: float, y: float,
-              z: float, ux: float, uy: float, uz: float) -> float:
-    """Distance of a point of a face from the line through x y z along u in the face."""
-    length = math.sqrt(ux * ux + uy * uy + uz * uz)
-    px, py, pz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
-    across = (nx * (uy * pz - uz * py) + ny * (uz * px - ux * pz)
-              + nz * (ux * py - uy * px))
-    return float(abs(across) / length)
+def _off_line(place: Vec3, line: Vec3, normal: Vec3) -> float:
+    """Distance of a place in a plane from the line through the origin there."""
+    return abs(dot(normal, cross(line, place))) / length(line)
 
 
 @inlined
-def polygon_centroid(points: Array, corner: Index, begin: int, end: int, nx: float, ny: float,
-                     nz: float) -> tuple[float, float, float]:
-    """Centroid of the area of the face with the corners `corner[begin:end]` and normal n."""
-    p = corner[begin]
-    px, py, pz = points[p, 0], points[p, 1], points[p, 2]
-    total = sx = sy = sz = 0.0
+def polygon_centroid(points: Array, corner: Index, begin: int, end: int, normal: Vec3) -> Vec3:
+    """Centroid of the area of the face with the corners `corner[begin:end]`."""
+    p = point_at(points, corner[begin])
+    total, moment = 0.0, Vec3(0.0, 0.0, 0.0)
     for k in range(begin + 1, end - 1):
-        q, r = corner[k], corner[k + 1]
-        ax, ay, az = points[q, 0] - px, points[q, 1] - py, points[q, 2] - pz
-        bx, by, bz = points[r, 0] - px, points[r, 1] - py, points[r, 2] - pz
-        weight = (nx * (ay * bz - az * by) + ny * (az * bx - ax * bz)
-                  + nz * (ax * by - ay * bx))
+        a = minus(point_at(points, corner[k]), p)
+        b = minus(point_at(points, corner[k + 1]), p)
+        weight = dot(normal, cross(a, b))
         total += weight
-        sx += weight * (ax + bx)
-        sy += weight * (ay + by)
-        sz += weight * (az + bz)
-    return (px + sx / (3.0 * total), py + sy / (3.0 * total), pz + sz / (3.0 * total))
+        moment = plus(moment, scaled(plus(a, b), weight))
+    return plus(p, divided(moment, 3.0 * total))
 
 
 @inlined
-def _inset_of(points: Array, v: int, w: int, nx: float, ny: float, nz: float, x: float, y: float,
-              z: float) -> float:
-    """Distance of a place on the face with normal n from its side from v to w, inside positive."""
-    vx, vy, vz = points[v, 0], points[v, 1], points[v, 2]
-    ex, ey, ez = points[w, 0] - vx, points[w, 1] - vy, points[w, 2] - vz
-    length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    ix = ny * ez - nz * ey
-    iy = nz * ex - nx * ez
-    iz = nx * ey - ny * ex
-    return float(((x - vx) * ix + (y - vy) * iy + (z - vz) * iz) / length)
+def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
+    """Distance of a place on a face from its side from v to w, inside positive."""
+    side = minus(w, v)
+    return dot(minus(place, v), cross(normal, side)) / length(side)
 
 
 @kernel

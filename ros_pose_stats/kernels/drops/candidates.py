@@ -12,21 +12,28 @@ enter are found from neighbour to neighbour, starting at the lowest.
 
 from __future__ import annotations
 
+from ..array_types import Array, Index
 from ..compilation import inlined
-from ..vectors import length_of
+from ..vectors import Vec3, dot, dot_from, length, minus, read_row
 from .layout import (
+    BALL_BEGIN,
+    BALL_CENTRE,
+    BALL_END,
+    BALL_NEXT,
+    BALL_RADIUS,
+    BALL_REACH,
     BEND,
     HEIGHT,
     LOWEST,
+    OUTLOOK,
     PS,
     SEARCH,
     SLOPE,
     ZS,
-    Array,
     DropBody,
     DropRules,
-    Index,
     Work,
+    corner_of,
 )
 
 NARROW = 2.0
@@ -58,25 +65,23 @@ def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
 
 @inlined
 def _size(series: Array, k: int) -> float:
-    return length_of(series[k, PS], series[k, PS + 1], series[k, PS + 2])
+    return length(read_row(series, k, PS))
 
 
 @inlined
 def gather(body: DropBody, work: Work, bend_p: float, bend_z: float, margin: float) -> int:
     """Candidates by way of the balls."""
-    series = work.series
+    ball, ball_range = body.ball, body.ball_range
     count = 0
     node = 0
-    nodes = body.ball.shape[0]
-    while node < nodes:
-        cx, cy, cz = body.ball[node, 0], body.ball[node, 1], body.ball[node, 2]
-        height, slope = _height_and_slope(series, cx, cy, cz)
-        bend = bend_z + bend_p * body.ball[node, 4]
-        if min(height, height + slope - bend) - body.ball[node, 3] > margin:
-            node = body.ball_range[node, 2]
+    while node < ball.shape[0]:
+        height, slope = _height_and_slope(work.series, read_row(ball, node, BALL_CENTRE))
+        bend = bend_z + bend_p * ball[node, BALL_REACH]
+        if min(height, height + slope - bend) - ball[node, BALL_RADIUS] > margin:
+            node = ball_range[node, BALL_NEXT]
             continue
-        if body.ball_range[node, 2] == node + 1:
-            for j in range(body.ball_range[node, 0], body.ball_range[node, 1]):
+        if ball_range[node, BALL_NEXT] == node + 1:
+            for j in range(ball_range[node, BALL_BEGIN], ball_range[node, BALL_END]):
                 count = _list(body, work, j, bend_p, bend_z, margin, count)
         node += 1
     return count
@@ -93,7 +98,7 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
     work.queue[0] = low
     begin, end = 0, 1
     count = 0
-    p0, p1, p2 = work.series[0, PS], work.series[0, PS + 1], work.series[0, PS + 2]
+    up = read_row(work.series, 0, PS)
     while begin < end:
         j = work.queue[begin]
         begin += 1
@@ -102,8 +107,7 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
             i = body.beside[k]
             if work.seen[i] == search:
                 continue
-            rise = (p0 * (body.x[i] - body.x[j]) + p1 * (body.y[i] - body.y[j])
-                    + p2 * (body.z[i] - body.z[j]))
+            rise = dot(up, minus(corner_of(body, i), corner_of(body, j)))
             if abs(rise) <= swing * body.beside_length[k] + margin:
                 work.seen[i] = search
                 work.queue[end] = i
@@ -118,14 +122,14 @@ def _lowest(body: DropBody, work: Work) -> int:
     Heights are compared as they are rounded, not differences, so that level corners cannot
     lead in a circle.
     """
-    p0, p1, p2 = work.series[0, PS], work.series[0, PS + 1], work.series[0, PS + 2]
+    up = read_row(work.series, 0, PS)
     low = work.tally[LOWEST]
-    least = p0 * body.x[low] + p1 * body.y[low] + p2 * body.z[low]
+    least = dot(up, corner_of(body, low))
     while True:
         best = -1
         for k in range(body.beside_start[low], body.beside_start[low + 1]):
             i = body.beside[k]
-            height = p0 * body.x[i] + p1 * body.y[i] + p2 * body.z[i]
+            height = dot(up, corner_of(body, i))
             if height < least:
                 best, least = i, height
         if best < 0:
@@ -136,19 +140,16 @@ def _lowest(body: DropBody, work: Work) -> int:
 
 
 @inlined
-def _height_and_slope(series: Array, rx: float, ry: float, rz: float) -> tuple[float, float]:
-    height = (series[0, ZS] + series[0, PS] * rx + series[0, PS + 1] * ry
-              + series[0, PS + 2] * rz)
-    slope = (series[1, ZS] + series[1, PS] * rx + series[1, PS + 1] * ry
-             + series[1, PS + 2] * rz)
-    return height, slope
+def _height_and_slope(series: Array, r: Vec3) -> tuple[float, float]:
+    return (dot_from(series[0, ZS], read_row(series, 0, PS), r),
+            dot_from(series[1, ZS], read_row(series, 1, PS), r))
 
 
 @inlined
 def _list(body: DropBody, work: Work, j: int, bend_p: float, bend_z: float, margin: float,
           count: int) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
-    height, slope = _height_and_slope(work.series, body.x[j], body.y[j], body.z[j])
+    height, slope = _height_and_slope(work.series, corner_of(body, j))
     bend = bend_z + bend_p * body.reach[j]
     if min(height, height + slope - bend) > margin:
         return count
@@ -176,14 +177,13 @@ def lowest_first(found: Index, outlook: Array, count: int) -> None:
             best = i
     if best > 0:
         found[0], found[best] = found[best], found[0]
-        for k in range(3):
+        for k in range(OUTLOOK):
             outlook[0, k], outlook[best, k] = outlook[best, k], outlook[0, k]
 
 
 @inlined
 def height_series(body: DropBody, series: Array, last: int, j: int, c: Array) -> None:
     """Power series of the height of a corner."""
-    rx, ry, rz = body.x[j], body.y[j], body.z[j]
+    r = corner_of(body, j)
     for k in range(last + 1):
-        c[k] = (series[k, ZS] + series[k, PS] * rx + series[k, PS + 1] * ry
-                + series[k, PS + 2] * rz)
+        c[k] = dot_from(series[k, ZS], read_row(series, k, PS), r)

@@ -6,158 +6,208 @@ import math
 
 from ...tolerances import PULL, SINKING
 from ..compilation import inlined
-from .layout import EDGE, FACE, FLIGHT, VERTEX, Array, DropBody, Index, P, V, W
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    dot_from,
+    length,
+    minus,
+    over,
+    plus,
+    read_row,
+    read_vector,
+    scaled,
+    write_row,
+    write_vector,
+)
+from .layout import (
+    ALONG,
+    ARM,
+    CORNER,
+    EDGE,
+    FACE,
+    FALL,
+    FLIGHT,
+    LENGTH,
+    NEAR,
+    VERTEX,
+    DropBody,
+    V,
+    W,
+    Work,
+    corner_of,
+    moments_of,
+    spin_of,
+    up_of,
+)
 
 
 @inlined
-def weigh(state: Array, body: DropBody, near: Index, count: int, load: Array) -> None:
-    """Downward acceleration in free motion and reach of every touching vertex.
+def weigh(body: DropBody, work: Work) -> None:
+    """Reach and downward acceleration in free motion of every touching vertex.
 
-    Parameters
-    ----------
-    load : (C, 4) array
-        Set to a = r x p and the acceleration 1 - ((p x w) x w) . r - a . I^-1 (I w) x w.
+    They are a = r x p and 1 - ((p x w) x w) . r - a . I^-1 (I w) x w.
     """
-    m0, m1, m2 = body.moment[0], body.moment[1], body.moment[2]
-    px, py, pz = state[P], state[P + 1], state[P + 2]
-    wx, wy, wz = state[W], state[W + 1], state[W + 2]
-    gx, gy, gz = (m1 - m2) / m0 * wy * wz, (m2 - m0) / m1 * wz * wx, (m0 - m1) / m2 * wx * wy
-    pw, ww = px * wx + py * wy + pz * wz, wx * wx + wy * wy + wz * wz
-    for i in range(count):
-        j = near[i]
-        rx, ry, rz = body.x[j], body.y[j], body.z[j]
-        ax, ay, az = ry * pz - rz * py, rz * px - rx * pz, rx * py - ry * px
-        load[i, 0], load[i, 1], load[i, 2] = ax, ay, az
-        load[i, 3] = (1.0 - pw * (wx * rx + wy * ry + wz * rz)
-                      + ww * (px * rx + py * ry + pz * rz) - ax * gx - ay * gy - az * gz)
+    m, p, w = moments_of(body), up_of(work.state), spin_of(work.state)
+    g = Vec3((m.y - m.z) / m.x * w.y * w.z, (m.z - m.x) / m.y * w.z * w.x,
+             (m.x - m.y) / m.z * w.x * w.y)
+    pw, ww = dot(p, w), dot(w, w)
+    for i in range(work.tally[NEAR]):
+        r = corner_of(body, work.near[i])
+        a = cross(r, p)
+        write_row(work.load, i, ARM, a)
+        work.load[i, FALL] = (1.0 - pw * dot(w, r) + ww * dot(p, r)
+                              - a.x * g.x - a.y * g.y - a.z * g.z)
 
 
 @inlined
-def choose_contact(state: Array, body: DropBody, near: Index, rested: Index, count: int,
-                   load: Array, active: Index, contact: Array) -> int:
+def choose_contact(body: DropBody, work: Work) -> int:
     """Contact mode of the vertices at rest: none, one, or two that carry the body, or a face.
 
-    Parameters
-    ----------
-    load : (C, 4) array
-        From `weigh`.
-    active : (2,) array
-        Set to the vertices in contact, -1 where there is none.
-    contact : (7,) array
-        Set to the vertex, the edge's direction and its length.
+    `weigh` has measured them. The vertices in contact are noted in `active` and `contact`.
     """
+    active, count = work.active, work.tally[NEAR]
     active[0] = active[1] = -1
     most = 0.0
     for i in range(count):
-        if rested[i] == 1:
-            most = max(most, load[i, 3])
+        if work.rested[i] == 1:
+            most = max(most, work.load[i, FALL])
     if most <= PULL:
         return FLIGHT
-    still = _still_on_three(state, rested, count)
-    m0, m1, m2 = body.moment[0], body.moment[1], body.moment[2]
+    still = _still_on_three(work)
     for i in range(count):
-        if rested[i] == 0 or load[i, 3] <= PULL:
+        if work.rested[i] == 0 or work.load[i, FALL] <= PULL:
             continue
-        bx, by, bz = load[i, 0] / m0, load[i, 1] / m1, load[i, 2] / m2
-        force = load[i, 3] / (1.0 + load[i, 0] * bx + load[i, 1] * by + load[i, 2] * bz)
-        bx, by, bz = force * bx, force * by, force * bz
-        if _carries(near, rested, count, load, i, i, force, bx, by, bz):
-            if still and not _lifts(rested, count, load, force, bx, by, bz):
-                return FACE
-            active[0] = near[i]
-            _hold(body, active, contact)
-            return VERTEX
+        mode = _try_vertex(body, work, i, still)
+        if mode != FLIGHT:
+            return mode
     for i in range(count):
         for k in range(i + 1, count):
-            if rested[i] == 0 or rested[k] == 0:
+            if work.rested[i] == 0 or work.rested[k] == 0:
                 continue
-            active[0], active[1] = near[i], near[k]
-            _hold(body, active, contact)
-            px, py, pz = state[P], state[P + 1], state[P + 2]
-            ex, ey, ez, length = contact[3], contact[4], contact[5], contact[6]
-            cx, cy, cz = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
-            ax, ay, az = load[i, 0], load[i, 1], load[i, 2]
-            m11 = 1.0 + ax * ax / m0 + ay * ay / m1 + az * az / m2
-            m12 = ax * cx / m0 + ay * cy / m1 + az * cz / m2
-            m22 = cx * cx / m0 + cy * cy / m1 + cz * cz / m2
-            turn = (load[k, 3] - load[i, 3]) / length
-            share = 1.0 / (m11 * m22 - m12 * m12)
-            force = share * (m22 * load[i, 3] - m12 * turn)
-            torque = share * (m11 * turn - m12 * load[i, 3])
-            far = torque / length
-            if far < -PULL or force - far < -PULL or not math.isfinite(far):
-                continue
-            bx, by, bz = ((force * ax + torque * cx) / m0, (force * ay + torque * cy) / m1,
-                          (force * az + torque * cz) / m2)
-            if _carries(near, rested, count, load, i, k, force, bx, by, bz):
-                if still and not _lifts(rested, count, load, force, bx, by, bz):
-                    return FACE
-                return EDGE
+            mode = _try_edge(body, work, i, k, still)
+            if mode != FLIGHT:
+                return mode
     active[0] = active[1] = -1
     return FACE
 
 
 @inlined
-def _carries(near: Index, rested: Index, count: int, load: Array, first: int, second: int,
-             force: float, bx: float, by: float, bz: float) -> bool:
+def _try_vertex(body: DropBody, work: Work, i: int, still: bool) -> int:
+    """Mode if one vertex carries the body, `FLIGHT` if it does not."""
+    arm, fall = read_row(work.load, i, ARM), work.load[i, FALL]
+    reply = over(arm, moments_of(body))
+    force = fall / dot_from(1.0, arm, reply)
+    turning = scaled(reply, force)
+    if not _carries(work, i, i, force, turning):
+        return FLIGHT
+    if still and not _lifts(work, force, turning):
+        return FACE
+    work.active[0] = work.near[i]
+    _hold(body, work)
+    return VERTEX
+
+
+@inlined
+def _try_edge(body: DropBody, work: Work, i: int, k: int, still: bool) -> int:
+    """Mode if two vertices carry the body by forces that push, `FLIGHT` if they do not.
+
+    They are held from here on.
+    """
+    work.active[0], work.active[1] = work.near[i], work.near[k]
+    _hold(body, work)
+    m, size = moments_of(body), work.contact[LENGTH]
+    a = read_row(work.load, i, ARM)
+    c = cross(read_vector(work.contact, ALONG), up_of(work.state))
+    m11, m12, m22 = _response(1.0, a, a, m), _response(0.0, a, c, m), _response(0.0, c, c, m)
+    fall = work.load[i, FALL]
+    turn = (work.load[k, FALL] - fall) / size
+    share = 1.0 / (m11 * m22 - m12 * m12)
+    force = share * (m22 * fall - m12 * turn)
+    torque = share * (m11 * turn - m12 * fall)
+    far = torque / size
+    if far < -PULL or force - far < -PULL or not math.isfinite(far):
+        return FLIGHT
+    turning = over(plus(scaled(a, force), scaled(c, torque)), m)
+    if not _carries(work, i, k, force, turning):
+        return FLIGHT
+    if still and not _lifts(work, force, turning):
+        return FACE
+    return EDGE
+
+
+@inlined
+def _response(start: float, a: Vec3, b: Vec3, m: Vec3) -> float:
+    """A number, plus a . I^-1 b."""
+    return start + a.x * b.x / m.x + a.y * b.y / m.y + a.z * b.z / m.z
+
+
+@inlined
+def _rise(work: Work, k: int, force: float, turning: Vec3) -> float:
+    """Upward acceleration of a touching vertex under a force and the turning that it brings."""
+    return dot_from(force, read_row(work.load, k, ARM), turning) - work.load[k, FALL]
+
+
+@inlined
+def _carries(work: Work, first: int, second: int, force: float, turning: Vec3) -> bool:
     """No other vertex at rest would sink, the body's acceleration by the forces being given."""
-    for k in range(count):
-        if rested[k] == 0 or k in (first, second):
+    for k in range(work.tally[NEAR]):
+        if work.rested[k] == 0 or k in (first, second):
             continue
-        rise = force + load[k, 0] * bx + load[k, 1] * by + load[k, 2] * bz - load[k, 3]
-        if rise < -SINKING:
+        if _rise(work, k, force, turning) < -SINKING:
             return False
     return True
 
 
 @inlined
-def _lifts(rested: Index, count: int, load: Array, force: float, bx: float, by: float,
-           bz: float) -> bool:
+def _lifts(work: Work, force: float, turning: Vec3) -> bool:
     """A vertex at rest would rise."""
-    for k in range(count):
-        rise = force + load[k, 0] * bx + load[k, 1] * by + load[k, 2] * bz - load[k, 3]
-        if rested[k] == 1 and rise > SINKING:
+    for k in range(work.tally[NEAR]):
+        if work.rested[k] == 1 and _rise(work, k, force, turning) > SINKING:
             return True
     return False
 
 
 @inlined
-def _still_on_three(state: Array, rested: Index, count: int) -> bool:
+def _still_on_three(work: Work) -> bool:
     """Three vertices or more are at rest and hold the body still.
 
     It then rests on the face even where two of them alone could carry it, as across the
     middle of a rectangle.
     """
+    state = work.state
     if state[V] != 0.0 or state[W] != 0.0 or state[W + 1] != 0.0 or state[W + 2] != 0.0:
         return False
     held = 0
-    for i in range(count):
-        held += rested[i]
+    for i in range(work.tally[NEAR]):
+        held += work.rested[i]
     return held >= 3
 
 
 @inlined
-def _hold(body: DropBody, active: Index, contact: Array) -> None:
-    """Vertex, direction and length of the contact."""
-    a = active[0]
-    contact[0], contact[1], contact[2] = body.x[a], body.y[a], body.z[a]
-    b = active[1]
-    contact[3] = contact[4] = contact[5] = 0.0
-    contact[6] = 1.0
-    if b >= 0:
-        ex, ey, ez = body.x[b] - body.x[a], body.y[b] - body.y[a], body.z[b] - body.z[a]
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        contact[3], contact[4], contact[5] = ex / length, ey / length, ez / length
-        contact[6] = length
+def _hold(body: DropBody, work: Work) -> None:
+    """Note vertex, direction and length of the contact."""
+    contact, far = work.contact, work.active[1]
+    corner = corner_of(body, work.active[0])
+    write_vector(contact, CORNER, corner)
+    write_vector(contact, ALONG, Vec3(0.0, 0.0, 0.0))
+    contact[LENGTH] = 1.0
+    if far >= 0:
+        edge = minus(corner_of(body, far), corner)
+        size = length(edge)
+        write_vector(contact, ALONG, divided(edge, size))
+        contact[LENGTH] = size
 
 
 @inlined
-def let_go(body: DropBody, active: Index, which: int, contact: Array) -> int:
+def let_go(body: DropBody, work: Work, which: int) -> int:
     """Release one of the vertices in contact; return the mode that is left."""
     if which == 0:
-        active[0] = active[1]
-    active[1] = -1
-    if active[0] < 0:
+        work.active[0] = work.active[1]
+    work.active[1] = -1
+    if work.active[0] < 0:
         return FLIGHT
-    _hold(body, active, contact)
+    _hold(body, work)
     return VERTEX

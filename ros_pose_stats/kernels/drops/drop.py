@@ -6,45 +6,46 @@ import math
 
 import numpy as np
 
-from ...tolerances import TRAP
-from ..array_types import Array2, Fixed2, Index2
+from ..array_types import Array, Array2, Fixed2, Index, Index2
 from ..compilation import entry_kernel, inlined, kernel
+from ..vectors import Vec3, point_at, write_vector
 from .contacts import let_go
 from .events import LANDING, NOTHING, first_landing, first_release
 from .landing import corner_height, resolve
 from .layout import (
     ARRIVAL,
+    CLOCK,
     COLUMNS,
+    CONTACT,
     DURATION,
     END,
     ENDING,
     ENERGY,
     EXPECTED_BOUNCE,
-    FACE,
     FLIGHT,
+    FRAME,
     IMPACT_COUNT,
     IMPACTS,
     LIFT_OFF,
+    LOAD,
     LOWEST,
     MODE,
     NEAR,
     ORDER,
+    OUTLOOK,
     POSE,
     REACH,
     RELEASE,
-    RESTING,
     STATE,
     STEP,
     STEP_COUNT,
     STEPS,
+    TALLY,
     TIME,
     TOUCHED,
-    TRAPPED,
     UNSETTLED,
-    Array,
     DropBody,
     DropRules,
-    Index,
     P,
     V,
     W,
@@ -53,7 +54,7 @@ from .layout import (
 )
 from .motion import LONGEST, SHORTEST, advance, onto_invariants, prepare_step
 from .tape import note, note_contact
-from .trap import energy, pose_below, up_of
+from .trap import energy, judge_outcome
 
 
 @entry_kernel
@@ -68,39 +69,41 @@ def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
     ups : (k, 3) array
         Vertical direction at release in principal axes, unit vectors.
     outcome : (k, 5) array
-        Filled with pose (-1 if unsettled), how it ended, impacts, steps, released touching.
+        Filled; see `layout` for its columns. The pose is -1 where a drop is unsettled.
     measure : (k, 2) array
         Filled with duration and energy left, in sqrt(radius / g) and m g radius.
     tape : (T, 14) array
         Filled with the events of the last drop from row 1 on; empty for none.
     """
-    work = _scratch(body.x.shape[0])
+    work = new_work(body.x.shape[0])
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
     for i in range(ups.shape[0]):
-        _release(body, rules, ups[i], top, work, outcome[i], tape)
+        _release(body, rules, point_at(ups, i), top, work, outcome[i], tape)
         _drop(body, rules, top, work, outcome[i], measure[i], tape)
 
 
 @kernel
-def _scratch(corners: int) -> Work:
-    return Work(np.zeros(STATE), np.zeros((ORDER + 1, COLUMNS)), np.zeros(ORDER + 1),
-                np.zeros(ORDER + 1), np.zeros(7), np.zeros((3, 4)), np.zeros(4),
-                np.zeros(6, np.int64), np.full(2, -1), np.zeros(corners, np.int64),
-                np.zeros(corners, np.int64), np.zeros(corners), np.zeros((corners, 4)),
-                np.zeros(corners, np.int64), np.zeros((corners, 3)),
-                np.zeros(corners, np.int64), np.zeros(corners, np.int64))
+def new_work(corners: int) -> Work:
+    """Scratch for a body of that many corners."""
+    return Work(
+        state=np.zeros(STATE), series=np.zeros((ORDER + 1, COLUMNS)), poly=np.zeros(ORDER + 1),
+        local=np.zeros(ORDER + 1), contact=np.zeros(CONTACT), frame=np.zeros((3, FRAME)),
+        clock=np.zeros(CLOCK), tally=np.zeros(TALLY, np.int64), active=np.full(2, -1),
+        near=np.zeros(corners, np.int64), rested=np.zeros(corners, np.int64),
+        speed=np.zeros(corners), load=np.zeros((corners, LOAD)),
+        found=np.zeros(corners, np.int64), outlook=np.zeros((corners, OUTLOOK)),
+        queue=np.zeros(corners, np.int64), seen=np.zeros(corners, np.int64))
 
 
 @inlined
-def _release(body: DropBody, rules: DropRules, up: Array, top: float, work: Work,
+def _release(body: DropBody, rules: DropRules, up: Vec3, top: float, work: Work,
              outcome: Index, tape: Array) -> None:
     """Put the body above the plate at rest, touching it where the height is too low to fit."""
     state, tally = work.state, work.tally
-    for i in range(3):
-        state[P + i] = up[i]
-        state[W + i] = 0.0
+    write_vector(state, P, up)
+    write_vector(state, W, Vec3(0.0, 0.0, 0.0))
     state[Z], state[V] = rules.height, 0.0
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
@@ -131,12 +134,12 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
           measure: Array, tape: Array) -> None:
     state, tally = work.state, work.tally
     landed = tally[NEAR] > 0
-    ending, pose = _decided(body, rules, top, work)
+    ending, pose = judge_outcome(body, rules, top, work)
     while ending == UNSETTLED and tally[STEPS] < rules.most_steps:
         if landed:
             resolve(body, rules, work, tape)
             note_contact(work, tape)
-            ending, pose = _decided(body, rules, top, work)
+            ending, pose = judge_outcome(body, rules, top, work)
             if ending != UNSETTLED or tally[STEPS] >= rules.most_steps:
                 break
         tally[STEPS] += 1
@@ -171,7 +174,7 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
         else:
             tally[NEAR] = 1
             work.near[0], work.rested[0] = work.active[event], 2
-            tally[MODE] = let_go(body, work.active, event, work.contact)
+            tally[MODE] = let_go(body, work, event)
             note(work, tape, LIFT_OFF, work.near[0])
     outcome[POSE], outcome[ENDING] = pose, ending
     outcome[IMPACT_COUNT], outcome[STEP_COUNT] = tally[IMPACTS], tally[STEPS]
@@ -183,20 +186,3 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
 def _stays_clear(state: Array, step: float) -> bool:
     """In flight: the centre of mass stays a radius above the plate, out of reach."""
     return bool(state[Z] > 1.0 and state[Z] + step * (state[V] - 0.5 * step) > 1.0)
-
-
-@inlined
-def _decided(body: DropBody, rules: DropRules, top: float, work: Work) -> tuple[int, int]:
-    """Whether and how the drop has ended, and the pose (-1 while it has not)."""
-    resting = work.tally[MODE] == FACE
-    if not resting and rules.to_rest:
-        return UNSETTLED, -1
-    left = energy(work.state, body.moment)
-    if not resting and left >= top:
-        return UNSETTLED, -1
-    pose = pose_below(body, up_of(work.state), work.tally[LOWEST])
-    if left < body.way_out[pose] - TRAP and not rules.to_rest:
-        return TRAPPED, pose
-    if resting:
-        return RESTING, pose
-    return UNSETTLED, -1

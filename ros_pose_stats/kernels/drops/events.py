@@ -7,7 +7,19 @@ import math
 from ...tolerances import AT_REST, JUST_TOUCHING, PULL, SINKING
 from ..compilation import inlined
 from .candidates import candidates, height_series, lowest_first, stays_above
-from .layout import EDGE, FLIGHT, FORCE, MODE, NEAR, STEP, TORQUE, DropBody, DropRules, Work
+from .layout import (
+    EDGE,
+    FLIGHT,
+    FORCE,
+    LENGTH,
+    MODE,
+    NEAR,
+    STEP,
+    TORQUE,
+    DropBody,
+    DropRules,
+    Work,
+)
 from .roots import first_zero, lowest_bound
 
 NOTHING = -2
@@ -31,7 +43,7 @@ def first_release(work: Work, last: int) -> tuple[float, int]:
     series, poly = work.series, work.poly
     mode = work.tally[MODE]
     first, event = math.inf, NOTHING
-    length = work.contact[6]
+    length = work.contact[LENGTH]
     for which in range(2):
         if work.active[which] < 0:
             continue

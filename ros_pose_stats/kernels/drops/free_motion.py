@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..array_types import Array
 from ..compilation import inlined
 from ..elementary import rough_root
-from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, Array, P, V, W, Z
+from ..vectors import Vec3, cross, plus, read_row, scaled, times, write_row
+from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, V, Z, spin_of, up_of
 
 
 @inlined
 def begin_series(state: Array, step: float, series: Array) -> None:
     """Put the state at the start of a step into row 0, and the height's first power."""
-    for i in range(3):
-        series[0, WS + i] = step * state[W + i]
-        series[0, PS + i] = state[P + i]
+    write_row(series, 0, WS, scaled(spin_of(state), step))
+    write_row(series, 0, PS, up_of(state))
     series[0, ZS] = state[Z]
 
 
@@ -30,32 +31,18 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
 
     Rows stop when two in a row add less than `truncation` to the direction of up.
     """
-    c0 = (moment[1] - moment[2]) / moment[0]
-    c1 = (moment[2] - moment[0]) / moment[1]
-    c2 = (moment[0] - moment[1]) / moment[2]
+    coupling = Vec3((moment[1] - moment[2]) / moment[0], (moment[2] - moment[0]) / moment[1],
+                    (moment[0] - moment[1]) / moment[2])
     begin_series(state, step, series)
     last = ORDER
     before = 1.0
     for k in range(ORDER):
-        s0 = s1 = s2 = s3 = s4 = s5 = 0.0
-        for i in range(np.uint64(k + 1)):
-            j = np.uint64(k) - i
-            a0, a1, a2 = series[i, WS], series[i, WS + 1], series[i, WS + 2]
-            q0, q1, q2 = series[i, PS], series[i, PS + 1], series[i, PS + 2]
-            b0, b1, b2 = series[j, WS], series[j, WS + 1], series[j, WS + 2]
-            s0 += a1 * b2
-            s1 += a2 * b0
-            s2 += a0 * b1
-            s3 += q1 * b2 - q2 * b1
-            s4 += q2 * b0 - q0 * b2
-            s5 += q0 * b1 - q1 * b0
+        spins, tilt = turning_products(series, k)
         share = 1.0 / (k + 1)
-        series[k + 1, WS], series[k + 1, WS + 1] = c0 * s0 * share, c1 * s1 * share
-        series[k + 1, WS + 2] = c2 * s2 * share
-        series[k + 1, PS], series[k + 1, PS + 1] = s3 * share, s4 * share
-        series[k + 1, PS + 2] = s5 * share
+        write_row(series, k + 1, WS, scaled(times(coupling, spins), share))
+        write_row(series, k + 1, PS, scaled(tilt, share))
         series[k + 1, ZS] = 0.0
-        size = max(abs(s3), abs(s4), abs(s5)) * share
+        size = max(abs(tilt.x), abs(tilt.y), abs(tilt.z)) * share
         if max(size, before) < truncation:
             last = k + 1
             break
@@ -64,6 +51,18 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
     series[1, ZS] = step * state[V]
     series[2, ZS] = -0.5 * step * step
     return last
+
+
+@inlined
+def turning_products(series: Array, k: int) -> tuple[Vec3, Vec3]:
+    """Coefficients k of (w2 w3, w3 w1, w1 w2), and of p x w."""
+    spins, tilt = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
+    for i in range(np.uint64(k + 1)):
+        j = np.uint64(k) - i
+        a, b = read_row(series, i, WS), read_row(series, j, WS)
+        spins = plus(spins, Vec3(a.y * b.z, a.z * b.x, a.x * b.y))
+        tilt = plus(tilt, cross(read_row(series, i, PS), b))
+    return spins, tilt
 
 
 @inlined
@@ -81,9 +80,8 @@ def shorten(series: Array, last: int, truncation: float) -> float:
     fraction = 0.9 * rough_root(truncation / tail, last)
     power = 1.0
     for k in range(last + 1):
-        for i in range(3):
-            series[k, WS + i] *= power * fraction
-            series[k, PS + i] *= power
+        write_row(series, k, WS, scaled(read_row(series, k, WS), power * fraction))
+        write_row(series, k, PS, scaled(read_row(series, k, PS), power))
         series[k, ZS] *= power
         series[k, FORCE] *= power * fraction * fraction
         series[k, TORQUE] *= power * fraction * fraction

@@ -15,10 +15,22 @@ from __future__ import annotations
 
 import math
 
+from ..array_types import Array
 from ..compilation import inlined, kernel
 from ..elementary import arctangent, exponential, sine_cosine
-from ..vectors import length_of
-from .layout import Array, P, W
+from ..vectors import (
+    Vec3,
+    cross,
+    divided,
+    dot,
+    length,
+    plus,
+    read_vector,
+    scaled,
+    times,
+    write_vector,
+)
+from .layout import P, W, spin_of, up_of
 
 NOME = 0.35
 """Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
@@ -142,7 +154,7 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     top3 = math.sqrt(w3 * w3 + i2 * (i2 - i1) / (i3 * (i3 - i1)) * w2 * w2)
     if w3 < 0.0:
         top3 = -top3
-    momentum = length_of(i1 * w1, i2 * w2, i3 * w3)
+    momentum = length(Vec3(i1 * w1, i2 * w2, i3 * w3))
     sine, cosine = abs(i3 * top3) / momentum, i1 * top1 / momentum
     if not (cosine > STEEP and sine > 0.0):
         return False
@@ -176,22 +188,25 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
 @inlined
 def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
-    l0, l1, l2 = moment[0] * state[W], moment[1] * state[W + 1], moment[2] * state[W + 2]
-    size = math.sqrt(l0 * l0 + l1 * l1 + l2 * l2)
-    b0, b1, b2 = (0.0, -l2, l1) if three == 0 else (-l1, l0, 0.0)
-    c0, c1, c2 = l1 * b2 - l2 * b1, l2 * b0 - l0 * b2, l0 * b1 - l1 * b0
-    p0, p1, p2 = state[P], state[P + 1], state[P + 2]
-    return b0 * p0 + b1 * p1 + b2 * p2, (c0 * p0 + c1 * p1 + c2 * p2) / size
+    momentum = times(read_vector(moment, 0), spin_of(state))
+    aside = _aside(momentum, three)
+    up = up_of(state)
+    return dot(aside, up), dot(cross(momentum, aside), up) / length(momentum)
 
 
 @inlined
 def _place_up(state: Array, moment: Array, three: int, along: float, across: float) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
-    l0, l1, l2 = moment[0] * state[W], moment[1] * state[W + 1], moment[2] * state[W + 2]
-    b0, b1, b2 = (0.0, -l2, l1) if three == 0 else (-l1, l0, 0.0)
-    c0, c1, c2 = l1 * b2 - l2 * b1, l2 * b0 - l0 * b2, l0 * b1 - l1 * b0
-    size = math.sqrt(b0 * b0 + b1 * b1 + b2 * b2)
-    other = math.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
-    state[P] = along * b0 / size + across * c0 / other
-    state[P + 1] = along * b1 / size + across * c1 / other
-    state[P + 2] = along * b2 / size + across * c2 / other
+    momentum = times(read_vector(moment, 0), spin_of(state))
+    aside = _aside(momentum, three)
+    normal = cross(momentum, aside)
+    write_vector(state, P, plus(divided(scaled(aside, along), length(aside)),
+                                divided(scaled(normal, across), length(normal))))
+
+
+@inlined
+def _aside(momentum: Vec3, three: int) -> Vec3:
+    """The direction e3 x L, e3 being the first or the last axis."""
+    if three == 0:
+        return Vec3(0.0, -momentum.z, momentum.y)
+    return Vec3(-momentum.y, momentum.x, 0.0)

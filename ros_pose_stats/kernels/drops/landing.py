@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 
 from ...tolerances import AT_REST
+from ..array_types import Array
 from ..compilation import inlined
+from ..vectors import dot_from
 from .contacts import choose_contact, weigh
 from .impacts import stop_slow, strike, vertex_velocity
 from .layout import (
     EXPECTED_BOUNCE,
+    FALL,
     FLIGHT,
     IMPACT,
     IMPACTS,
@@ -18,12 +21,12 @@ from .layout import (
     NEAR,
     STEPS,
     STOP,
-    Array,
     DropBody,
     DropRules,
-    P,
     Work,
     Z,
+    corner_of,
+    up_of,
 )
 from .tape import note
 
@@ -46,17 +49,15 @@ def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> None:
         if speed > AT_REST:
             break
         if speed >= -rules.slow:
-            stop_slow(state, body, near, work.speed, tally[NEAR], rules.slow, rules.soft,
-                      work.rested, work.frame)
+            stop_slow(body, rules, work)
             note(work, tape, STOP, near[0])
             hit, speed = _fastest(body, work)
             if hit < 0:
-                weigh(state, body, near, tally[NEAR], work.load)
-                tally[MODE] = choose_contact(state, body, near, work.rested, tally[NEAR],
-                                             work.load, work.active, work.contact)
+                weigh(body, work)
+                tally[MODE] = choose_contact(body, work)
                 break
         j = near[hit]
-        strike(state, body.moment, body.x[j], body.y[j], body.z[j], speed, rules.restitution)
+        strike(state, body.moment, corner_of(body, j), speed, rules.restitution)
         tally[IMPACTS] += 1
         tally[STEPS] += 1
         note(work, tape, IMPACT, j)
@@ -68,7 +69,7 @@ def _sort_by_speed(body: DropBody, work: Work) -> None:
     """Velocities of the touching vertices, the one that approaches fastest first."""
     for i in range(work.tally[NEAR]):
         j = work.near[i]
-        u = vertex_velocity(work.state, body.x[j], body.y[j], body.z[j])
+        u = vertex_velocity(work.state, corner_of(body, j))
         k = i
         while k > 0 and work.speed[k - 1] > u:
             work.speed[k], work.near[k] = work.speed[k - 1], work.near[k - 1]
@@ -87,7 +88,7 @@ def _fastest(body: DropBody, work: Work) -> tuple[int, float]:
     for i in range(work.tally[NEAR]):
         if work.rested[i] == 0:
             j = work.near[i]
-            u = vertex_velocity(work.state, body.x[j], body.y[j], body.z[j])
+            u = vertex_velocity(work.state, corner_of(body, j))
             if abs(u) <= AT_REST:
                 work.rested[i] = 1
             elif u < fastest:
@@ -101,7 +102,7 @@ def _look_ahead(body: DropBody, work: Work) -> None:
     state, tally = work.state, work.tally
     work.clock[EXPECTED_BOUNCE] = math.inf
     if tally[MODE] == FLIGHT:
-        weigh(state, body, work.near, tally[NEAR], work.load)
+        weigh(body, work)
     lowest = math.inf
     for i in range(tally[NEAR]):
         j = work.near[i]
@@ -109,13 +110,12 @@ def _look_ahead(body: DropBody, work: Work) -> None:
         if height < lowest:
             lowest = height
             tally[LOWEST] = j
-        if tally[MODE] == FLIGHT and work.rested[i] == 0 and work.load[i, 3] > 0.0:
-            bounce = 2.0 * PATIENT * work.speed[i] / work.load[i, 3]
+        if tally[MODE] == FLIGHT and work.rested[i] == 0 and work.load[i, FALL] > 0.0:
+            bounce = 2.0 * PATIENT * work.speed[i] / work.load[i, FALL]
             work.clock[EXPECTED_BOUNCE] = min(work.clock[EXPECTED_BOUNCE], bounce)
 
 
 @inlined
 def corner_height(state: Array, body: DropBody, j: int) -> float:
     """Height z + p . r of a corner above the plate."""
-    return float(state[Z] + body.x[j] * state[P] + body.y[j] * state[P + 1]
-                 + body.z[j] * state[P + 2])
+    return dot_from(state[Z], corner_of(body, j), up_of(state))

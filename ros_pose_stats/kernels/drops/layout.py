@@ -10,13 +10,9 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..array_types import Array1, Array2, Index1, Index2
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..array_types import Array, Array1, Array2, Index, Index1, Index2
+from ..compilation import inlined
+from ..vectors import Vec3, read_vector
 
 # state (8,)
 Z: Final = 0
@@ -47,6 +43,12 @@ UNSETTLED: Final = 0
 TRAPPED: Final = 1
 RESTING: Final = 2
 
+# contact (7,)
+CORNER: Final = 0    # 0, 1, 2: a vertex
+ALONG: Final = 3     # 3, 4, 5: direction of the edge, 0 for none
+LENGTH: Final = 6    # of the edge, 1 for none
+CONTACT: Final = 7
+
 # tally (6,)
 MODE: Final = 0
 NEAR: Final = 1      # touching vertices in `near`
@@ -54,12 +56,32 @@ IMPACTS: Final = 2
 STEPS: Final = 3     # impacts and steps
 LOWEST: Final = 4    # a low corner, where the last event was
 SEARCH: Final = 5    # number of the last search
+TALLY: Final = 6
 
 # clock (4,)
 TIME: Final = 0
 STEP: Final = 1      # the step that the series is for
 EXPECTED_BOUNCE: Final = 2  # time in which the next impact is expected
 REACH: Final = 3     # length of the last sliding step
+CLOCK: Final = 4
+
+# columns of the load (C, 4) of a touching vertex
+ARM: Final = 0       # 0, 1, 2: a = r x p, the reach of a force there
+FALL: Final = 3      # its downward acceleration in free motion
+LOAD: Final = 4
+
+# columns of the frame (3, 4): velocities of the body, orthogonal in the metric of the energy
+RISE: Final = 0      # of the centre of mass
+SPIN: Final = 1      # 1, 2, 3: angular velocity
+FRAME: Final = 4
+
+# columns of the balls (B, 5) and their ranges (B, 3)
+BALL_CENTRE: Final = 0  # 0, 1, 2
+BALL_RADIUS: Final = 3
+BALL_REACH: Final = 4   # distance of the centre from the origin
+BALL_BEGIN: Final = 0   # first corner
+BALL_END: Final = 1     # last corner + 1
+BALL_NEXT: Final = 2    # node that follows the subtree
 
 # columns of an outcome (k, 5) and its measures (k, 2)
 POSE: Final = 0
@@ -74,6 +96,7 @@ ENERGY: Final = 1
 HEIGHT: Final = 0
 SLOPE: Final = 1
 BEND: Final = 2
+OUTLOOK: Final = 3
 
 # what a row of the tape says has just happened
 RELEASE: Final = 0
@@ -101,8 +124,8 @@ class DropBody(NamedTuple):
     z: Array1
     reach: Array1        # (C,) distance from the centre of mass
     moment: Array1       # (3,) principal moments of inertia of unit mass, rising
-    ball: Array2         # (B, 5) centre, radius and the centre's distance from the origin
-    ball_range: Index2   # (B, 3) first and last + 1 corner, node that follows the subtree
+    ball: Array2         # (B, 5)
+    ball_range: Index2   # (B, 3)
     beside_start: Index1  # (C + 1,) neighbours of each corner along edges
     beside: Index1       # (E,) corner; both are empty for bodies of one ball
     beside_length: Array1  # (E,) distance to it
@@ -111,7 +134,7 @@ class DropBody(NamedTuple):
     side_left: Index1    # (N,) pose that the face to the left of a side descends to
     side_right: Index1   # (N,)
     way_out: Array1      # (P,) level of the saddle that leads out of each pose
-    turn: float         # radians by which a step near the plate turns the body at most
+    turn: float          # radians by which a step near the plate turns the body at most
 
 
 class DropRules(NamedTuple):
@@ -134,7 +157,7 @@ class Work(NamedTuple):
     series: Array   # (ORDER + 1, COLUMNS)
     poly: Array     # (ORDER + 1,)
     local: Array    # (ORDER + 1,)
-    contact: Array  # (7,) vertex, direction of the edge and its length
+    contact: Array  # (7,)
     frame: Array    # (3, 4)
     clock: Array    # (4,)
     tally: Index    # (6,)
@@ -147,3 +170,27 @@ class Work(NamedTuple):
     outlook: Array  # (C, 3)
     queue: Index    # (C,)
     seen: Index     # (C,) last search that came by a corner
+
+
+@inlined
+def corner_of(body: DropBody, j: int) -> Vec3:
+    """Where a corner is in principal axes."""
+    return Vec3(body.x[j], body.y[j], body.z[j])
+
+
+@inlined
+def moments_of(body: DropBody) -> Vec3:
+    """Principal moments of inertia of unit mass."""
+    return read_vector(body.moment, 0)
+
+
+@inlined
+def up_of(state: Array) -> Vec3:
+    """Vertical direction."""
+    return read_vector(state, P)
+
+
+@inlined
+def spin_of(state: Array) -> Vec3:
+    """Angular velocity."""
+    return read_vector(state, W)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+from ..array_types import Array
 from ..compilation import inlined
-from ..vectors import length_of
+from ..vectors import dot, dot_from, length, minus, read_vector, scaled, times, write_vector
 from .free_motion import free_series, shorten
 from .free_rotation import rotate_freely
 from .impacts import vertex_velocity
 from .layout import (
+    CORNER,
     EDGE,
     EXPECTED_BOUNCE,
     FLIGHT,
@@ -21,7 +23,6 @@ from .layout import (
     TIME,
     WS,
     ZS,
-    Array,
     DropBody,
     DropRules,
     P,
@@ -29,6 +30,8 @@ from .layout import (
     W,
     Work,
     Z,
+    spin_of,
+    up_of,
 )
 from .sliding_motion import sliding_series
 
@@ -63,7 +66,7 @@ def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
     the plate again.
     """
     state, clock = work.state, work.clock
-    turning = length_of(state[W], state[W + 1], state[W + 2])
+    turning = length(spin_of(state))
     if work.tally[MODE] == FLIGHT:
         clear = _time_clear(state)
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
@@ -114,7 +117,7 @@ def advance(state: Array, series: Array, contact: Array, mode: int, last: int, s
     else:  # the contact stays where it is, so that its velocity gives the centre's
         state[Z] = value_at(series, ZS, last, fraction)
         state[V] = 0.0
-        state[V] = -vertex_velocity(state, contact[0], contact[1], contact[2])
+        state[V] = -vertex_velocity(state, read_vector(contact, CORNER))
 
 
 @inlined
@@ -129,13 +132,10 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    x, y, z = state[P], state[P + 1], state[P + 2]
-    scale = 1.5 - 0.5 * (x * x + y * y + z * z)
-    spin = weight = 0.0
-    for i in range(3):
-        state[P + i] *= scale
-        spin += state[P + i] * moment[i] * state[W + i]
-        weight += state[P + i] * moment[i] * state[P + i]
-    spin /= weight
-    for i in range(3):
-        state[W + i] -= spin * state[P + i]
+    up, spin, inertia = up_of(state), spin_of(state), read_vector(moment, 0)
+    up = scaled(up, 1.5 - 0.5 * dot(up, up))
+    momentum = times(up, inertia)
+    # From 0, so that there is no negative zero where nothing turns.
+    excess = dot_from(0.0, momentum, spin) / dot(momentum, up)
+    write_vector(state, P, up)
+    write_vector(state, W, minus(spin, scaled(up, excess)))

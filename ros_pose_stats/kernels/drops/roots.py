@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
+from ..array_types import Array
 from ..compilation import inlined
-from .layout import Array
 
 NO_ZERO, MONOTONE, CONCAVE, CONVEX, UNDECIDED = 0, 1, 2, 3, 4
 NONE = math.inf
@@ -134,4 +134,3 @@ def lowest_bound(c: Array, last: int) -> float:
     for k in range(1, last + 1):
         low += min(c[k], 0.0)
     return float(low)
-

@@ -11,18 +11,18 @@ import math
 import numpy as np
 
 from ...tolerances import TRUNCATION
-from ..array_types import Array2, Fixed1, Fixed2
+from ..array_types import Array, Array2, Fixed1, Fixed2
 from ..compilation import entry_kernel, inlined
-from ..vectors import length_of
+from ..vectors import length, read_row, turned
 from .free_motion import free_series, shorten
-from .layout import COLUMNS, EDGE, FLIGHT, ORDER, STATE, WS, Array, W
+from .layout import COLUMNS, EDGE, FLIGHT, ORDER, STATE, WS, spin_of
 from .motion import LONGEST, TURN, advance, value_at
 from .sliding_motion import sliding_series
 
 
 @entry_kernel
 def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, start: Fixed1,
-                  turned: Fixed1, times: Fixed1, states: Array2, turns: Array2) -> None:
+                  first_turn: Fixed1, times: Fixed1, states: Array2, turns: Array2) -> None:
     """States at given times of one smooth phase.
 
     Parameters
@@ -33,10 +33,10 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
     mode : int
         Contact mode.
     contact : (7,) array
-        Vertex, direction of the edge and its length; see `layout`.
+        See `layout`.
     start : (8,) array
         State at time 0.
-    turned : (4,) array
+    first_turn : (4,) array
         Quaternion x y z w of the part frame in the plate frame at time 0.
     times : (n,) array
         Rising, from 0 on.
@@ -46,12 +46,12 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
         Filled.
     """
     state, series = start.copy(), np.zeros((ORDER + 1, COLUMNS))
-    turn, turn_series = turned.copy(), np.zeros((ORDER + 1, 4))
+    turn, turn_series = first_turn.copy(), np.zeros((ORDER + 1, 4))
     now = 0.0
     for i in range(times.shape[0]):
         while True:
             ahead = times[i] - now
-            rate = length_of(state[W], state[W + 1], state[W + 2])
+            rate = length(spin_of(state))
             step = LONGEST if rate * LONGEST < TURN else TURN / rate
             step = max(min(step, ahead), 1e-12)
             if mode == FLIGHT:
@@ -85,15 +85,12 @@ def _turn_series(series: Array, axes: Array, turn: Array, last: int, out: Array)
         dx = dy = dz = dw = 0.0
         for i in range(n + 1):
             j = n - i
-            a, b, c = series[j, WS], series[j, WS + 1], series[j, WS + 2]
-            wx = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
-            wy = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
-            wz = axes[2, 0] * a + axes[2, 1] * b + axes[2, 2] * c
+            spin = turned(axes, read_row(series, j, WS))
             x, y, z, w = out[i, 0], out[i, 1], out[i, 2], out[i, 3]
-            dx += w * wx + y * wz - z * wy
-            dy += w * wy + z * wx - x * wz
-            dz += w * wz + x * wy - y * wx
-            dw -= x * wx + y * wy + z * wz
+            dx += w * spin.x + y * spin.z - z * spin.y
+            dy += w * spin.y + z * spin.x - x * spin.z
+            dz += w * spin.z + x * spin.y - y * spin.x
+            dw -= x * spin.x + y * spin.y + z * spin.z
         share = 0.5 / (n + 1)
         out[n + 1, 0], out[n + 1, 1] = dx * share, dy * share
         out[n + 1, 2], out[n + 1, 3] = dz * share, dw * share

@@ -15,9 +15,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..array_types import Array
 from ..compilation import inlined
-from .free_motion import begin_series
-from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, Array
+from ..vectors import Vec3, cross, dot, plus, read_row, read_vector, scaled, times, write_row
+from .free_motion import begin_series, turning_products
+from .layout import ALONG, CORNER, FORCE, ORDER, PS, TORQUE, WS, ZS
 
 # Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides' products
 A, C, IA, IC, G = 9, 12, 15, 18, 21
@@ -31,110 +33,125 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
 
     Parameters
     ----------
-    state, moment, series
+    state, moment, contact, series
         See `layout`.
-    contact : (7,) array
-        Vertex r, then direction e of the edge and its length.
     edge : bool
         Sliding on the edge rather than on the vertex alone.
     """
     begin_series(state, step, series)
-    rx, ry, rz = contact[0], contact[1], contact[2]
-    ex, ey, ez = contact[3], contact[4], contact[5]
-    i0, i1, i2 = 1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2]
-    c0 = (moment[1] - moment[2]) * i0
-    c1 = (moment[2] - moment[0]) * i1
-    c2 = (moment[0] - moment[1]) * i2
+    r, e = read_vector(contact, CORNER), read_vector(contact, ALONG)
+    inverse = Vec3(1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2])
+    coupling = Vec3((moment[1] - moment[2]) * inverse.x, (moment[2] - moment[0]) * inverse.y,
+                    (moment[0] - moment[1]) * inverse.z)
     last = ORDER
     before = 1.0
-    inverse = 0.0
+    scale = 0.0
     for k in range(ORDER):
-        px, py, pz = series[k, PS], series[k, PS + 1], series[k, PS + 2]
-        ax, ay, az = ry * pz - rz * py, rz * px - rx * pz, rx * py - ry * px
-        series[k, A], series[k, A + 1], series[k, A + 2] = ax, ay, az
-        series[k, IA], series[k, IA + 1], series[k, IA + 2] = ax * i0, ay * i1, az * i2
-        cx, cy, cz = ey * pz - ez * py, ez * px - ex * pz, ex * py - ey * px
-        series[k, C], series[k, C + 1], series[k, C + 2] = cx, cy, cz
-        series[k, IC], series[k, IC + 1], series[k, IC + 2] = cx * i0, cy * i1, cz * i2
-        s0 = s1 = s2 = s3 = s4 = s5 = pw = ww = m11 = m12 = m22 = 0.0
-        for i in range(np.uint64(k + 1)):
-            j = np.uint64(k) - i
-            a0, a1, a2 = series[i, WS], series[i, WS + 1], series[i, WS + 2]
-            q0, q1, q2 = series[i, PS], series[i, PS + 1], series[i, PS + 2]
-            b0, b1, b2 = series[j, WS], series[j, WS + 1], series[j, WS + 2]
-            s0 += a1 * b2
-            s1 += a2 * b0
-            s2 += a0 * b1
-            s3 += q1 * b2 - q2 * b1
-            s4 += q2 * b0 - q0 * b2
-            s5 += q0 * b1 - q1 * b0
-            pw += q0 * b0 + q1 * b1 + q2 * b2
-            ww += a0 * b0 + a1 * b1 + a2 * b2
-            m11 += (series[i, A] * series[j, IA] + series[i, A + 1] * series[j, IA + 1]
-                    + series[i, A + 2] * series[j, IA + 2])
-        series[k, G], series[k, G + 1], series[k, G + 2] = c0 * s0, c1 * s1, c2 * s2
-        series[k, PW], series[k, WW] = pw, ww
-        force, torque = 0.0, 0.0
+        _set_reaches(series, k, r, e, inverse)
+        spins, tilt = turning_products(series, k)
+        write_row(series, k, G, times(coupling, spins))
+        _set_products(series, k, edge)
         if k == 0:
-            m11 += 1.0
-            force = step * step
-        series[k, M11] = m11
-        if edge:
-            for i in range(np.uint64(k + 1)):
-                j = np.uint64(k) - i
-                m12 += (series[i, A] * series[j, IC] + series[i, A + 1] * series[j, IC + 1]
-                        + series[i, A + 2] * series[j, IC + 2])
-                m22 += (series[i, C] * series[j, IC] + series[i, C + 1] * series[j, IC + 1]
-                        + series[i, C + 2] * series[j, IC + 2])
-                torque -= (series[i, C] * series[j, G] + series[i, C + 1] * series[j, G + 1]
-                           + series[i, C + 2] * series[j, G + 2])
-                torque -= series[i, PW] * (ex * series[j, WS] + ey * series[j, WS + 1]
-                                           + ez * series[j, WS + 2])
-                torque += series[i, WW] * (ex * series[j, PS] + ey * series[j, PS + 1]
-                                           + ez * series[j, PS + 2])
-            series[k, M12], series[k, M22] = m12, m22
-        for i in range(np.uint64(k + 1)):
-            j = np.uint64(k) - i
-            force -= (series[i, A] * series[j, G] + series[i, A + 1] * series[j, G + 1]
-                      + series[i, A + 2] * series[j, G + 2])
-            force -= series[i, PW] * (rx * series[j, WS] + ry * series[j, WS + 1]
-                                      + rz * series[j, WS + 2])
-            force += series[i, WW] * (rx * series[j, PS] + ry * series[j, PS + 1]
-                                      + rz * series[j, PS + 2])
-        for i in range(np.uint64(k)):
-            j = np.uint64(k) - i
-            force -= series[i, FORCE] * series[j, M11]
-            if edge:
-                force -= series[i, TORQUE] * series[j, M12]
-                torque -= series[i, FORCE] * series[j, M12] + series[i, TORQUE] * series[j, M22]
-        if edge:
-            if k == 0:
-                inverse = 1.0 / (m11 * m22 - m12 * m12)
-            known = force
-            force = inverse * (series[0, M22] * known - series[0, M12] * torque)
-            torque = inverse * (series[0, M11] * torque - series[0, M12] * known)
-        else:
-            if k == 0:
-                inverse = 1.0 / m11
-            force *= inverse
-        series[k, FORCE], series[k, TORQUE] = force, torque
-        s0, s1, s2 = c0 * s0, c1 * s1, c2 * s2
-        for i in range(np.uint64(k + 1)):
-            j = np.uint64(k) - i
-            n, t = series[i, FORCE], series[i, TORQUE]
-            s0 += n * series[j, IA] + t * series[j, IC]
-            s1 += n * series[j, IA + 1] + t * series[j, IC + 1]
-            s2 += n * series[j, IA + 2] + t * series[j, IC + 2]
+            scale = _scale(series, edge)
+        _set_forces(series, k, r, e, edge, step, scale)
         share = 1.0 / (k + 1)
-        px, py, pz = s3 * share, s4 * share, s5 * share
-        series[k + 1, WS], series[k + 1, WS + 1] = s0 * share, s1 * share
-        series[k + 1, WS + 2] = s2 * share
-        series[k + 1, PS], series[k + 1, PS + 1], series[k + 1, PS + 2] = px, py, pz
-        series[k + 1, ZS] = -(px * rx + py * ry + pz * rz)
-        size = max(abs(px), abs(py), abs(pz), abs(s0) * share, abs(s1) * share, abs(s2) * share)
+        spin, up = scaled(_acceleration(series, k), share), scaled(tilt, share)
+        write_row(series, k + 1, WS, spin)
+        write_row(series, k + 1, PS, up)
+        series[k + 1, ZS] = -dot(up, r)
+        size = max(abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z))
         if max(size, before) < truncation:
             last = k + 1
             break
         before = size
     series[last, FORCE] = series[last, TORQUE] = 0.0
     return last
+
+
+@inlined
+def _set_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> None:
+    """Row k of the reaches a and c, and of what they do to the angular velocity."""
+    p = read_row(series, k, PS)
+    a, c = cross(r, p), cross(e, p)
+    write_row(series, k, A, a)
+    write_row(series, k, IA, times(a, inverse))
+    write_row(series, k, C, c)
+    write_row(series, k, IC, times(c, inverse))
+
+
+@inlined
+def _set_products(series: Array, k: int, edge: bool) -> None:
+    """Row k of p.w and w.w, and of the responses a . I^-1 a + 1, a . I^-1 c and c . I^-1 c."""
+    pw = ww = m11 = 0.0
+    for i in range(np.uint64(k + 1)):
+        j = np.uint64(k) - i
+        w = read_row(series, j, WS)
+        pw += dot(read_row(series, i, PS), w)
+        ww += dot(read_row(series, i, WS), w)
+        m11 += dot(read_row(series, i, A), read_row(series, j, IA))
+    series[k, PW], series[k, WW] = pw, ww
+    series[k, M11] = m11 + 1.0 if k == 0 else m11
+    if edge:
+        m12 = m22 = 0.0
+        for i in range(np.uint64(k + 1)):
+            j = np.uint64(k) - i
+            c = read_row(series, j, IC)
+            m12 += dot(read_row(series, i, A), c)
+            m22 += dot(read_row(series, i, C), c)
+        series[k, M12], series[k, M22] = m12, m22
+
+
+@inlined
+def _scale(series: Array, edge: bool) -> float:
+    """Inverse of the determinant of the responses at the start of the step."""
+    if not edge:
+        return 1.0 / series[0, M11]
+    return 1.0 / (series[0, M11] * series[0, M22] - series[0, M12] * series[0, M12])
+
+
+@inlined
+def _set_forces(series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float,
+                scale: float) -> None:
+    """Row k of the force and the moment that keep the contact at its height."""
+    force = _fall(series, k, step * step if k == 0 else 0.0, A, r)
+    torque = _fall(series, k, 0.0, C, e) if edge else 0.0
+    for i in range(np.uint64(k)):
+        j = np.uint64(k) - i
+        force -= series[i, FORCE] * series[j, M11]
+        if edge:
+            force -= series[i, TORQUE] * series[j, M12]
+            torque -= series[i, FORCE] * series[j, M12] + series[i, TORQUE] * series[j, M22]
+    if edge:
+        known = force
+        force = scale * (series[0, M22] * known - series[0, M12] * torque)
+        torque = scale * (series[0, M11] * torque - series[0, M12] * known)
+    else:
+        force *= scale
+    series[k, FORCE], series[k, TORQUE] = force, torque
+
+
+@inlined
+def _fall(series: Array, k: int, start: float, reach: int, place: Vec3) -> float:
+    """A number, plus row k of what lowers a place without the contact's forces.
+
+    That is -((p x w) x w) . place - I^-1 (I w) x w . (place x p); the columns from `reach` on
+    hold place x p.
+    """
+    fall = start
+    for i in range(np.uint64(k + 1)):
+        j = np.uint64(k) - i
+        fall -= dot(read_row(series, i, reach), read_row(series, j, G))
+        fall -= series[i, PW] * dot(place, read_row(series, j, WS))
+        fall += series[i, WW] * dot(place, read_row(series, j, PS))
+    return fall
+
+
+@inlined
+def _acceleration(series: Array, k: int) -> Vec3:
+    """Row k of the angular acceleration, by the body's own turning and by the forces."""
+    turning = read_row(series, k, G)
+    for i in range(np.uint64(k + 1)):
+        j = np.uint64(k) - i
+        turning = plus(turning, plus(scaled(read_row(series, j, IA), series[i, FORCE]),
+                                     scaled(read_row(series, j, IC), series[i, TORQUE])))
+    return turning

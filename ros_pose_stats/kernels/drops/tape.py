@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..array_types import Array
 from ..compilation import inlined
 from .layout import (
     MODE,
@@ -13,7 +14,6 @@ from .layout import (
     TAPE_TIME,
     TAPE_VERTEX,
     TIME,
-    Array,
     Work,
 )
 

@@ -8,20 +8,55 @@ from __future__ import annotations
 
 import math
 
+from ...tolerances import TRAP
+from ..array_types import Array
 from ..compilation import inlined
-from .layout import Array, DropBody, P, V, W, Z
+from ..vectors import Vec3, cross, dot, minus, read_vector, scaled, times
+from .layout import (
+    FACE,
+    LOWEST,
+    MODE,
+    RESTING,
+    TRAPPED,
+    UNSETTLED,
+    DropBody,
+    DropRules,
+    V,
+    Work,
+    Z,
+    corner_of,
+    spin_of,
+    up_of,
+)
+
+
+@inlined
+def judge_outcome(body: DropBody, rules: DropRules, top: float, work: Work) -> tuple[int, int]:
+    """Whether and how the drop has ended, and the pose (-1 while it has not)."""
+    resting = work.tally[MODE] == FACE
+    if not resting and rules.to_rest:
+        return UNSETTLED, -1
+    left = energy(work.state, body.moment)
+    if not resting and left >= top:
+        return UNSETTLED, -1
+    pose = pose_below(body, up_of(work.state), work.tally[LOWEST])
+    if left < body.way_out[pose] - TRAP and not rules.to_rest:
+        return TRAPPED, pose
+    if resting:
+        return RESTING, pose
+    return UNSETTLED, -1
 
 
 @inlined
 def energy(state: Array, moment: Array) -> float:
     """Mechanical energy z + v²/2 + w . I w / 2, the plate at 0."""
-    return float(state[Z] + 0.5 * state[V] * state[V]
-                 + 0.5 * (moment[0] * state[W] * state[W] + moment[1] * state[W + 1] * state[W + 1]
-                          + moment[2] * state[W + 2] * state[W + 2]))
+    spin = spin_of(state)
+    turning = dot(times(read_vector(moment, 0), spin), spin)
+    return float(state[Z] + 0.5 * state[V] * state[V] + 0.5 * turning)
 
 
 @inlined
-def pose_below(body: DropBody, up: tuple[float, float, float], corner: int) -> int:
+def pose_below(body: DropBody, up: Vec3, corner: int) -> int:
     """Pose that a descent in R(u) from u = -up ends in.
 
     Parameters
@@ -37,26 +72,18 @@ def pose_below(body: DropBody, up: tuple[float, float, float], corner: int) -> i
     to the right-hand face where e . (r x u) > 0. R falls all the way, so no saddle is passed,
     and a body flat on a face is told right whatever rounding does.
     """
-    ux, uy, uz = -up[0], -up[1], -up[2]
-    rx, ry, rz = body.x[corner], body.y[corner], body.z[corner]
+    u, r = scaled(up, -1.0), corner_of(body, corner)
     nearest = math.inf
     pose = -1
     for k in range(body.side_start[corner], body.side_start[corner + 1]):
         j = body.side_end[k]
-        ex, ey, ez = body.x[j] - rx, body.y[j] - ry, body.z[j] - rz
-        fall = rx * ex + ry * ey + rz * ez
+        e = minus(corner_of(body, j), r)
+        fall = dot(r, e)
         if fall >= 0.0:
             continue
-        s = (ux * ex + uy * ey + uz * ez) / fall
+        s = dot(u, e) / fall
         if s < nearest:
             nearest = s
-            right = (ex * (ry * uz - rz * uy) + ey * (rz * ux - rx * uz)
-                     + ez * (rx * uy - ry * ux))
-            pose = body.side_right[k] if right > 0.0 else body.side_left[k]
+            right = dot(e, cross(r, u)) > 0.0
+            pose = body.side_right[k] if right else body.side_left[k]
     return int(pose)
-
-
-@inlined
-def up_of(state: Array) -> tuple[float, float, float]:
-    """The vertical direction of a state."""
-    return state[P], state[P + 1], state[P + 2]

@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Array, Flags, Index
 from ..body.convex_body import BodyArrays
 from ..compilation import kernel
 from ..levels.merge_tree import MergeTree
+from ..vectors import dot, point_at
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+# columns of a component's additive measures (6,)
+AREA: Final = 0    # solid angle with r < level
+AROUND: Final = 1  # with R < level
+HELD: Final = 2    # of the faces that hold
+LEVER: Final = 3   # that times the log of the inertia about `down` over the mean one
+SWEPT: Final = 4   # turns of the edges' arcs over their angles; with `ROLLED` from `arc_sums`
+ROLLED: Final = 5  # over their lengths
+MEASURES: Final = 6
 
-FEATURES = 15
-"""Of a component at a level; see `write_row`."""
+# features of a component at a level
+LOG_AREA: Final = 0       # log of the share of the sphere with r < level
+SHARE_R: Final = 1        # that of R over it
+LOG_SHARE_R: Final = 2    # and its log
+DEPTH: Final = 3          # depth over level
+LEVEL: Final = 4
+LOWEST: Final = 5         # lowest height
+INERTIA: Final = 6        # mean log of the inertia about `down` over the mean one
+LOG_HELD: Final = 7       # log of the solid angle of the faces that hold
+LOG_ROLLED: Final = 8     # log of the turns over the arcs' lengths, over the root of the area
+LOG_SWEPT: Final = 9      # the same over their angles
+LOG_DEPTH: Final = 10
+AREA_NEAR: Final = 11     # by `joined_soon`: of the area
+AREA_FAR: Final = 12
+HELD_NEAR: Final = 13     # and of the faces that hold
+HELD_FAR: Final = 14
+FEATURES: Final = 15
 
 OUTSIDE = 0.3
 """Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""
@@ -38,33 +61,26 @@ SHORTEST = 1e-9
 
 
 @kernel
-def write_row(row: Array, sums: Array, level: float, lowest: float) -> None:
-    """Turn additive measures of a component into features.
-
-    0  log of the share of the sphere with r < level; 1, 2 that of R over it, and its log;
-    3  depth over level; 4 level; 5 lowest height; 6 mean log of the inertia about `down` over
-    the mean one; 7 log of the solid angle of the faces that hold; 8 log of the turns over the
-    lengths of the edges' arcs, over the root of the area; 9 as 8, over their angles;
-    10 log of 3; then by `joined_soon` 11, 12 of the area and 13, 14 of the faces that hold.
-    """
-    area = max(sums[0], 0.0) / (4.0 * math.pi)
-    around = max(sums[1], 0.0) / (4.0 * math.pi)
+def write_features(row: Array, measures: Array, level: float, lowest: float) -> None:
+    """Turn additive measures of a component into the features above, but for those joined soon."""
+    area = max(measures[AREA], 0.0) / (4.0 * math.pi)
+    around = max(measures[AROUND], 0.0) / (4.0 * math.pi)
     root = math.sqrt(area + SMALLEST)
-    row[0] = math.log(area + SMALLEST)
-    row[1] = min(around / (area + SMALLEST), 1.0)
-    row[2] = max(math.log(around + SMALLEST) - row[0], RAREST)
-    row[3] = (level - lowest) / level
-    row[4] = level
-    row[5] = lowest
-    row[6] = sums[3] / max(sums[2], SMALLEST)
-    row[7] = max(math.log(sums[2] / (4.0 * math.pi) + SMALLEST), FAINTEST)
-    row[8] = math.log(max(sums[5], SHORTEST) / root)
-    row[9] = math.log(max(sums[4], SHORTEST) / root)
-    row[10] = math.log(row[3] + SHALLOWEST)
+    row[LOG_AREA] = math.log(area + SMALLEST)
+    row[SHARE_R] = min(around / (area + SMALLEST), 1.0)
+    row[LOG_SHARE_R] = max(math.log(around + SMALLEST) - row[LOG_AREA], RAREST)
+    row[DEPTH] = (level - lowest) / level
+    row[LEVEL] = level
+    row[LOWEST] = lowest
+    row[INERTIA] = measures[LEVER] / max(measures[HELD], SMALLEST)
+    row[LOG_HELD] = max(math.log(measures[HELD] / (4.0 * math.pi) + SMALLEST), FAINTEST)
+    row[LOG_ROLLED] = math.log(max(measures[ROLLED], SHORTEST) / root)
+    row[LOG_SWEPT] = math.log(max(measures[SWEPT], SHORTEST) / root)
+    row[LOG_DEPTH] = math.log(row[DEPTH] + SHALLOWEST)
 
 
 @kernel
-def joined_soon(found: Array, tree: MergeTree, wanted: NDArray[np.bool_], of: int, rise: float,
+def joined_soon(found: Array, tree: MergeTree, wanted: Flags, of: int, rise: float,
                 column: int) -> None:
     """Log of a measure with that of all that joins here or soon after, over the component's own.
 
@@ -111,20 +127,19 @@ def holding_faces(body: BodyArrays, stable: Index, basin: Index, tree: MergeTree
         f = body.face[k]
         tilt[f] = max(tilt[f], math.atan2(-body.inset[k], body.distance[f]))
     mean = (inertia[0, 0] + inertia[1, 1] + inertia[2, 2]) / 3.0
-    held, turned = np.zeros(faces + 1), np.zeros(faces + 1)
+    held, lever = np.zeros(faces + 1), np.zeros(faces + 1)
     for i in range(faces):
         f = tree.face_order[i]
-        n, b = body.normal[f], body.normal[stable[basin[f]]]
-        about = together = 0.0
+        about = 0.0
         for x in range(3):
-            together += n[x] * b[x]
             for y in range(3):
-                about += n[x] * inertia[x, y] * n[y]
+                about += body.normal[f, x] * inertia[x, y] * body.normal[f, y]
+        together = dot(point_at(body.normal, f), point_at(body.normal, stable[basin[f]]))
         apart = math.acos(min(max(together, -1.0), 1.0))
         share = max(max(0.0, 1.0 - tilt[f] / OUTSIDE) ** 2, max(0.0, 1.0 - apart / ALIKE) ** 2)
         held[i + 1] = held[i] + share * body.angle[f]
-        turned[i + 1] = turned[i] + share * body.angle[f] * math.log(about / mean)
-    return held, turned
+        lever[i + 1] = lever[i] + share * body.angle[f] * math.log(about / mean)
+    return held, lever
 
 
 @kernel

@@ -12,15 +12,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed1, Fixed2
+from ..array_types import Array, Fixed1, Fixed2, Index
 from ..body.convex_body import BodyArrays
-from ..compilation import entry_kernel, kernel
+from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import rising_order
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..vectors import Vec3, cross, dot, length, minus, point_at
 
 FEW = 500
 """Corners up to which all pairs are looked at; from there on those of nearby cells."""
@@ -75,8 +72,8 @@ def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: 
     """Add the pairs of point i and those from `begin` to before `end`, twice each."""
     farthest = reaches[-1] * reaches[-1]
     for j in range(begin, end):
-        square = ((place[i, 0] - place[j, 0]) ** 2 + (place[i, 1] - place[j, 1]) ** 2
-                  + (place[i, 2] - place[j, 2]) ** 2)
+        apart = minus(point_at(place, i), point_at(place, j))
+        square = dot(apart, apart)
         if square < farthest:
             for n in range(reaches.shape[0]):
                 near = max(1.0 - square / (reaches[n] * reaches[n]), 0.0)
@@ -120,18 +117,16 @@ def corner_shares(points: Array, body: BodyArrays) -> Array:
             before = k - 1 if k > begin else end - 1
             after = k + 1 if k + 1 < end else begin
             at = body.corner[k]
-            share[at] += _angle(points[body.corner[before]], points[at],
-                                points[body.corner[after]])
+            here = point_at(points, at)
+            share[at] += _angle(minus(point_at(points, body.corner[before]), here),
+                                minus(point_at(points, body.corner[after]), here))
     for v in range(share.shape[0]):
         if share[v] > 0.0:
             share[v] = max(0.5 - share[v] / (4.0 * math.pi), 0.0)
     return share
 
 
-@kernel
-def _angle(p: Array, at: Array, q: Array) -> float:
-    """Angle at a corner between the sides to p and q."""
-    ax, ay, az = p[0] - at[0], p[1] - at[1], p[2] - at[2]
-    bx, by, bz = q[0] - at[0], q[1] - at[1], q[2] - at[2]
-    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    return math.atan2(math.sqrt(x * x + y * y + z * z), ax * bx + ay * by + az * bz)
+@inlined
+def _angle(a: Vec3, b: Vec3) -> float:
+    """Angle between two vectors."""
+    return math.atan2(length(cross(a, b)), dot(a, b))

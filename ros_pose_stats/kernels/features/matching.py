@@ -9,14 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Array2, Fixed2, FixedIndex1, Index1, Slots1
+from ..array_types import Array, Array2, Fixed2, FixedIndex1, Index1, Slots, Slots1
 from ..compilation import entry_kernel, inlined
-from ..grid import WIDTH, Slots, cube, insert, slot_of, slots_for
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..grid import WIDTH, Cube, cube_at, insert, slot_of, slots_for
+from ..vectors import Vec3, point_at, read_row, read_vector, turned, write_vector
 
 
 class FeatureGrid(NamedTuple):
@@ -38,8 +35,7 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
     width = WIDTH * reach
     # From the last, so that chains run from the first.
     for i in range(count - 1, -1, -1):
-        insert(head, chain, i, cube(rows[i, 0], 0.0, width), cube(rows[i, 1], 0.0, width),
-               cube(rows[i, 2], 0.0, width))
+        insert(head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width))
     return FeatureGrid(rows, head, chain, reach, np.zeros(count, np.int64),
                        np.zeros(1, np.int64))
 
@@ -79,9 +75,7 @@ def _turn(rows: Array, i: int, rotation: Array, image: Array) -> None:
     """Image of a feature: its place and its vector are turned, the rest stays."""
     vectors = 3 * (rows.shape[1] // 3)
     for first in range(0, vectors, 3):
-        x, y, z = rows[i, first], rows[i, first + 1], rows[i, first + 2]
-        for c in range(3):
-            image[first + c] = rotation[c, 0] * x + rotation[c, 1] * y + rotation[c, 2] * z
+        write_vector(image, first, turned(rotation, read_row(rows, i, first)))
     for k in range(vectors, rows.shape[1]):
         image[k] = rows[i, k]
 
@@ -89,14 +83,14 @@ def _turn(rows: Array, i: int, rotation: Array, image: Array) -> None:
 @inlined
 def _nearest(rows: Array, head: Slots, chain: Slots, image: Array, reach: float) -> int:
     """Feature closest to a row, -1 when none is closer than `reach`."""
-    width = WIDTH * reach
+    place, origin, width = read_vector(image, 0), Vec3(0.0, 0.0, 0.0), WIDTH * reach
+    low = cube_at(place, -reach, origin, width)
+    high = cube_at(place, reach, origin, width)
     best, partner = reach * reach, -1
-    for x in range(cube(image[0] - reach, 0.0, width), cube(image[0] + reach, 0.0, width) + 1):
-        for y in range(cube(image[1] - reach, 0.0, width),
-                       cube(image[1] + reach, 0.0, width) + 1):
-            for z in range(cube(image[2] - reach, 0.0, width),
-                           cube(image[2] + reach, 0.0, width) + 1):
-                j = head[slot_of(x, y, z, head.shape[0])]
+    for x in range(low.x, high.x + 1):
+        for y in range(low.y, high.y + 1):
+            for z in range(low.z, high.z + 1):
+                j = head[slot_of(Cube(x, y, z), head.shape[0])]
                 while j >= 0:
                     square = 0.0
                     for k in range(rows.shape[1]):

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed2, FixedIndex2
-from ..body.coplanar import area_vectors, planar_regions
-from ..compilation import entry_kernel, kernel
+from ..array_types import Array, Fixed2, FixedIndex2, Index
+from ..body.coplanar import area_vectors, centroid_of, planar_regions
+from ..compilation import entry_kernel, inlined, kernel
 from ..mesh.edges import neighbours
 from ..sorting import falling_order
+from ..vectors import divided, plus, point_at, read_row, scaled, write_row
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+# columns of the regions (G, 7) and of the sums that they are made of
+CENTROID: Final = 0  # 0, 1, 2; in a sum times the area
+NORMAL: Final = 3    # 3, 4, 5: times the size; in a sum times the area
+SIZE: Final = 6      # square root of the area; in a sum the area
+AREA: Final = 6
+REGION: Final = 7
 
 
 @entry_kernel
@@ -49,35 +54,31 @@ def _sums(points: Array, triangles: Index, region: Index) -> Array:
     for t in range(region.shape[0]):
         count = max(count, region[t] + 1)
     vectors, areas = area_vectors(points, triangles)
-    sums = np.zeros((count, 7))
+    sums = np.zeros((count, REGION))
     for t in range(region.shape[0]):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         g = region[t]
-        for k in range(3):
-            centroid = (points[a, k] + points[b, k] + points[c, k]) / 3.0
-            sums[g, k] += centroid * areas[t]
-            sums[g, 3 + k] += vectors[t, k]
-        sums[g, 6] += areas[t]
+        moment = scaled(centroid_of(points, triangles, t), areas[t])
+        write_row(sums, g, CENTROID, plus(read_row(sums, g, CENTROID), moment))
+        write_row(sums, g, NORMAL, plus(read_row(sums, g, NORMAL), point_at(vectors, t)))
+        sums[g, AREA] += areas[t]
     return sums
 
 
 @kernel
 def _largest_first(sums: Array) -> Array:
-    order = falling_order(sums[:, 6].copy())
+    order = falling_order(sums[:, AREA].copy())
     count = 0
     for g in order:
-        if sums[g, 6] == 0.0:
+        if sums[g, AREA] == 0.0:
             break
         count += 1
-    regions = np.empty((count, 7))
+    regions = np.empty((count, REGION))
     for i in range(count):
         g = order[i]
-        area = sums[g, 6]
-        size = math.sqrt(area)
-        for k in range(3):
-            regions[i, k] = sums[g, k] / area
-            regions[i, 3 + k] = sums[g, 3 + k] / size
-        regions[i, 6] = size
+        size = math.sqrt(sums[g, AREA])
+        write_row(regions, i, CENTROID, divided(read_row(sums, g, CENTROID), sums[g, AREA]))
+        write_row(regions, i, NORMAL, divided(read_row(sums, g, NORMAL), size))
+        regions[i, SIZE] = size
     return regions
 
 
@@ -88,18 +89,13 @@ def _corners(triangles: Index, region: Index, sums: Array, points: int) -> Index
     corner, count = np.zeros(points, np.bool_), 0
     for t in range(triangles.shape[0]):
         g = region[t]
-        if sums[g, 6] == 0.0:
+        if sums[g, AREA] == 0.0:
             continue
         for i in range(3):
             v = triangles[t, i]
-            if touched[v, 0] < 0:
-                touched[v, 0] = g
-            elif touched[v, 0] != g:
-                if touched[v, 1] < 0:
-                    touched[v, 1] = g
-                elif touched[v, 1] != g and not corner[v]:
-                    corner[v] = True
-                    count += 1
+            if _meets_third(touched, v, g) and not corner[v]:
+                corner[v] = True
+                count += 1
     found = np.empty(count, np.int64)
     place = 0
     for v in range(points):
@@ -107,3 +103,14 @@ def _corners(triangles: Index, region: Index, sums: Array, points: int) -> Index
             found[place] = v
             place += 1
     return found
+
+
+@inlined
+def _meets_third(touched: Index, v: int, g: int) -> bool:
+    """Note the first two regions that a vertex touches; tell whether this is another one."""
+    for k in range(2):
+        if touched[v, k] < 0:
+            touched[v, k] = g
+        if touched[v, k] == g:
+            return False
+    return True

@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed2
+from ..array_types import Array, Fixed2
 from ..compilation import entry_kernel, inlined
-
-Array = NDArray[np.float64]
+from ..vectors import Vec3, dot, point_at, read_row
+from .surface_features import CENTROID, NORMAL, SIZE
 
 # How many products of components are the same monomial, in the order of `_monomials`.
 _TIMES: Final = np.array(
@@ -23,6 +22,10 @@ _TIMES: Final = np.array(
 
 # Where each degree begins in that order.
 _DEGREE: Final = (0, 1, 4, 10, 20, 35)
+
+# columns of the moments (S, 7) along a direction u
+HEIGHTS: Final = 0  # 0, 1, 2: sums over the regions of A (c·u)^k for k = 2, 3, 4
+FLOWS: Final = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 
 
 @entry_kernel
@@ -45,39 +48,39 @@ def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     areas, flows = np.zeros(35), np.zeros((3, 20))
     terms = np.empty(35)
     for g in range(regions.shape[0]):
-        _monomials(regions[g, 0], regions[g, 1], regions[g, 2], terms)
-        size = regions[g, 6]
+        _monomials(read_row(regions, g, CENTROID), terms)
+        size = regions[g, SIZE]
         area = size * size
         for m in range(35):
             areas[m] += area * terms[m]
         for i in range(3):
-            flow = regions[g, 3 + i] * size * area
+            flow = regions[g, NORMAL + i] * size * area
             for m in range(20):
                 flows[i, m] += flow * terms[m]
     moments = np.zeros((directions.shape[0], 7))
     for s in range(directions.shape[0]):
-        _monomials(directions[s, 0], directions[s, 1], directions[s, 2], terms)
+        direction = point_at(directions, s)
+        _monomials(direction, terms)
         for k in range(4):
             for m in range(_DEGREE[k], _DEGREE[k + 1]):
-                flow = (directions[s, 0] * flows[0, m] + directions[s, 1] * flows[1, m]
-                        + directions[s, 2] * flows[2, m])
-                moments[s, 3 + k] += _TIMES[m] * terms[m] * flow
+                flow = dot(direction, Vec3(flows[0, m], flows[1, m], flows[2, m]))
+                moments[s, FLOWS + k] += _TIMES[m] * terms[m] * flow
         for k in range(2, 5):
             for m in range(_DEGREE[k], _DEGREE[k + 1]):
-                moments[s, k - 2] += _TIMES[m] * terms[m] * areas[m]
+                moments[s, HEIGHTS + k - 2] += _TIMES[m] * terms[m] * areas[m]
     return moments
 
 
 @inlined
-def _monomials(x: float, y: float, z: float, terms: Array) -> None:
+def _monomials(a: Vec3, terms: Array) -> None:
     """Set `terms` (35,) to the monomials of degree 0 to 4; each from one of lower degree."""
     terms[0] = 1.0
     for degree in range(1, 5):
         lower, here = _DEGREE[degree - 1], _DEGREE[degree]
         count = here - lower
         for m in range(count):
-            terms[here + m] = x * terms[lower + m]
+            terms[here + m] = a.x * terms[lower + m]
         # The last `degree` of the lower ones are free of x, the very last of y too.
         for m in range(degree):
-            terms[here + count + m] = y * terms[here - degree + m]
-        terms[here + count + degree] = z * terms[here - 1]
+            terms[here + count + m] = a.y * terms[here - degree + m]
+        terms[here + count + degree] = a.z * terms[here - 1]

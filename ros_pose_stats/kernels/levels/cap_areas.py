@@ -28,14 +28,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Array, Index
 from ..body.convex_body import BodyArrays
-from ..compilation import entry_kernel, kernel
-from .right_triangles import Flags, make_flags
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..compilation import entry_kernel, inlined, kernel
+from .right_triangles import RightTriangles, measure_triangles
 
 
 @kernel
@@ -55,41 +52,48 @@ def bend_R(leg: float, v: float, q: float, level: float) -> float:
 
 
 @kernel
-def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, flags: Flags,
+def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles: RightTriangles,
                 level: float, of_R: bool) -> float:
     """Centroid solid angle of the reachable set on the faces `faces[begin:end]`.
 
     That of {r < level} on the faces, or of {R < level} next to their normals.
     """
-    # Only numbers go to the helpers: a tuple of arrays would be counted in and out each time.
     face_start = body.face_start
-    whole, turn, leg = flags.whole, flags.turn, flags.leg
-    near, foot, far = flags.near, flags.foot, flags.far
-    done, after, enters, fills = flags.done, flags.after, flags.enters, flags.fills
+    enters, fills, full = triangles.enters, triangles.fills, triangles.full
     total = 0.0
     for j in range(begin, end):
         f = faces[j]
         if level <= enters[f]:
             continue
         if level >= fills[f]:
-            total += flags.full[f]
+            total += full[f]
             continue
         for k in range(face_start[f], face_start[f + 1]):
-            bends = 0.0
-            for i in range(2 * k, 2 * k + 2):
-                if level >= done[i]:
-                    total += after[i]
-                elif of_R:
-                    total += whole[i] - turn[i] * ((far[i] - level) / far[i])
-                    if level < foot[i]:
-                        bend = bend_R(leg[i], far[i], foot[i], level)
-                        total -= math.copysign(1.0, turn[i]) * bend
-                else:
-                    total += turn[i] * ((level - near[i]) / level)
-                    bends += math.copysign(1.0, turn[i])
-            # Both triangles of a side bend alike for r, each in its own sense.
-            if bends != 0.0 and level > foot[2 * k]:
-                total += bends * bend_r(leg[2 * k], near[2 * k], foot[2 * k], level)
+            total = _add_side(total, triangles, k, level, of_R)
+    return total
+
+
+@inlined
+def _add_side(total: float, triangles: RightTriangles, k: int, level: float,
+              of_R: bool) -> float:
+    """Add the shares of both triangles of a polygon side, stage by stage."""
+    turn, leg, foot = triangles.turn, triangles.leg, triangles.foot
+    bends = 0.0
+    for i in range(2 * k, 2 * k + 2):
+        sense = math.copysign(1.0, turn[i])
+        if level >= triangles.done[i]:
+            total += triangles.after[i]
+        elif of_R:
+            v = triangles.far[i]
+            total += triangles.whole[i] - turn[i] * ((v - level) / v)
+            if level < foot[i]:
+                total -= sense * bend_R(leg[i], v, foot[i], level)
+        else:
+            total += turn[i] * ((level - triangles.near[i]) / level)
+            bends += sense
+    # Both triangles of a side bend alike for r, each in its own sense.
+    if bends != 0.0 and level > foot[2 * k]:
+        total += bends * bend_r(leg[2 * k], triangles.near[2 * k], foot[2 * k], level)
     return total
 
 
@@ -102,9 +106,9 @@ def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
     (F,) array
         Of {r < level} on the face, or of {R < level} next to its normal.
     """
-    flags = make_flags(body, np.array([level]), of_R)
+    triangles = measure_triangles(body, np.array([level]), of_R)
     faces = np.arange(body.distance.shape[0])
     angles = np.empty(faces.shape[0])
     for f in range(faces.shape[0]):
-        angles[f] = faces_below(faces, f, f + 1, body, flags, level, of_R)
+        angles[f] = faces_below(faces, f, f + 1, body, triangles, level, of_R)
     return angles

@@ -1,4 +1,4 @@
-"""Sums of many bends at many levels, without evaluating each bend at each level.
+"""Areas of a growing component at many levels, without evaluating each bend at each level.
 
 A component that swallows small neighbours one by one is measured at every one of these
 joins. Its area is a sum over its triangles, and the only costly term, the bend of
@@ -12,22 +12,133 @@ level by level. n joins over n faces cost n log n instead of n².
 from __future__ import annotations
 
 import math
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..compilation import kernel
+from ..array_types import Array, Index
+from ..body.convex_body import BodyArrays
+from ..compilation import inlined, kernel
 from .cap_areas import bend_R, bend_r
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .merge_tree import MergeTree, faces_of
+from .right_triangles import RightTriangles
 
 ORDER = 16
 FLAT = 1e-12
 
+# columns of the stack (k, 3): number of a tree node and the range of levels that it covers
+NODE: Final = 0
+LOW: Final = 1
+HIGH: Final = 2
+STACK: Final = 128
+"""Rows: the tree is no deeper."""
+
+
+class LevelSums(NamedTuple):
+    """What grows at the levels of n joins.
+
+    The area is constant + slope * (1/M - 1/E for r, E - M for R) + bends; the first two change
+    only where a triangle changes stage, so their steps are kept and summed up at the end. A level
+    M amid the path keeps both small.
+    """
+
+    levels: Array    # (n,) rising
+    middle: float    # M
+    constant: Array  # (n + 1,) its steps
+    slope: Array     # (n + 1,) its steps
+    sums: Array      # (n,) bends that are evaluated level by level
+    samples: Array   # (nodes, ORDER) bends at the Chebyshev points of each tree node
+    points: Array    # (ORDER,) Chebyshev points
+    weights: Array   # (ORDER,) their barycentric weights
+    stack: Index     # (STACK, 3) scratch
+
+
+class Bend(NamedTuple):
+    """Where a circle crosses the leg opposite to its centre; see `cap_areas`."""
+
+    leg: float
+    centre: float  # distance of the circle's centre: d for r, v for R
+    q: float
+    about_v: bool  # for R
+
 
 @kernel
-def tree_nodes(levels: int) -> int:
+def grown_areas(body: BodyArrays, triangles: RightTriangles, tree: MergeTree, larger: Index,
+                path: Index, of_R: bool) -> Array:
+    """Area (n,) of the growing component at every join of a path.
+
+    Parameters
+    ----------
+    body, triangles, tree
+    larger : (S - 1,) array
+        Which child of each join has more faces.
+    path : (n,) array
+        Joins along the larger children, by rising level.
+    of_R : bool
+    """
+    count = path.shape[0]
+    into = _nothing_yet(tree.level[path])
+    levels, constant = into.levels, into.constant
+    for k in range(count):
+        # At join k the component holds what came before: its start, and what joins 0 … k-1
+        # brought in.
+        begin, end = faces_of(tree, tree.child[path[0], larger[path[0]]])
+        if k > 0:
+            begin, end = faces_of(tree, tree.child[path[k - 1], 1 - larger[path[k - 1]]])
+        for i in range(begin, end):
+            f = tree.face_order[i]
+            if not triangles.partial[f]:
+                filled = max(k, np.searchsorted(levels, triangles.fills[f]))
+                constant[filled] += triangles.full[f]
+                continue
+            for n in range(2 * body.face_start[f], 2 * body.face_start[f + 1]):
+                _add_triangle(triangles, n, k, of_R, into)
+    _collect(into)
+    total = rate = 0.0
+    for k in range(count):
+        total += constant[k]
+        rate += into.slope[k]
+        step = levels[k] - into.middle
+        into.sums[k] += total + rate * (step if of_R else step / (levels[k] * into.middle))
+    return into.sums
+
+
+@kernel
+def _nothing_yet(levels: Array) -> LevelSums:
+    count = levels.shape[0]
+    points, weights = _chebyshev()
+    return LevelSums(levels, levels[count // 2], np.zeros(count + 1), np.zeros(count + 1),
+                     np.zeros(count), np.zeros((_tree_nodes(count), ORDER)), points, weights,
+                     np.empty((STACK, 3), np.int64))
+
+
+@kernel
+def _add_triangle(triangles: RightTriangles, i: int, first: int, of_R: bool,
+                  into: LevelSums) -> None:
+    """Add one triangle to the sums from join `first` on, stage by stage (see `cap_areas`)."""
+    levels, middle, constant, slope = into.levels, into.middle, into.constant, into.slope
+    whole, turn, leg = triangles.whole[i], triangles.turn[i], triangles.leg[i]
+    d, q, v = triangles.near[i], triangles.foot[i], triangles.far[i]
+    enters = max(first, np.searchsorted(levels, d, side="right"))
+    done = max(enters, np.searchsorted(levels, triangles.done[i], side="left"))
+    sense = math.copysign(1.0, turn)
+    constant[done] += triangles.after[i]
+    if of_R:
+        meets = max(enters, min(done, np.searchsorted(levels, q, side="left")))
+        start, rate = whole - turn * ((v - middle) / v), turn / v
+        _add_bend(into, enters, meets, -sense, Bend(leg, v, q, True))
+    else:
+        meets = max(enters, min(done, np.searchsorted(levels, q, side="right")))
+        start, rate = turn * ((middle - d) / middle), turn * d
+        _add_bend(into, meets, done, sense, Bend(leg, d, q, False))
+    constant[enters] += start
+    constant[done] -= start
+    slope[enters] += rate
+    slope[done] -= rate
+
+
+@kernel
+def _tree_nodes(levels: int) -> int:
     """Number of tree nodes (numbered as in a heap) that this many levels may need."""
     count = 2
     while levels > ORDER:
@@ -37,7 +148,7 @@ def tree_nodes(levels: int) -> int:
 
 
 @kernel
-def chebyshev() -> tuple[Array, Array]:
+def _chebyshev() -> tuple[Array, Array]:
     """Chebyshev points of the first kind on [-1, 1] and their barycentric weights."""
     points, weights = np.empty(ORDER), np.empty(ORDER)
     for i in range(ORDER):
@@ -48,67 +159,62 @@ def chebyshev() -> tuple[Array, Array]:
 
 
 @kernel
-def add_bend(levels: Array, begin: int, end: int, weight: float, leg: float, other: float,
-             q: float, of_R: bool, points: Array, samples: Array, sums: Array,
-             stack: Index) -> None:
-    """Add `weight` times a bend to the sums at the levels `begin` to `end`.
-
-    Parameters
-    ----------
-    levels : (n,) array
-        Rising.
-    weight, leg, other, q : float
-        Of the bend; `other` is d for r and v for R. All levels in the range lie beyond q.
-    points : (ORDER,) array
-    samples : (nodes, ORDER) array
-        Values at the Chebyshev points of each tree node, added to.
-    sums : (n,) array
-        Added to where the bend is evaluated level by level.
-    stack : (k, 3) array
-        Scratch for node number and range.
-    """
-    stack[0, 0], stack[0, 1], stack[0, 2] = 1, 0, levels.shape[0]
+def _add_bend(into: LevelSums, begin: int, end: int, weight: float, bend: Bend) -> None:
+    """Add `weight` times a bend at the levels `begin` to `end`, which all lie beyond its q."""
+    levels, points, samples = into.levels, into.points, into.samples
+    sums, stack = into.sums, into.stack
+    stack[0, NODE], stack[0, LOW], stack[0, HIGH] = 1, 0, levels.shape[0]
     size = 1
     while size > 0:
         size -= 1
-        node, low, high = stack[size, 0], stack[size, 1], stack[size, 2]
+        node, low, high = stack[size, NODE], stack[size, LOW], stack[size, HIGH]
         if high <= begin or end <= low:
             continue
         first, last = levels[low], levels[high - 1]
         width = last - first
-        gap = q - last if of_R else first - q
+        gap = bend.q - last if bend.about_v else first - bend.q
         if begin <= low and high <= end and gap >= width and high - low > ORDER:
             if width <= FLAT * last:
-                samples[node, 0] += weight * _bend(leg, other, q, first, of_R)
+                samples[node, 0] += weight * _value(bend, first)
                 continue
             for i in range(ORDER):
                 level = 0.5 * (first + last) + 0.5 * width * points[i]
-                samples[node, i] += weight * _bend(leg, other, q, level, of_R)
+                samples[node, i] += weight * _value(bend, level)
             continue
         if high - low <= ORDER:
             for k in range(max(low, begin), min(high, end)):
-                sums[k] += weight * _bend(leg, other, q, levels[k], of_R)
+                sums[k] += weight * _value(bend, levels[k])
             continue
-        middle = (low + high) // 2
-        stack[size, 0], stack[size, 1], stack[size, 2] = 2 * node, low, middle
-        stack[size + 1, 0], stack[size + 1, 1], stack[size + 1, 2] = 2 * node + 1, middle, high
-        size += 2
+        size = _push_halves(stack, size, node, low, high)
+
+
+@inlined
+def _push_halves(stack: Index, size: int, node: int, low: int, high: int) -> int:
+    """Put both halves of a tree node on the stack; return its new size."""
+    middle = (low + high) // 2
+    stack[size, NODE], stack[size, LOW], stack[size, HIGH] = 2 * node, low, middle
+    size += 1
+    stack[size, NODE], stack[size, LOW], stack[size, HIGH] = 2 * node + 1, middle, high
+    return size + 1
 
 
 @kernel
-def _bend(leg: float, other: float, q: float, level: float, of_R: bool) -> float:
-    return bend_R(leg, other, q, level) if of_R else bend_r(leg, other, q, level)
+def _value(bend: Bend, level: float) -> float:
+    if bend.about_v:
+        return bend_R(bend.leg, bend.centre, bend.q, level)
+    return bend_r(bend.leg, bend.centre, bend.q, level)
 
 
 @kernel
-def collect(levels: Array, points: Array, weights: Array, samples: Array, sums: Array,
-            stack: Index) -> None:
+def _collect(into: LevelSums) -> None:
     """Add the interpolated samples of every tree node to the sums at its levels."""
-    stack[0, 0], stack[0, 1], stack[0, 2] = 1, 0, levels.shape[0]
+    levels, samples, sums, stack = into.levels, into.samples, into.sums, into.stack
+    points, weights = into.points, into.weights
+    stack[0, NODE], stack[0, LOW], stack[0, HIGH] = 1, 0, levels.shape[0]
     size = 1
     while size > 0:
         size -= 1
-        node, low, high = stack[size, 0], stack[size, 1], stack[size, 2]
+        node, low, high = stack[size, NODE], stack[size, LOW], stack[size, HIGH]
         if high - low <= ORDER:
             continue
         first, last = levels[low], levels[high - 1]
@@ -118,10 +224,7 @@ def collect(levels: Array, points: Array, weights: Array, samples: Array, sums: 
             else:
                 at = (2.0 * levels[k] - first - last) / (last - first)
                 sums[k] += _interpolate(at, points, weights, samples, node)
-        middle = (low + high) // 2
-        stack[size, 0], stack[size, 1], stack[size, 2] = 2 * node, low, middle
-        stack[size + 1, 0], stack[size + 1, 1], stack[size + 1, 2] = 2 * node + 1, middle, high
-        size += 2
+        size = _push_halves(stack, size, node, low, high)
 
 
 @kernel

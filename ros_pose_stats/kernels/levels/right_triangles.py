@@ -12,16 +12,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Array, Flags, Index
 from ..body.convex_body import BodyArrays
 from ..compilation import inlined, kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..vectors import cross, dot, dot_from, point_at
 
 
-class Flags(NamedTuple):
+class RightTriangles(NamedTuple):
     """The right triangles of a body, two a polygon side (2 k at its start, 2 k + 1 at its end)."""
 
     whole: Array   # (2N,) signed area tau
@@ -35,33 +33,29 @@ class Flags(NamedTuple):
     enters: Array  # (F,) level at which a face enters the reachable set
     fills: Array   # (F,) level from which on all its triangles are done
     full: Array    # (F,) their sum then
-    partial: NDArray[np.bool_]  # (F,) whether a wanted level lies between; else not measured
+    partial: Flags  # (F,) whether a wanted level lies between; else not measured
 
 
 @kernel
-def make_flags(body: BodyArrays, levels: Array, of_R: bool) -> Flags:
+def measure_triangles(body: BodyArrays, levels: Array, of_R: bool) -> RightTriangles:
     """Measure the triangles of the faces that some of the (rising) levels cut through."""
     count, faces = 2 * body.twin.shape[0], body.distance.shape[0]
     # Columns of one table: few triangles are measured, and these touch few pages of memory.
     table = np.empty((count, 8))
-    flags = Flags(table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5],
-                  table[:, 6], table[:, 7], np.empty(faces), np.zeros(faces), np.zeros(faces),
-                  np.empty(faces, np.bool_))
+    triangles = RightTriangles(
+        table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5], table[:, 6],
+        table[:, 7], np.empty(faces), np.zeros(faces), np.zeros(faces), np.empty(faces, np.bool_))
     if of_R:
-        _limits_R(body, levels[-1], flags)
+        _limits_R(body, levels[-1], triangles)
     else:
-        _limits_r(body, flags)
+        _limits_r(body, triangles)
     for f in range(faces):
-        cut = _first_above(levels, flags.enters[f])
-        flags.partial[f] = cut < levels.shape[0] and levels[cut] < flags.fills[f]
-        if flags.partial[f]:
+        cut = _first_above(levels, triangles.enters[f])
+        triangles.partial[f] = cut < levels.shape[0] and levels[cut] < triangles.fills[f]
+        if triangles.partial[f]:
             for k in range(body.face_start[f], body.face_start[f + 1]):
-                v, w = body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]]
-                _measure(flags, 2 * k, body.distance[f], body.reach[k], v, body.inset[k],
-                         body.start[k], of_R)
-                _measure(flags, 2 * k + 1, body.distance[f], body.reach[k], w, body.inset[k],
-                         body.stop[k], of_R)
-    return flags
+                _measure_side(body, k, body.distance[f], of_R, triangles)
+    return triangles
 
 
 @inlined
@@ -77,23 +71,33 @@ def _first_above(levels: Array, value: float) -> int:
     return low
 
 
+@inlined
+def _measure_side(body: BodyArrays, k: int, d: float, of_R: bool,
+                  triangles: RightTriangles) -> None:
+    """Both triangles of a polygon side on a face at distance d."""
+    q, s = body.reach[k], body.inset[k]
+    v, w = body.radius[body.corner[k]], body.radius[body.corner[body.twin[k]]]
+    _measure(triangles, 2 * k, d, q, v, s, body.start[k], of_R)
+    _measure(triangles, 2 * k + 1, d, q, w, s, body.stop[k], of_R)
+
+
 @kernel
-def _measure(flags: Flags, i: int, d: float, q: float, v: float, s: float, a: float,
+def _measure(triangles: RightTriangles, i: int, d: float, q: float, v: float, s: float, a: float,
              of_R: bool) -> None:
-    flags.near[i], flags.foot[i], flags.far[i] = d, q, v
-    flags.whole[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
+    triangles.near[i], triangles.foot[i], triangles.far[i] = d, q, v
+    triangles.whole[i] = 2.0 * math.atan(s * a / ((d + q) * (q + v)))
     if of_R:
-        flags.leg[i] = abs(a)
+        triangles.leg[i] = abs(a)
         turn = math.atan2(abs(s) * v, abs(a) * d)
     else:
-        flags.leg[i] = abs(s)
+        triangles.leg[i] = abs(s)
         turn = math.atan2(abs(a), abs(s))
-        flags.done[i], flags.after[i] = v, flags.whole[i]
-    flags.turn[i] = turn if s * a > 0.0 else -turn
+        triangles.done[i], triangles.after[i] = v, triangles.whole[i]
+    triangles.turn[i] = turn if s * a > 0.0 else -turn
 
 
 @kernel
-def _limits_r(body: BodyArrays, flags: Flags) -> None:
+def _limits_r(body: BodyArrays, triangles: RightTriangles) -> None:
     for f in range(body.distance.shape[0]):
         nearest, farthest = math.inf, 0.0
         inside = True
@@ -103,9 +107,9 @@ def _limits_r(body: BodyArrays, flags: Flags) -> None:
             inside = inside and body.inset[k] >= 0.0
             nearest = min(nearest,
                           body.reach[k] if body.start[k] > 0.0 and body.stop[k] > 0.0 else v)
-        flags.fills[f] = farthest
-        flags.enters[f] = body.distance[f] if inside else nearest
-        flags.full[f] = body.angle[f]
+        triangles.fills[f] = farthest
+        triangles.enters[f] = body.distance[f] if inside else nearest
+        triangles.full[f] = body.angle[f]
 
 
 @kernel
@@ -120,66 +124,70 @@ def _ring(face_start: Index, face: Index, twin: Index) -> Index:
 
 
 @kernel
-def _limits_R(body: BodyArrays, highest: float, flags: Flags) -> None:
-    """Walk around each corner: highest R in its cell, its area and its lowest face."""
-    face_start, face, twin, corner = body.face_start, body.face, body.twin, body.corner
-    inset, start, reach, distance = body.inset, body.start, body.reach, body.distance
-    done, after, fills = flags.done, flags.after, flags.fills
-    ring = _ring(face_start, face, twin)
+def _limits_R(body: BodyArrays, highest: float, triangles: RightTriangles) -> None:
+    """Close the cell of each corner, and put its area where it is counted."""
+    ring = _ring(body.face_start, body.face, body.twin)
     seen = np.zeros(body.radius.shape[0], np.bool_)
-    flags.enters[:] = distance
-    for k in range(twin.shape[0]):
-        if seen[corner[k]]:
+    triangles.enters[:] = body.distance
+    for k in range(ring.shape[0]):
+        if seen[body.corner[k]]:
             continue
-        seen[corner[k]] = True
-        top, lowest, peak = 0.0, k, True
-        side = k
-        for _ in range(twin.shape[0]):
-            other = twin[side]
-            top = max(top, distance[face[side]])
-            if inset[side] > 0.0 and inset[other] > 0.0:
-                top = max(top, reach[side])
-            peak = peak and start[side] >= 0.0
-            if distance[face[side]] < distance[face[lowest]]:
-                lowest = side
-            side = ring[side]
-            if side == k:
-                break
-        if peak:
-            top = body.radius[corner[k]]
-        for _ in range(twin.shape[0]):
-            f = face[side]
-            before = side - 1 if side > face_start[f] else face_start[f + 1] - 1
-            done[2 * side] = done[2 * before + 1] = top
-            after[2 * side] = after[2 * before + 1] = 0.0
-            fills[f] = max(fills[f], top)
-            side = ring[side]
-            if side == k:
-                break
+        seen[body.corner[k]] = True
+        top, lowest = _highest_in_cell(body, ring, k)
+        _close_cell(body, ring, k, top, triangles)
         if top <= highest:
-            area = _cell_area(body.normal, face, ring, k)
-            after[2 * lowest] = area
-            flags.full[face[lowest]] += area
+            area = _cell_area(body.normal, body.face, ring, k)
+            triangles.after[2 * lowest] = area
+            triangles.full[body.face[lowest]] += area
+
+
+@inlined
+def _highest_in_cell(body: BodyArrays, ring: Index, k: int) -> tuple[float, int]:
+    """Highest R around the corner where side k starts, and the side there of the lowest face."""
+    distance, face = body.distance, body.face
+    top, lowest, peak = 0.0, k, True
+    side = k
+    for _ in range(ring.shape[0]):
+        top = max(top, distance[face[side]])
+        if body.inset[side] > 0.0 and body.inset[body.twin[side]] > 0.0:
+            top = max(top, body.reach[side])
+        peak = peak and body.start[side] >= 0.0
+        if distance[face[side]] < distance[face[lowest]]:
+            lowest = side
+        side = ring[side]
+        if side == k:
+            break
+    return body.radius[body.corner[k]] if peak else top, lowest
+
+
+@inlined
+def _close_cell(body: BodyArrays, ring: Index, k: int, top: float,
+                triangles: RightTriangles) -> None:
+    """From the level `top` on the triangles around the corner where side k starts count 0."""
+    side = k
+    for _ in range(ring.shape[0]):
+        f = body.face[side]
+        before = side - 1 if side > body.face_start[f] else body.face_start[f + 1] - 1
+        for i in (2 * side, 2 * before + 1):
+            triangles.done[i], triangles.after[i] = top, 0.0
+        triangles.fills[f] = max(triangles.fills[f], top)
+        side = ring[side]
+        if side == k:
+            break
 
 
 @kernel
 def _cell_area(normal: Array, face: Index, ring: Index, k: int) -> float:
     """Solid angle of the spherical polygon of the normals around a corner."""
-    a = face[k]
-    ax, ay, az = normal[a, 0], normal[a, 1], normal[a, 2]
+    a = point_at(normal, face[k])
     side = ring[k]
-    b = face[side]
-    bx, by, bz = normal[b, 0], normal[b, 1], normal[b, 2]
+    b = point_at(normal, face[side])
     side = ring[side]
     total = 0.0
     while side != k:
-        c = face[side]
-        cx, cy, cz = normal[c, 0], normal[c, 1], normal[c, 2]
-        triple = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz)
-                  + az * (bx * cy - by * cx))
-        below = (1.0 + ax * bx + ay * by + az * bz + bx * cx + by * cy + bz * cz
-                 + cx * ax + cy * ay + cz * az)
-        total += 2.0 * math.atan2(triple, below)
-        bx, by, bz = cx, cy, cz
+        c = point_at(normal, face[side])
+        below = dot_from(dot_from(dot_from(1.0, a, b), b, c), c, a)
+        total += 2.0 * math.atan2(dot(a, cross(b, c)), below)
+        b = c
         side = ring[side]
     return abs(total)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed1, Fixed2
+from ..array_types import Array, Fixed1, Fixed2, Index, Slots
 from ..compilation import entry_kernel, inlined
-from ..grid import WIDTH, Slots, cube, insert, slot_of, slots_for
+from ..grid import WIDTH, Cube, cube_at, insert, slot_of, slots_for
+from ..vectors import dot, minus, point_at, read_vector
 from .components import join, root
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @entry_kernel
@@ -35,23 +32,18 @@ def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[
     count = points.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
     first = np.arange(count)
-    lx, ly, lz, width = low[0], low[1], low[2], WIDTH * tolerance
+    corner, width = read_vector(low, 0), WIDTH * tolerance
     for i in range(count):
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        x, y, z = cube(px, lx, width), cube(py, ly, width), cube(pz, lz, width)
+        point = point_at(points, i)
+        home = cube_at(point, 0.0, corner, width)
         # A point that repeats another has its neighbours, and need not stand beside it.
-        if _meet(points, head, chain, first, i, x, y, z, tolerance):
+        if _meet(points, head, chain, first, i, home, tolerance):
             continue
-        x0, x1 = cube(px - tolerance, lx, width), cube(px + tolerance, lx, width)
-        y0, y1 = cube(py - tolerance, ly, width), cube(py + tolerance, ly, width)
-        z0, z1 = cube(pz - tolerance, lz, width), cube(pz + tolerance, lz, width)
-        if x0 < x1 or y0 < y1 or z0 < z1:
-            for u in range(x0, x1 + 1):
-                for v in range(y0, y1 + 1):
-                    for w in range(z0, z1 + 1):
-                        if u != x or v != y or w != z:
-                            _meet(points, head, chain, first, i, u, v, w, tolerance)
-        insert(head, chain, i, x, y, z)
+        nearest = cube_at(point, -tolerance, corner, width)
+        farthest = cube_at(point, tolerance, corner, width)
+        if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
+            _meet_around(points, head, chain, first, i, home, nearest, farthest, tolerance)
+        insert(head, chain, i, home)
     found = False
     for i in range(count):
         first[i] = root(first, i)
@@ -60,17 +52,26 @@ def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[
 
 
 @inlined
-def _meet(points: Array, head: Slots, chain: Slots, first: Index, i: int, x: int, y: int, z: int,
+def _meet_around(points: Array, head: Slots, chain: Slots, first: Index, i: int, home: Cube,
+                 nearest: Cube, farthest: Cube, tolerance: float) -> None:
+    """Join point `i` to those that it coincides with in the other cubes that it is close to."""
+    for x in range(nearest.x, farthest.x + 1):
+        for y in range(nearest.y, farthest.y + 1):
+            for z in range(nearest.z, farthest.z + 1):
+                if x != home.x or y != home.y or z != home.z:
+                    _meet(points, head, chain, first, i, Cube(x, y, z), tolerance)
+
+
+@inlined
+def _meet(points: Array, head: Slots, chain: Slots, first: Index, i: int, cube: Cube,
           tolerance: float) -> bool:
     """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
-    j = head[slot_of(x, y, z, head.shape[0])]
+    j = head[slot_of(cube, head.shape[0])]
     while j >= 0:
-        dx, dy, dz = (points[j, 0] - points[i, 0], points[j, 1] - points[i, 1],
-                      points[j, 2] - points[i, 2])
-        square = dx * dx + dy * dy + dz * dz
-        if square <= tolerance * tolerance:
+        apart = minus(point_at(points, j), point_at(points, i))
+        if dot(apart, apart) <= tolerance * tolerance:
             join(first, i, j)
-            if dx == 0.0 and dy == 0.0 and dz == 0.0:
+            if apart.x == 0.0 and apart.y == 0.0 and apart.z == 0.0:
                 return True
         j = chain[j]
     return False

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import FixedIndex2
+from ..array_types import FixedIndex2, Index
 from ..compilation import entry_kernel, inlined
-
-Index = NDArray[np.int64]
 
 
 @inlined

@@ -5,22 +5,24 @@ Directed edge 3 t + i runs from corner i of triangle t to the next one.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Final
 
-from ..array_types import FixedFlags1, FixedIndex1, FixedIndex2
+import numpy as np
+
+from ..array_types import FixedFlags1, FixedIndex1, FixedIndex2, Flags, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import rising_order
 
-Index = NDArray[np.int64]
-Flag = NDArray[np.bool_]
+# columns of the sorted entries (3T, 2)
+HIGHER: Final = 0  # higher vertex
+EDGE: Final = 1    # twice the number of the directed edge, plus 1 where it runs from the lower one
 
 FEW = 48
 """Edges at one vertex up to which sorting them one by one is quicker than counting digits."""
 
 
 @entry_kernel
-def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flag, Index, Index]:
+def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
     """Directed edges by rising numbers of their lower, then of their higher vertex.
 
     Parameters
@@ -43,9 +45,9 @@ def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flag, Index, Index]:
     found = begin = 0
     for v in range(stop.shape[0]):
         for k in range(begin, stop[v]):
-            triangle[k] = entries[k, 1] // 6
-            forward[k] = entries[k, 1] & 1 == 1
-            if k == begin or entries[k, 0] != entries[k - 1, 0]:
+            triangle[k] = entries[k, EDGE] // 6
+            forward[k] = entries[k, EDGE] & 1 == 1
+            if k == begin or entries[k, HIGHER] != entries[k - 1, HIGHER]:
                 start[found], uses[found] = k, 0
                 found += 1
             uses[found - 1] += 1
@@ -63,8 +65,6 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
     Returns
     -------
     entries : (3T, 2) array
-        Higher vertex, and twice the number of the directed edge, plus one where it runs from
-        the lower vertex.
     stop : (V,) array
         Where the edges with each lower vertex end.
     """
@@ -86,8 +86,8 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
             a, b = triangles[t, i], triangles[t, i + 1 if i < 2 else 0]
             here = place[min(a, b)]
             place[min(a, b)] = here + 1
-            entries[here, 0] = max(a, b)
-            entries[here, 1] = 2 * (3 * t + i) + (1 if a < b else 0)
+            entries[here, HIGHER] = max(a, b)
+            entries[here, EDGE] = 2 * (3 * t + i) + (1 if a < b else 0)
     begin = 0
     for v in range(vertices):
         if place[v] - begin > FEW:
@@ -103,8 +103,8 @@ def _sort_many(entries: Index, begin: int, end: int) -> None:
     """Sort a range of entries by their first number; equal ones stay as they were."""
     some = entries[begin:end].copy()
     place = begin
-    for i in rising_order(some[:, 0].copy()):
-        entries[place, 0], entries[place, 1] = some[i, 0], some[i, 1]
+    for i in rising_order(some[:, HIGHER].copy()):
+        entries[place, HIGHER], entries[place, EDGE] = some[i, HIGHER], some[i, EDGE]
         place += 1
 
 
@@ -112,17 +112,17 @@ def _sort_many(entries: Index, begin: int, end: int) -> None:
 def _sort_few(entries: Index, begin: int, end: int) -> None:
     """Sort a short range of entries by their first number; equal ones stay as they were."""
     for k in range(begin + 1, end):
-        key, item = entries[k, 0], entries[k, 1]
+        key, item = entries[k, HIGHER], entries[k, EDGE]
         j = k - 1
-        while j >= begin and entries[j, 0] > key:
-            entries[j + 1, 0], entries[j + 1, 1] = entries[j, 0], entries[j, 1]
+        while j >= begin and entries[j, HIGHER] > key:
+            entries[j + 1, HIGHER], entries[j + 1, EDGE] = entries[j, HIGHER], entries[j, EDGE]
             j -= 1
-        entries[j + 1, 0], entries[j + 1, 1] = key, item
+        entries[j + 1, HIGHER], entries[j + 1, EDGE] = key, item
 
 
 @entry_kernel
 def linked_triangles(triangle: FixedIndex1, forward: FixedFlags1, start: FixedIndex1,
-                     uses: FixedIndex1) -> tuple[Index, Flag]:
+                     uses: FixedIndex1) -> tuple[Index, Flags]:
     """Triangle pairs (k, 2) across edges of exactly two, and whether their windings agree.
 
     Parameters are as `grouped_edges` returns them.
@@ -147,10 +147,10 @@ def neighbours(triangles: Index) -> Index:
     for v in range(stop.shape[0]):
         while begin < stop[v]:
             end = begin + 1
-            while end < stop[v] and entries[end, 0] == entries[begin, 0]:
+            while end < stop[v] and entries[end, HIGHER] == entries[begin, HIGHER]:
                 end += 1
             if end - begin == 2:
-                h, other = entries[begin, 1] // 2, entries[begin + 1, 1] // 2
+                h, other = entries[begin, EDGE] // 2, entries[begin + 1, EDGE] // 2
                 across[h // 3, (h + 2) % 3] = other // 3
                 across[other // 3, (other + 2) % 3] = h // 3
             begin = end

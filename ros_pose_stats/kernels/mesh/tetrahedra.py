@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
-from numpy.typing import NDArray
 
-from ..array_types import Fixed2, FixedIndex2
+from ..array_types import Array, Fixed2, FixedIndex2
 from ..compilation import entry_kernel, inlined
+from ..vectors import Vec3, cross, dot, plus, point_at, scaled, times, write_vector
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-
-@inlined
-def _six_volumes(points: Array, a: int, b: int, c: int) -> float:
-    ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
-    bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
-    cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-    return float(ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz)
-                 + az * (bx * cy - by * cx))
+# the moments (10,) of a solid: integrals of
+VOLUME: Final = 0   # 1
+FIRST: Final = 1    # x, y, z
+SQUARES: Final = 4  # xx, yy, zz
+MIXED: Final = 7    # xy, xz, yz
+MOMENTS: Final = 10
 
 
 @entry_kernel
@@ -26,7 +23,9 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
-        volumes[t] = _six_volumes(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        volumes[t] = _six_volumes(point_at(points, triangles[t, 0]),
+                                  point_at(points, triangles[t, 1]),
+                                  point_at(points, triangles[t, 2]))
     return volumes
 
 
@@ -47,14 +46,11 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
         The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with
         the number of triangles.
     """
-    total, lost, term = np.zeros(10), np.zeros(10), np.empty(10)
+    total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        volume = _six_volumes(points, a, b, c) / 6.0
-        term[0] = volume
-        _moments(volume, points[a, 0], points[b, 0], points[c, 0], points[a, 1], points[b, 1],
-                 points[c, 1], points[a, 2], points[b, 2], points[c, 2], term)
-        for k in range(10):
+        _set_moments(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
+                     point_at(points, triangles[t, 2]), term)
+        for k in range(MOMENTS):
             grown = total[k] + term[k]
             if abs(total[k]) >= abs(term[k]):
                 lost[k] += (total[k] - grown) + term[k]
@@ -65,15 +61,20 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
 
 
 @inlined
-def _moments(volume: float, ax: float, bx: float, cx: float, ay: float, by: float, cy: float,
-             az: float, bz: float, cz: float, term: Array) -> None:
-    """First and second moments of the tetrahedron of three corners and the origin."""
-    sx, sy, sz = ax + bx + cx, ay + by + cy, az + bz + cz
-    first, second = 0.25 * volume, 0.05 * volume
-    term[1], term[2], term[3] = first * sx, first * sy, first * sz
-    term[4] = second * (ax * ax + bx * bx + cx * cx + sx * sx)
-    term[5] = second * (ay * ay + by * by + cy * cy + sy * sy)
-    term[6] = second * (az * az + bz * bz + cz * cz + sz * sz)
-    term[7] = second * (ax * ay + bx * by + cx * cy + sx * sy)
-    term[8] = second * (ax * az + bx * bz + cx * cz + sx * sz)
-    term[9] = second * (ay * az + by * bz + cy * cz + sy * sz)
+def _six_volumes(a: Vec3, b: Vec3, c: Vec3) -> float:
+    return dot(a, cross(b, c))
+
+
+@inlined
+def _set_moments(a: Vec3, b: Vec3, c: Vec3, term: Array) -> None:
+    """Moments of the tetrahedron of three corners and the origin."""
+    volume = _six_volumes(a, b, c) / 6.0
+    total = plus(plus(a, b), c)
+    squares = plus(plus(plus(times(a, a), times(b, b)), times(c, c)), times(total, total))
+    second = 0.05 * volume
+    term[VOLUME] = volume
+    write_vector(term, FIRST, scaled(total, 0.25 * volume))
+    write_vector(term, SQUARES, scaled(squares, second))
+    term[MIXED] = second * (a.x * a.y + b.x * b.y + c.x * c.y + total.x * total.y)
+    term[MIXED + 1] = second * (a.x * a.z + b.x * b.z + c.x * c.z + total.x * total.z)
+    term[MIXED + 2] = second * (a.y * a.z + b.y * b.z + c.y * c.z + total.y * total.z)

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from ros_pose_stats.kernels.drops.free_motion import free_series, shorten
-from ros_pose_stats.kernels.drops.layout import COLUMNS, FLIGHT, ORDER, STATE, P, V, W, Z
+from ros_pose_stats.kernels.drops.layout import COLUMNS, CONTACT, FLIGHT, ORDER, STATE, P, V, W, Z
 from ros_pose_stats.kernels.drops.motion import advance
 from ros_pose_stats.tolerances import TRUNCATION
 
-NO_CONTACT = np.zeros(7)
+NO_CONTACT = np.zeros(CONTACT)
 GENERIC = (0.1, 0.2, 0.25)
 SHAPES = {
     "generic": GENERIC, "needle": (1e-6, 0.3, 0.3 + 1e-9), "rod": (1e-12, 0.33, 0.33),

@@ -9,7 +9,7 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.candidates import candidates, height_series
-from ros_pose_stats.kernels.drops.drop import _scratch
+from ros_pose_stats.kernels.drops.drop import new_work
 from ros_pose_stats.kernels.drops.free_motion import free_series, shorten
 from ros_pose_stats.kernels.drops.layout import COLUMNS, ORDER, PS, ZS, DropRules, P, V, W, Z
 from ros_pose_stats.simulation.drop_body import drop_body
@@ -82,7 +82,7 @@ def landing(series, last, points, margin):
 @pytest.mark.parametrize("margin", MARGINS)
 def test_none_is_missed(name, margin):
     body = drop_body(part_of(name), 0.005).arrays
-    work = _scratch(body.x.shape[0])
+    work = new_work(body.x.shape[0])
     listed = landed = 0
     for series, last, points in steps(body, 60, 17):
         work.series[:] = series

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.kernels.drops.drop import run_drops
+from ros_pose_stats.kernels.drops.drop import new_work, run_drops
 from ros_pose_stats.kernels.drops.impacts import stop_slow, strike, vertex_velocity
 from ros_pose_stats.kernels.drops.layout import (
     ENERGY,
     IMPACT_COUNT,
+    NEAR,
     POSE,
     STATE,
     TAPE,
@@ -19,7 +20,9 @@ from ros_pose_stats.kernels.drops.layout import (
     V,
     W,
     Z,
+    corner_of,
 )
+from ros_pose_stats.kernels.vectors import Vec3
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 
@@ -44,7 +47,7 @@ def falling(moment, seed):
     state[V] = -random.uniform(0.0, 5.0)
     r = random.standard_normal(3)
     r *= random.uniform(0.01, 1.0) / np.linalg.norm(r)
-    if vertex_velocity(state, *r) > 0.0:
+    if vertex_velocity(state, Vec3(*r)) > 0.0:
         state[[V, W, W + 1, W + 2]] *= -1.0
     return state, r
 
@@ -56,14 +59,14 @@ def test_strike(moment, restitution):
     moment = np.array(moment)
     for seed in range(100):
         state, r = falling(moment, seed)
-        speed, before = vertex_velocity(state, *r), energy_of(state, moment)
+        speed, before = vertex_velocity(state, Vec3(*r)), energy_of(state, moment)
         arm = np.cross(r, state[P:P + 3])
         assert speed == pytest.approx(state[V] + state[W:] @ arm, abs=1e-14)
-        strike(state, moment, *r, speed, restitution)
+        strike(state, moment, Vec3(*r), speed, restitution)
         size = max(1.0, before)
         lost = (1.0 - restitution ** 2) / 2.0 * speed ** 2 / (1.0 + arm @ (arm / moment))
         assert before - energy_of(state, moment) == pytest.approx(lost, abs=EXACT * size)
-        assert vertex_velocity(state, *r) == pytest.approx(-restitution * speed, abs=EXACT)
+        assert vertex_velocity(state, Vec3(*r)) == pytest.approx(-restitution * speed, abs=EXACT)
         assert off_invariants(state, moment) < EXACT
 
 
@@ -73,7 +76,7 @@ def test_strike_keeps_a_thin_rod_normal():
     for seed in range(50):
         state, r = falling(moment, seed)
         r[1:] *= 1e-6  # on the rod
-        strike(state, moment, *r, vertex_velocity(state, *r), 0.5)
+        strike(state, moment, Vec3(*r), vertex_velocity(state, Vec3(*r)), 0.5)
         assert off_invariants(state, moment) < EXACT
 
 
@@ -96,12 +99,13 @@ def slow_contact(body, count, seed):
 
 def stopped(state, body, near, soft=SOFT):
     """What `stop_slow` makes of a state: the state and which corners it brought to rest."""
-    speed = np.array([vertex_velocity(state, body.x[j], body.y[j], body.z[j]) for j in near])
+    speed = np.array([vertex_velocity(state, corner_of(body, j)) for j in near])
     order = np.argsort(speed, kind="stable")
-    rested = np.zeros(len(near), dtype=np.int64)
-    stop_slow(state, body, near[order].astype(np.int64), speed[order], len(near), SLOW, soft,
-              rested, np.zeros((3, 4)))
-    return state, near[order], rested
+    work = new_work(body.x.shape[0])
+    work.state[:], work.tally[NEAR] = state, len(near)
+    work.near[:len(near)], work.speed[:len(near)] = near[order], speed[order]
+    stop_slow(body, DropRules(0.5, 5.0, True, TRUNCATION, TOUCHING, SLOW, soft, 1000), work)
+    return work.state, near[order], work.rested[:len(near)]
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -7,9 +7,12 @@ import pytest
 
 from ros_pose_stats.kernels.drops.free_motion import shorten
 from ros_pose_stats.kernels.drops.layout import (
+    ALONG,
     COLUMNS,
+    CORNER,
     EDGE,
     FORCE,
+    LENGTH,
     ORDER,
     PS,
     STATE,
@@ -53,6 +56,12 @@ def sliding(moment, mode, seed):
     state[Z], state[V] = -up @ r, -spin @ np.cross(r, up)
     vertices = np.array((r, r + length * along))[:mode]
     return state, np.concatenate((r, along, (length,))), vertices
+
+
+def edge_of(contact):
+    """The vertex and the end of a unit edge (2, 3)."""
+    corner = contact[CORNER:CORNER + 3]
+    return np.array((corner, corner + contact[ALONG:ALONG + 3]))
 
 
 def slide(state, moment, contact, mode, step):
@@ -114,7 +123,7 @@ def test_contact_stays(moment, mode):
     for seed in range(30):
         state, contact, _ = sliding(moment, mode, seed)
         found, series, last, step = slide(state, moment, contact, mode, 0.2)
-        up, points = found[P:P + 3], np.array((contact[:3], contact[:3] + contact[3:6]))[:mode]
+        up, points = found[P:P + 3], edge_of(contact)[:mode]
         speed = max(1.0, np.linalg.norm(found[W:]))
         assert np.abs(found[Z] + points @ up).max() < CONSERVED
         assert np.abs(found[V] + np.cross(points, up) @ found[W:]).max() < CONSERVED * speed
@@ -128,8 +137,8 @@ def test_forces_and_rates(moment, mode):
     """At the start and at the end of a step, against a direct solution."""
     moment = np.array(moment)
     for seed in range(30):
-        state, contact, vertices = sliding(moment, mode, seed)
-        unit = np.array((vertices[0], vertices[0] + contact[3:6]))[:mode]
+        state, contact, _ = sliding(moment, mode, seed)
+        unit = edge_of(contact)[:mode]
         found, series, last, step = whole_step(state, moment, contact, mode)
         for at, here in ((0.0, state), (1.0, found)):
             power = at ** np.arange(last + 1)
@@ -150,5 +159,5 @@ def test_length_of_the_edge_does_not_matter(mode):
     moment = np.array(MOMENTS["generic"])
     state, contact, _ = sliding(moment, mode, 2)
     expected = slide_on(state, moment, contact, mode, 0.3)
-    contact[6] = 1e-9
+    contact[LENGTH] = 1e-9
     np.testing.assert_array_equal(slide_on(state, moment, contact, mode, 0.3), expected)

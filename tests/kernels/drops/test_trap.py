@@ -7,7 +7,9 @@ import pytest
 from scipy.optimize import nnls
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.kernels.drops.trap import energy, pose_below, up_of
+from ros_pose_stats.kernels.drops.layout import up_of
+from ros_pose_stats.kernels.drops.trap import energy, pose_below
+from ros_pose_stats.kernels.vectors import Vec3
 from ros_pose_stats.simulation.drop_body import drop_body
 
 from ...bodies import clamp_hull, moved, oblique_prism, random_polyhedron, rotation
@@ -66,7 +68,7 @@ def test_against_a_numerical_descent(name):
             break
         down = 0.3 * random.standard_normal(3) + downs[k % len(downs)]
         down /= np.linalg.norm(down)
-        pose = pose_below(body.arrays, tuple(-down), int(np.argmax(corners @ down)))
+        pose = pose_below(body.arrays, Vec3(*-down), int(np.argmax(corners @ down)))
         if (corners @ down).max() < body.arrays.way_out[pose] - 1e-6:
             assert np.argmax(downs @ descend(corners, down)) == pose
             compared += 1
@@ -81,7 +83,7 @@ def test_never_above_where_it_began(name):
     random = np.random.default_rng(13)
     for down in random.standard_normal((500, 3)):
         down = down / np.linalg.norm(down)
-        pose = pose_below(body.arrays, tuple(-down), int(np.argmax(corners @ down)))
+        pose = pose_below(body.arrays, Vec3(*-down), int(np.argmax(corners @ down)))
         assert levels[pose] <= (corners @ down).max() + 1e-12
 
 
@@ -97,7 +99,7 @@ def test_poses_are_their_own(name):
             here /= np.linalg.norm(here)
             heights = corners @ here
             for corner in np.flatnonzero(heights > heights.max() - 1e-9):
-                assert pose_below(body.arrays, tuple(-here), int(corner)) == pose
+                assert pose_below(body.arrays, Vec3(*-here), int(corner)) == pose
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-12, 1e-9])
@@ -113,7 +115,7 @@ def test_flat_on_a_face_of_a_cube(noise):
             touching = np.flatnonzero(corners @ here > (corners @ here).max() - 1e-6)
             assert len(touching) == 4
             for corner in touching:
-                assert pose_below(body.arrays, tuple(-here), int(corner)) == pose
+                assert pose_below(body.arrays, Vec3(*-here), int(corner)) == pose
 
 
 def test_energy():

@@ -1,17 +1,49 @@
-"""Outline and top of a body resting on a plate."""
+"""How a body stands on the plate: its rotations, pose by pose, its top and its outline."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numpy.typing import NDArray
 
 from ...tolerances import COPLANAR, SAME_POINT
-from ..array_types import Fixed2
+from ..array_types import Array, Fixed2
 from ..compilation import entry_kernel, kernel
 from ..sorting import stable_order
+from ..vectors import dot, point_at
 from .convex_body import BodyArrays
 
-Array = NDArray[np.float64]
+POLE = 1e-6
+"""Closer than this to +z the axis of the smallest rotation would be rounding noise."""
+
+
+@entry_kernel
+def quaternions_down(downs: Fixed2) -> Array:
+    """Quaternions (P, 4), x y z w, of the smallest rotations that take each of (P, 3) to -z."""
+    found = np.zeros((downs.shape[0], 4))
+    for i in range(downs.shape[0]):
+        x, y, z = downs[i]
+        if z > 0.0 and math.sqrt(x * x + y * y) < POLE:
+            # Half a turn about x first, then the small rotation that is left from (x, -y, -z).
+            found[i, 0], found[i, 2], found[i, 3] = 1.0 + z, -x, -y
+        else:
+            # 1 - z without losing digits near +z
+            turn = (x * x + y * y) / (1.0 + z) if z > 0.0 else 1.0 - z
+            found[i, 0], found[i, 1], found[i, 3] = -y, x, turn
+        found[i] /= math.sqrt((found[i] * found[i]).sum())
+    return found
+
+
+@entry_kernel
+def matrices_of(quaternions: Fixed2) -> Array:
+    """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
+    found = np.empty((quaternions.shape[0], 3, 3))
+    for i in range(quaternions.shape[0]):
+        x, y, z, w = quaternions[i]
+        found[i, 0] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+        found[i, 1] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+        found[i, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    return found
 
 
 @entry_kernel
@@ -21,8 +53,7 @@ def tops(points: Fixed2, downs: Fixed2) -> Array:
     for p in range(downs.shape[0]):
         least = np.inf
         for i in range(points.shape[0]):
-            least = min(least, points[i, 0] * downs[p, 0] + points[i, 1] * downs[p, 1]
-                        + points[i, 2] * downs[p, 2])
+            least = min(least, dot(point_at(points, i), point_at(downs, p)))
         result[p] = -least
     return result
 
@@ -43,12 +74,11 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     (k, 2) array
         In the unit of the points, counter-clockwise, without collinear points.
     """
-    up = rotation[2]
+    up = point_at(rotation, 2)
     on_outline = np.zeros(points.shape[0], np.bool_)
     for k in range(body.twin.shape[0]):
-        n, m = body.normal[body.face[k]], body.normal[body.face[body.twin[k]]]
-        facing = n[0] * up[0] + n[1] * up[1] + n[2] * up[2]
-        turned = m[0] * up[0] + m[1] * up[1] + m[2] * up[2]
+        facing = dot(point_at(body.normal, body.face[k]), up)
+        turned = dot(point_at(body.normal, body.face[body.twin[k]]), up)
         # Wider than any edge-on face is off, by rounding or merging: more points do no harm.
         if facing >= -10.0 * COPLANAR and turned <= 10.0 * COPLANAR:
             on_outline[body.corner[k]] = True
@@ -58,8 +88,7 @@ def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     for i in range(points.shape[0]):
         if on_outline[i]:
             for c in range(2):
-                seen[k, c] = (points[i, 0] * rotation[c, 0] + points[i, 1] * rotation[c, 1]
-                              + points[i, 2] * rotation[c, 2])
+                seen[k, c] = dot(point_at(points, i), point_at(rotation, c))
             k += 1
     return _hull_2d(seen)
 
