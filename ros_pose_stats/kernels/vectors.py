@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .array_types import Array
+from .array_types import Array, Index
 from .compilation import inlined, kernel
 
 
@@ -39,6 +39,13 @@ def read_row(table: Array, row: int | np.uint64, first: int) -> Vec3:
 def point_at(points: Array, i: int) -> Vec3:
     """Row i of an array (n, 3)."""
     return Vec3(points[i, 0], points[i, 1], points[i, 2])
+
+
+@inlined
+def triangle_at(points: Array, triangles: Index, t: int) -> tuple[Vec3, Vec3, Vec3]:
+    """Corners of triangle t of an array (m, 3) of numbers of points."""
+    return (point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
+            point_at(points, triangles[t, 2]))
 
 
 @inlined

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError
 from ..kernels.extents import bounds
-from ..kernels.mesh.tetrahedra import solid_moments
+from ..kernels.mesh.measures import solid_moments
 from ..kernels.principal_axes import principal_axes
 from ..tolerances import TRIANGLE_INEQUALITY
 from .given_numbers import NOT_NUMBERS, real_array, real_number

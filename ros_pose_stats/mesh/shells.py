@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.extents import bounds, boxes_around
-from ..kernels.mesh.tetrahedra import tetrahedra
+from ..kernels.mesh.measures import tetrahedra
 from ..tolerances import OVERLAP
 from .crossings import crossings
 from .overlap import reach_into_each_other

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ros_pose_stats.kernels.features.surface_features import regions_and_corners
 from ros_pose_stats.kernels.features.surface_moments import moments_along
-from ros_pose_stats.kernels.mesh.tetrahedra import solid_moments, tetrahedra
+from ros_pose_stats.kernels.mesh.measures import solid_moments, tetrahedra
 from tests.bodies import rotation, starred, subdivided
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from ..array_types import Array, Fixed2, FixedIndex2, Flags, Index
 from ..compilation import entry_kernel, inlined, kernel
+from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
 from ..vectors import (
-    Vec3,
     area_vector,
     divided,
     dot,
@@ -26,7 +26,7 @@ from ..vectors import (
     point_at,
     read_vector,
     scaled,
-    write_row,
+    triangle_at,
     write_vector,
 )
 
@@ -58,7 +58,8 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     count = triangles.shape[0]
     best, start = -1.0, 0
     for t in range(count):
-        volume = dot(_area_vector(points, triangles, t), point_at(points, triangles[t, 0]))
+        a, b, c = triangle_at(points, triangles, t)
+        volume = dot(area_vector(a, b, c), a)
         if abs(volume) > best:
             best, start = abs(volume), t
         if volume < 0.0:
@@ -74,9 +75,9 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
             n = neighbors[t, i]
             if n < 0 or seen[n]:
                 continue
-            a, b = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
+            v, w = triangles[t, (i + 1) % 3], triangles[t, (i + 2) % 3]
             for j in range(3):
-                if triangles[n, j] == a and triangles[n, (j + 1) % 3] == b:
+                if triangles[n, j] == v and triangles[n, (j + 1) % 3] == w:
                     _flip(triangles, neighbors, n)
                     break
             seen[n] = True
@@ -174,32 +175,6 @@ def _alone(surface: Surface, tolerance: float) -> Flags:
             found = found or (n >= 0 and _near_plane(surface, plane, n, tolerance))
         alone[t] = not found
     return alone
-
-
-@kernel
-def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
-    """Area along the normal (M, 3) and area (M,) of triangles (M, 3)."""
-    count = triangles.shape[0]
-    vectors, areas = np.empty((count, 3)), np.empty(count)
-    for t in range(count):
-        area = _area_vector(points, triangles, t)
-        write_row(vectors, t, 0, area)
-        areas[t] = length(area)
-    return vectors, areas
-
-
-@inlined
-def _area_vector(points: Array, triangles: Index, t: int) -> Vec3:
-    return area_vector(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
-                       point_at(points, triangles[t, 2]))
-
-
-@inlined
-def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
-    """Centroid of a triangle."""
-    corners = plus(plus(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1])),
-                   point_at(points, triangles[t, 2]))
-    return divided(corners, 3.0)
 
 
 @inlined

@@ -38,6 +38,7 @@ from .layout import (
     W,
     Work,
     corner_of,
+    coupling_of,
     moments_of,
     spin_of,
     up_of,
@@ -50,9 +51,8 @@ def weigh(body: DropBody, work: Work) -> None:
 
     They are a = r x p and 1 - ((p x w) x w) . r - a . I^-1 (I w) x w.
     """
-    m, p, w = moments_of(body), up_of(work.state), spin_of(work.state)
-    g = Vec3((m.y - m.z) / m.x * w.y * w.z, (m.z - m.x) / m.y * w.z * w.x,
-             (m.x - m.y) / m.z * w.x * w.y)
+    g, p, w = coupling_of(body.moment), up_of(work.state), spin_of(work.state)
+    g = Vec3(g.x * w.y * w.z, g.y * w.z * w.x, g.z * w.x * w.y)
     pw, ww = dot(p, w), dot(w, w)
     for i in range(work.tally[NEAR]):
         r = corner_of(body, work.near[i])

@@ -4,43 +4,32 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..array_types import Array, Array2, Fixed2, Index, Index2
-from ..compilation import entry_kernel, inlined, kernel
+from ..compilation import entry_kernel, inlined
 from ..vectors import Vec3, point_at, write_vector
 from .contacts import let_go
 from .events import LANDING, NOTHING, first_landing, first_release
 from .landing import corner_height, resolve
 from .layout import (
     ARRIVAL,
-    CLOCK,
-    COLUMNS,
-    CONTACT,
     DURATION,
     END,
     ENDING,
     ENERGY,
     EXPECTED_BOUNCE,
     FLIGHT,
-    FRAME,
     IMPACT_COUNT,
     IMPACTS,
     LIFT_OFF,
-    LOAD,
     LOWEST,
     MODE,
     NEAR,
-    ORDER,
-    OUTLOOK,
     POSE,
     REACH,
     RELEASE,
-    STATE,
     STEP,
     STEP_COUNT,
     STEPS,
-    TALLY,
     TIME,
     TOUCHED,
     UNSETTLED,
@@ -51,6 +40,7 @@ from .layout import (
     W,
     Work,
     Z,
+    new_work,
 )
 from .motion import LONGEST, SHORTEST, advance, onto_invariants, prepare_step
 from .tape import note, note_contact
@@ -82,19 +72,6 @@ def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
     for i in range(ups.shape[0]):
         _release(body, rules, point_at(ups, i), top, work, outcome[i], tape)
         _drop(body, rules, top, work, outcome[i], measure[i], tape)
-
-
-@kernel
-def new_work(corners: int) -> Work:
-    """Scratch for a body of that many corners."""
-    return Work(
-        state=np.zeros(STATE), series=np.zeros((ORDER + 1, COLUMNS)), poly=np.zeros(ORDER + 1),
-        local=np.zeros(ORDER + 1), contact=np.zeros(CONTACT), frame=np.zeros((3, FRAME)),
-        clock=np.zeros(CLOCK), tally=np.zeros(TALLY, np.int64), active=np.full(2, -1),
-        near=np.zeros(corners, np.int64), rested=np.zeros(corners, np.int64),
-        speed=np.zeros(corners), load=np.zeros((corners, LOAD)),
-        found=np.zeros(corners, np.int64), outlook=np.zeros((corners, OUTLOOK)),
-        queue=np.zeros(corners, np.int64), seen=np.zeros(corners, np.int64))
 
 
 @inlined

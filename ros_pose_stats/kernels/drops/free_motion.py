@@ -13,7 +13,7 @@ from ..array_types import Array
 from ..compilation import inlined
 from ..elementary import rough_root
 from ..vectors import Vec3, cross, plus, read_row, scaled, times, write_row
-from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, V, Z, spin_of, up_of
+from .layout import FORCE, ORDER, PS, TORQUE, WS, ZS, V, Z, coupling_of, spin_of, up_of
 
 
 @inlined
@@ -31,8 +31,7 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
 
     Rows stop when two in a row add less than `truncation` to the direction of up.
     """
-    coupling = Vec3((moment[1] - moment[2]) / moment[0], (moment[2] - moment[0]) / moment[1],
-                    (moment[0] - moment[1]) / moment[2])
+    coupling = coupling_of(moment)
     begin_series(state, step, series)
     last = ORDER
     before = 1.0

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from ..array_types import Array, Array1, Array2, Index, Index1, Index2
-from ..compilation import inlined
+from ..compilation import inlined, kernel
 from ..vectors import Vec3, read_vector
 
 # state (8,)
@@ -172,6 +174,19 @@ class Work(NamedTuple):
     seen: Index     # (C,) last search that came by a corner
 
 
+@kernel
+def new_work(corners: int) -> Work:
+    """Scratch for a body of that many corners."""
+    return Work(
+        state=np.zeros(STATE), series=np.zeros((ORDER + 1, COLUMNS)), poly=np.zeros(ORDER + 1),
+        local=np.zeros(ORDER + 1), contact=np.zeros(CONTACT), frame=np.zeros((3, FRAME)),
+        clock=np.zeros(CLOCK), tally=np.zeros(TALLY, np.int64), active=np.full(2, -1),
+        near=np.zeros(corners, np.int64), rested=np.zeros(corners, np.int64),
+        speed=np.zeros(corners), load=np.zeros((corners, LOAD)),
+        found=np.zeros(corners, np.int64), outlook=np.zeros((corners, OUTLOOK)),
+        queue=np.zeros(corners, np.int64), seen=np.zeros(corners, np.int64))
+
+
 @inlined
 def corner_of(body: DropBody, j: int) -> Vec3:
     """Where a corner is in principal axes."""
@@ -194,3 +209,10 @@ def up_of(state: Array) -> Vec3:
 def spin_of(state: Array) -> Vec3:
     """Angular velocity."""
     return read_vector(state, W)
+
+
+@inlined
+def coupling_of(moment: Array) -> Vec3:
+    """Factors of w2 w3, w3 w1 and w1 w2 in the angular acceleration I^-1 (I w) x w."""
+    return Vec3((moment[1] - moment[2]) / moment[0], (moment[2] - moment[0]) / moment[1],
+                (moment[0] - moment[1]) / moment[2])

@@ -8,9 +8,10 @@ from typing import Final
 import numpy as np
 
 from ..array_types import Array, Fixed2, FixedIndex2, Index
-from ..body.coplanar import area_vectors, centroid_of, planar_regions
+from ..body.coplanar import planar_regions
 from ..compilation import entry_kernel, inlined, kernel
 from ..mesh.edges import neighbours
+from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
 from ..vectors import divided, plus, point_at, read_row, scaled, write_row
 

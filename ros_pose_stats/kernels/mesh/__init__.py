@@ -1,1 +1,1 @@
-"""Edges, shells and moments of triangle meshes."""
+"""Edges, shells, areas and moments of triangle meshes."""

@@ -9,9 +9,19 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.candidates import candidates, height_series
-from ros_pose_stats.kernels.drops.drop import new_work
 from ros_pose_stats.kernels.drops.free_motion import free_series, shorten
-from ros_pose_stats.kernels.drops.layout import COLUMNS, ORDER, PS, ZS, DropRules, P, V, W, Z
+from ros_pose_stats.kernels.drops.layout import (
+    COLUMNS,
+    ORDER,
+    PS,
+    ZS,
+    DropRules,
+    P,
+    V,
+    W,
+    Z,
+    new_work,
+)
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.record_drop import record_drop
 from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION

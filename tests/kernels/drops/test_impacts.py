@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.kernels.drops.drop import new_work, run_drops
+from ros_pose_stats.kernels.drops.drop import run_drops
 from ros_pose_stats.kernels.drops.impacts import stop_slow, strike, vertex_velocity
 from ros_pose_stats.kernels.drops.layout import (
     ENERGY,
@@ -21,6 +21,7 @@ from ros_pose_stats.kernels.drops.layout import (
     W,
     Z,
     corner_of,
+    new_work,
 )
 from ros_pose_stats.kernels.vectors import Vec3
 from ros_pose_stats.simulation.drop_body import drop_body

@@ -1,4 +1,4 @@
-"""Tetrahedra between the origin and the triangles of a surface."""
+"""Areas and centroids of triangles, and the tetrahedra between them and the origin."""
 
 from __future__ import annotations
 
@@ -6,9 +6,22 @@ from typing import Final
 
 import numpy as np
 
-from ..array_types import Array, Fixed2, FixedIndex2
-from ..compilation import entry_kernel, inlined
-from ..vectors import Vec3, cross, dot, plus, point_at, scaled, times, write_vector
+from ..array_types import Array, Fixed2, FixedIndex2, Index
+from ..compilation import entry_kernel, inlined, kernel
+from ..vectors import (
+    Vec3,
+    area_vector,
+    cross,
+    divided,
+    dot,
+    length,
+    plus,
+    scaled,
+    times,
+    triangle_at,
+    write_row,
+    write_vector,
+)
 
 # the moments (10,) of a solid: integrals of
 VOLUME: Final = 0   # 1
@@ -18,14 +31,31 @@ MIXED: Final = 7    # xy, xz, yz
 MOMENTS: Final = 10
 
 
+@kernel
+def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
+    """Area along the normal (M, 3) and area (M,) of triangles (M, 3)."""
+    count = triangles.shape[0]
+    vectors, areas = np.empty((count, 3)), np.empty(count)
+    for t in range(count):
+        area = area_vector(*triangle_at(points, triangles, t))
+        write_row(vectors, t, 0, area)
+        areas[t] = length(area)
+    return vectors, areas
+
+
+@inlined
+def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
+    """Centroid of a triangle."""
+    a, b, c = triangle_at(points, triangles, t)
+    return divided(plus(plus(a, b), c), 3.0)
+
+
 @entry_kernel
 def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
-        volumes[t] = _six_volumes(point_at(points, triangles[t, 0]),
-                                  point_at(points, triangles[t, 1]),
-                                  point_at(points, triangles[t, 2]))
+        volumes[t] = _six_volumes(*triangle_at(points, triangles, t))
     return volumes
 
 
@@ -48,8 +78,7 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     """
     total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
-        _set_moments(point_at(points, triangles[t, 0]), point_at(points, triangles[t, 1]),
-                     point_at(points, triangles[t, 2]), term)
+        _set_moments(*triangle_at(points, triangles, t), term)
         for k in range(MOMENTS):
             grown = total[k] + term[k]
             if abs(total[k]) >= abs(term[k]):
