@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
@@ -22,7 +23,6 @@ from .request import DropRequest, drop_request
 from .starts import starting_directions
 
 Array = NDArray[np.float64]
-METHOD = "simulation"
 
 
 def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -148,7 +148,7 @@ def _statistics(part: Part, body: PreparedBody, scene: DropScene, request: DropR
     rows = zip(body.resting.poses, probability.tolist(), low.tolist(), high.tolist(),
                errors.tolist(), prefix.counts.tolist(), strict=True)
     return PoseStatistics(
-        part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=METHOD,
+        part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=SIMULATION,
         restitution=scene.restitution, drop_height=release_height(scene, body.radius),
         cluster_tolerance=scene.cluster_tolerance,
         poses=ranked([pose.with_probability(*known) for pose, *known in rows]),

@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from ros_pose_stats.estimators.fitted_weights import (
+    SPLIT_FILE,
+    SplitFit,
+    TanhNetwork,
+    pack_split_fits,
+)
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_weights import FILE, SplitFit, pack_split_fits
-from ros_pose_stats.estimators.tanh_network import TanhNetwork
 
 from ..network_fit import change, length, network_of, start, unscaled
 from .gradient import tree_loss
@@ -63,7 +67,7 @@ def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
 
-def write_weights(fits: Sequence[SplitFit], file: Path = FILE) -> None:
+def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
     """Put them where the estimator reads them, or into another file."""
     np.savez(file, **pack_split_fits(fits, (HIGHEST_RESTITUTION, HIGHEST_DROP)))
 
