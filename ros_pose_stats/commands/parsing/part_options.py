@@ -39,12 +39,6 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
 
 def part_of(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
-    from pathlib import Path
+    from ...mesh.parts import load_part
 
-    from ...mesh.files import metres_per_unit, read_mesh
-    from ...mesh.parts import part_from_mesh
-
-    vertices, triangles, declared = read_mesh(options.part)
-    unit = metres_per_unit(options.unit) if options.unit else declared or 1.0
-    center = None if options.com is None else [unit * x for x in options.com]
-    return part_from_mesh(vertices, triangles, center, part_id=Path(options.part).stem, unit=unit)
+    return load_part(options.part, options.unit, options.com, center_in_unit=True)
