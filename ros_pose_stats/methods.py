@@ -6,7 +6,6 @@ loaded for them; `estimators.registry` finds the functions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -81,9 +80,3 @@ AT_ONCE = (*(one.name for one in METHODS if one.family), AUTO)
 
 BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")
 """Names of those that may drop the part, too."""
-
-
-def list_names(names: Iterable[str]) -> str:
-    """Two names or more as they stand in a sentence."""
-    *first, last = (f"`{name}`" for name in names)
-    return f"{', '.join(first)} and {last}"

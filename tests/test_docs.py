@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from ros_pose_stats.cli import parser
-from ros_pose_stats.commands.parsing.outlines import outline_command
+from ros_pose_stats.commands.outlines import outline_command
 from ros_pose_stats.methods import METHODS
 from tests import commands_page
 

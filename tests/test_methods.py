@@ -8,8 +8,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from ros_pose_stats import cli, estimate, methods, part_from_mesh, resting_poses, shapes
-from ros_pose_stats.commands.parsing.outlines import outline_command
+from ros_pose_stats import cli, estimate, part_from_mesh, resting_poses, shapes
+from ros_pose_stats.commands.outlines import outline_command
 from ros_pose_stats.estimators import ESTIMATORS, registry
 from ros_pose_stats.methods import AT_ONCE, DEFAULT_METHOD, METHODS, Method
 from ros_pose_stats.ros.settings import BY_NAME
@@ -54,7 +54,3 @@ def test_an_estimator_is_added_by_its_function_and_one_row(monkeypatch):
     assert [pose.probability for pose in found.poses] == [1.0 / 6.0] * 6
     assert np.isnan(found.expected_error) and np.isnan(found.drop_height)
     assert len(resting_poses(part).poses) == 6
-
-
-def test_a_list_in_a_sentence():
-    assert methods.list_names(["a", "b", "c"]) == "`a`, `b` and `c`"

@@ -8,11 +8,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .parsing.argument_types import read_count
-from .parsing.part_options import part_of
 from .progress_bar import ProgressBar
-from .slow_start import announce_slow_start
+from .reading import part_of, read_count
+from .running import INTERRUPTED, announce_slow_start, end_on_interrupt, stop_on_interrupt
 
 if TYPE_CHECKING:
     from ..records import DropProgress, Part, PoseStatistics

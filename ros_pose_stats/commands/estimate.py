@@ -9,10 +9,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..errors import RequestError
-from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS, list_names
+from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
+from ..text import listed
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .parsing.part_options import add_part_options, add_scene_options, part_of
-from .slow_start import announce_slow_start
+from .reading import add_part_options, add_scene_options, part_of
+from .running import announce_slow_start
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -23,7 +24,7 @@ ALL = "all"
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
-    knowing = list_names([one.name for one in CHOICES.values() if one.knows_scene])
+    knowing = listed([f"`{name}`" for name, one in CHOICES.items() if one.knows_scene])
     dropping = "; ".join(f"`{name}` is {CHOICES[name].about}" for name in BESIDE_DROPS)
     command = commands.add_parser(
         "estimate", help="estimate the pose statistics of a part at once",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from .parsing.part_options import UNITS
-from .ros_start import prepare_ros, ros_arguments
+from .node import prepare_ros, ros_arguments
+from .reading import UNITS
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

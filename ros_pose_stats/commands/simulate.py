@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .parsing.part_options import add_part_options, add_scene_options
+from .reading import add_part_options, add_scene_options
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics

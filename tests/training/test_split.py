@@ -17,7 +17,7 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import component_bases, component_weights
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes.registry import DEMO_PARTS, write_demo_parts
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS, write_demo_parts
 from training.families import family_part, family_tolerance
 from training.split import judge, page, real_parts
 from training.split.__main__ import DOCS

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
-from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from ..progress_bar import ProgressBar
-from ..slow_start import announce_slow_start
+from ..running import INTERRUPTED, announce_slow_start, end_on_interrupt, stop_on_interrupt
 
 if TYPE_CHECKING:
     from ...study.dataset import Dataset
