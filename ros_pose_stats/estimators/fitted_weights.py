@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,23 +47,11 @@ class TanhNetwork(NamedTuple):
                           dtype=float)
 
 
-def pack_networks(networks: Sequence[TanhNetwork], prefix: str) -> dict[str, Array]:
-    """Networks of one size as arrays to be stored, of five digits: the data tell no more."""
-    columns = zip(TanhNetwork._fields, zip(*networks, strict=True), strict=True)
-    return {prefix + name: round_to_digits(np.array(column)) for name, column in columns}
-
-
-def unpack_networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
-    """The networks that `pack_networks` was given, rounded."""
+def _networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
+    """Networks of one size, stored field by field."""
     columns = [stored[prefix + name] for name in TanhNetwork._fields]
     return [TanhNetwork(float(bias), *(np.array(row) for row in rows))
             for bias, *rows in zip(*columns, strict=True)]
-
-
-def round_to_digits(values: Array, digits: int = 5) -> Array:
-    """Values rounded to so many significant digits, each the float nearest to that decimal."""
-    told = [float(f"{value:.{digits}g}") for value in np.ravel(values)]
-    return np.reshape(told, np.shape(values))
 
 
 class SplitFit(NamedTuple):
@@ -79,12 +67,6 @@ class SplitFit(NamedTuple):
 
     left: TanhNetwork
     held: TanhNetwork
-
-
-def pack_split_fits(fits: Sequence[SplitFit], highest: tuple[float, float]) -> dict[str, Array]:
-    """What the file holds: fits, and the highest restitution and drop (radii) in the data."""
-    return {**pack_networks([fit.left for fit in fits], "left_"),
-            **pack_networks([fit.held for fit in fits], "held_"), "highest": np.array(highest)}
 
 
 class ErrorFit(NamedTuple):
@@ -112,30 +94,8 @@ class ErrorFit(NamedTuple):
         return self.network(np.clip(inputs, self.lowest, self.highest))
 
 
-def pack_error_fits(fits: Mapping[str, ErrorFit], usual_at: tuple[float, ...],
-                    usual: Mapping[str, Array]) -> dict[str, Array]:
-    """What the file holds.
-
-    Parameters
-    ----------
-    fits : mapping
-        By method.
-    usual_at : tuple of float
-        Restitutions.
-    usual : mapping
-        By method, the root mean square error at each of them.
-    """
-    return {"method": np.array(list(fits)),
-            "lowest": round_to_digits(np.array([fit.lowest for fit in fits.values()])),
-            "highest": round_to_digits(np.array([fit.highest for fit in fits.values()])),
-            **pack_networks([fit.network for fit in fits.values()], ""),
-            "usual_at": np.array(usual_at),
-            "usual": np.round([usual[name] for name in fits], 3)}
-
-
 with np.load(SPLIT_FILE) as _stored:
-    SPLIT_FITS = tuple(map(SplitFit, unpack_networks(_stored, "left_"),
-                           unpack_networks(_stored, "held_")))
+    SPLIT_FITS = tuple(map(SplitFit, _networks(_stored, "left_"), _networks(_stored, "held_")))
     """From several starts; the mean of their logarithms counts."""
 
     HIGHEST_RESTITUTION, HIGHEST_DROP = _stored["highest"].tolist()
@@ -145,7 +105,7 @@ with np.load(ERROR_FILE) as _stored:
     _methods: list[str] = _stored["method"].tolist()
 
     ERROR_FITS = dict(zip(_methods, map(
-        ErrorFit, _stored["lowest"], _stored["highest"], unpack_networks(_stored, "")),
+        ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, "")),
         strict=True))
     """By method, of the inputs of `fitted_inputs.error_inputs`."""
 

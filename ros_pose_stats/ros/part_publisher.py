@@ -47,10 +47,8 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         For rclpy.
     mass : float, optional
         Kilograms; default: 1.
-    restitution : float, optional
-        Coefficient of restitution of the part's own scene; default: the node's.
-    drop_height : float, optional
-        Height of the centre of mass at release, metres; default: the node's.
+    restitution, drop_height : float, optional
+        Of the part's own scene, the height of the centre of mass in metres; default: the node's.
 
     Raises
     ------
