@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from .progress_bar import ProgressBar
 from .reading import part_of, read_count
-from .running import INTERRUPTED, announce_slow_start, end_on_interrupt, stop_on_interrupt
+from .running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ..records import DropProgress, Part, PoseStatistics
@@ -86,8 +91,7 @@ def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int
     stopped = interrupted() and found.drops < bound
     if as_json:
         extra = {"interrupted": True} if stopped else {}
-        json.dump({**found.as_dict(), **extra}, sys.stdout, allow_nan=False)
-        print()
+        print_json({**found.as_dict(), **extra})
     else:
         from .tables import report
 

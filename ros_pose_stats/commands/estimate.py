@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
+from ..records.scene import DEFAULT_DROPS
 from ..text import listed
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
 from .reading import add_part_options, add_scene_options, part_of
-from .running import announce_slow_start
+from .running import announce_slow_start, print_json
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -61,8 +60,7 @@ def run(options: argparse.Namespace) -> int:
                           cluster_tolerance=options.cluster_tolerance) for method in methods]
     if options.json:
         plain = [statistics.as_dict() for statistics in found]
-        json.dump(plain if options.method == ALL else plain[0], sys.stdout, allow_nan=False)
-        print()
+        print_json(plain if options.method == ALL else plain[0])
     else:
         from .tables import comparison, report
 
@@ -92,7 +90,6 @@ def _plan(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], i
 
         return auto, MOST_DROPS if options.drops is None else options.drops
     from ..planning.hybrid import hybrid
-    from ..simulation.request import DEFAULT_DROPS
 
     return hybrid, DEFAULT_DROPS if options.drops is None else options.drops
 

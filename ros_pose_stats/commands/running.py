@@ -6,6 +6,7 @@ and where a file cannot be written is found out before anything is computed.
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -14,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from ..errors import RequestError
 from ..whole_files import refuse_unwritable
@@ -97,3 +99,9 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
                            f"for instance part{endings[0]}")
     refuse_unwritable(path.parent)
     return path
+
+
+def print_json(values: Any) -> None:
+    """One object or list on a line; NaN and infinity are refused."""
+    json.dump(values, sys.stdout, allow_nan=False)
+    print()

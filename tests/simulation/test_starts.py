@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.records.scene import SAMPLINGS
 from ros_pose_stats.simulation.starts import (
-    SAMPLINGS,
     lattice_starts,
     random_starts,
     starting_directions,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ..progress_bar import ProgressBar
-from ..running import INTERRUPTED, announce_slow_start, end_on_interrupt, stop_on_interrupt
+from ..running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ...study.dataset import Dataset
@@ -139,8 +144,7 @@ def _bodies(bar: ProgressBar, dataset: Dataset, number: int,
 
 def _print(options: argparse.Namespace, plain: Any, text: str) -> None:
     if options.json:
-        json.dump(plain, sys.stdout, allow_nan=False)
-        print()
+        print_json(plain)
     else:
         print(text)
 

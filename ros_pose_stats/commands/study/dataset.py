@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
@@ -11,7 +10,13 @@ from typing import TYPE_CHECKING
 
 from ..progress_bar import ProgressBar, duration
 from ..reading import read_count
-from ..running import INTERRUPTED, announce_slow_start, end_on_interrupt, stop_on_interrupt
+from ..running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ...study.dataset import DatasetProgress, DatasetSpec, Maker
@@ -128,8 +133,7 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
              "redraws": int(arrays["redraws"].sum()), "bytes": file.stat().st_size,
              "seconds": seconds}
     if as_json:
-        json.dump(found, sys.stdout, allow_nan=False)
-        print()
+        print_json(found)
         return
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB\n"
           f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
