@@ -13,8 +13,7 @@ from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
 from ..resting.trust import drop_warnings, pose_warnings
-from ..statistics.prefix import Judge, Prefix
-from ..statistics.stopping import target_reached
+from ..statistics.prefix import Judge, Prefix, target_reached
 from ..version import VERSION
 from .chunks import ChunkRun
 from .drop_body import drop_body
