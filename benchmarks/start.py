@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ros_pose_stats.shapes.registry import write_demo_parts
+from ros_pose_stats.shapes.demo_parts import write_demo_parts
 
 from .command import DOCS
 from .machine import machine

@@ -21,7 +21,7 @@ from .commands import (
     simulate,
 )
 from .commands.bags import bag
-from .commands.parsing.command_parser import REFUSED, CommandParser
+from .commands.reading import REFUSED, CommandParser
 from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .version import VERSION

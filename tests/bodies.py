@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.fuzz import changes
 
 REGULAR_SOLIDS = {
@@ -35,7 +35,7 @@ def random_polyhedron(points, seed):
 
 def clamp_hull():
     """Convex hull of the demo clamp, in millimetres."""
-    return shapes.hull_mesh(registry.DEMO_PARTS["clamp"]()[0])
+    return shapes.hull_mesh(demo_parts.DEMO_PARTS["clamp"]()[0])
 
 
 def oblique_prism(shift, length):

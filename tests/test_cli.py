@@ -67,11 +67,12 @@ class TestExitStatus:
         assert capsys.readouterr().err == "ros_pose_stats: expected this, got that; do so\n"
 
 
-def test_the_version_is_printed_without_loading_the_core():
+def test_version_and_helps_are_printed_without_loading_the_core():
     code = ("import sys; from ros_pose_stats import cli\n"
-            "try:\n    cli.main(['--version'])\n"
-            "except SystemExit:\n    pass\n"
-            "print([name for name in ('numpy', 'numba', 'scipy', 'trimesh')\n"
+            "for words in (['--version'], ['--help'], ['estimate', '-h'], ['node', '-h']):\n"
+            "    try:\n        cli.main(words)\n"
+            "    except SystemExit:\n        pass\n"
+            "print([name for name in ('numpy', 'numba', 'scipy', 'trimesh', 'rclpy')\n"
             "       if name in sys.modules])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                           cwd=Path(ros_pose_stats.__file__).parents[1])

@@ -15,7 +15,7 @@ from ros_pose_stats import estimate, load_part, part_from_mesh, resting_poses
 from ros_pose_stats.errors import MeshFileError, RequestError
 from ros_pose_stats.kernels.code_cache import cache_directory
 from ros_pose_stats.shapes import box
-from ros_pose_stats.shapes.registry import write_demo_parts
+from ros_pose_stats.shapes.demo_parts import write_demo_parts
 
 
 @pytest.fixture(scope="module")

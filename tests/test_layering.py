@@ -16,7 +16,7 @@ from tests.imports import Sources
 PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
 FLOORS = (
-    {"errors", "tolerances", "version"},
+    {"errors", "methods", "text", "tolerances", "version"},
     {"records", "whole_files"},
     {"kernels", "statistics"},
     {"mesh"},

@@ -52,8 +52,10 @@ class TestEstimate:
     part = ros_pose_stats.part_from_mesh(*shapes.box(0.02, 0.03, 0.04))
 
     def test_defaults(self):
-        found = ros_pose_stats.estimate(self.part)
-        assert found.method == "split"
+        found, auto = ros_pose_stats.estimate(self.part), ros_pose_stats.auto(self.part)
+        assert (found.method, found.choice) == (auto.method, auto.choice) == (
+            "split", found.choice)
+        assert "most accurate" in found.choice
         assert found.restitution == 0.5
         assert found.cluster_tolerance == 0.005
         assert found.drop_height == 20.0 * found.radius

@@ -1,14 +1,15 @@
-"""What fits of networks have in common: their weights in a row, and the gradient."""
+"""What fits of networks have in common: weights in a row, the gradient, how they are stored."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.tanh_network import TanhNetwork
+from ros_pose_stats.estimators.fitted_weights import TanhNetwork
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
@@ -46,3 +47,15 @@ def unscaled(network: TanhNetwork, mean: Floats, scale: Floats) -> TanhNetwork:
     skip, hidden = network.skip / scale, network.hidden_weights / scale[:, None]
     return TanhNetwork(network.bias - float(mean @ skip), skip, hidden,
                        network.hidden_bias - mean @ hidden, network.output_weights)
+
+
+def pack_networks(networks: Sequence[TanhNetwork], prefix: str) -> dict[str, Array]:
+    """Networks of one size as arrays to be stored, of five digits: the data tell no more."""
+    columns = zip(TanhNetwork._fields, zip(*networks, strict=True), strict=True)
+    return {prefix + name: round_to_digits(np.array(column)) for name, column in columns}
+
+
+def round_to_digits(values: Array, digits: int = 5) -> Array:
+    """Values rounded to so many significant digits, each the float nearest to that decimal."""
+    told = [float(f"{value:.{digits}g}") for value in np.ravel(values)]
+    return np.reshape(told, np.shape(values))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.estimators.expected import expected_error
-from ros_pose_stats.planning.prior import estimated
+from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit

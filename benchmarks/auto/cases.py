@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats import DropScene, Part, PoseStatistics, resting_poses, simulate
-from ros_pose_stats.planning.prior import pose_prior
+from ros_pose_stats.planning.confidence import pose_prior
 from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.simulation.drops import DropChunk
 from ros_pose_stats.statistics.posterior import PosePrior

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.planning.prior import estimated
+from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.statistics.posterior import PosePrior
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 

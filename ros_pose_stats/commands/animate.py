@@ -6,11 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .interrupts import end_on_interrupt
-from .output_file import output_file
-from .parsing.argument_types import read_count
-from .parsing.part_options import add_part_options, add_scene_options, part_of
-from .slow_start import announce_slow_start
+from .reading import add_part_options, add_scene_options, part_of, read_count
+from .running import announce_slow_start, end_on_interrupt, output_file
 
 if TYPE_CHECKING:
     from ..records import Part, Trajectory

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .parsing.outlines import ArgumentOutline, CommandOutline
+    from .outlines import ArgumentOutline, CommandOutline
 
 SHELLS = ("bash", "zsh")
 
@@ -38,7 +38,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser],
 
 def run(top: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     """Print the script."""
-    from .parsing.outlines import outline_command
+    from .outlines import outline_command
 
     script = bash_script if options.shell == "bash" else zsh_script
     print(script(outline_command(top)), end="")

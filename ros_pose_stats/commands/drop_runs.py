@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .parsing.argument_types import read_count
-from .parsing.part_options import part_of
 from .progress_bar import ProgressBar
-from .slow_start import announce_slow_start
+from .reading import part_of, read_count
+from .running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ..records import DropProgress, Part, PoseStatistics
@@ -88,8 +91,7 @@ def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int
     stopped = interrupted() and found.drops < bound
     if as_json:
         extra = {"interrupted": True} if stopped else {}
-        json.dump({**found.as_dict(), **extra}, sys.stdout, allow_nan=False)
-        print()
+        print_json({**found.as_dict(), **extra})
     else:
         from .tables import report
 

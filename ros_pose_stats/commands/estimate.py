@@ -3,43 +3,40 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..errors import RequestError
+from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
+from ..records.scene import DEFAULT_DROPS
+from ..text import listed
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .parsing.part_options import add_part_options, add_scene_options, part_of
-from .slow_start import announce_slow_start
+from .reading import add_part_options, add_scene_options, part_of
+from .running import announce_slow_start, print_json
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
 
-METHODS = ("area", "csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined",
-           "split")
-PLANNED = ("hybrid", "auto")
-"""Methods that drop the part, too."""
-DEFAULT_METHOD = "auto"
+CHOICES = {one.name: one for one in METHODS if one.drops != "all"}
+ALL = "all"
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
+    knowing = listed([f"`{name}`" for name, one in CHOICES.items() if one.knows_scene])
+    dropping = "; ".join(f"`{name}` is {CHOICES[name].about}" for name in BESIDE_DROPS)
     command = commands.add_parser(
         "estimate", help="estimate the pose statistics of a part at once",
         description="Estimate the stable poses of a part and the probability of coming to rest "
-        "in each. `split`, `hybrid` and `auto` take the restitution and the drop height into "
-        "account; the estimators of the paper ignore them. `hybrid` combines an estimate with "
-        "drops until its expected error is down to the target. `auto` chooses the cheapest "
-        "method whose error is within the target with 90 % confidence, and without a target the "
-        "most accurate estimator; `choice` in the JSON says what it did and why. These two alone "
-        "take the number of drops, the target error, the seed and the workers.",
+        f"in each. {knowing} take the restitution and the drop height into account; "
+        f"the others ignore them. {dropping}; `choice` in the JSON says what it did and why. "
+        "These two alone take the number of drops, the target error, the seed and the workers.",
         examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json"))
     add_part_options(command)
-    command.add_argument("--method", choices=(*METHODS, *PLANNED, "all"),
+    command.add_argument("--method", choices=(*CHOICES, ALL),
                          default=DEFAULT_METHOD, metavar="NAME",
-                         help=f"one of {', '.join((*METHODS, *PLANNED))}, or all, which sets "
+                         help=f"one of {', '.join(CHOICES)}, or {ALL}, which sets "
                          "every estimator beside the others (default: %(default)s)")
     add_scene_options(command)
     add_drop_options(command, None)
@@ -50,30 +47,29 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
-    if options.method in PLANNED:
+    if options.method in BESIDE_DROPS:
         return _planned(options)
     _refuse_drops(options)
     with announce_slow_start():
         from ..estimators import ESTIMATORS, estimate
 
         part = part_of(options)
-        methods = list(ESTIMATORS) if options.method == "all" else [options.method]
+        methods = list(ESTIMATORS) if options.method == ALL else [options.method]
         found = [estimate(part, method, restitution=options.restitution,
                           drop_height=options.drop_height,
                           cluster_tolerance=options.cluster_tolerance) for method in methods]
     if options.json:
         plain = [statistics.as_dict() for statistics in found]
-        json.dump(plain if options.method == "all" else plain[0], sys.stdout, allow_nan=False)
-        print()
+        print_json(plain if options.method == ALL else plain[0])
     else:
         from .tables import comparison, report
 
-        print(comparison(part, found) if options.method == "all" else report(part, found[0]))
+        print(comparison(part, found) if options.method == ALL else report(part, found[0]))
     return 0
 
 
 def _planned(options: argparse.Namespace) -> int:
-    dropped = options.method != "auto" or bool(options.target_error)
+    dropped = options.method != AUTO or bool(options.target_error)
     part = warm_part(options, drops=dropped)
     method, bound = _plan(options)
 
@@ -89,12 +85,11 @@ def _planned(options: argparse.Namespace) -> int:
 
 def _plan(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:
     """The method and the most drops; all that drops the part is imported where it is needed."""
-    if options.method == "auto":
+    if options.method == AUTO:
         from ..planning.auto import MOST_DROPS, auto
 
         return auto, MOST_DROPS if options.drops is None else options.drops
     from ..planning.hybrid import hybrid
-    from ..simulation.request import DEFAULT_DROPS
 
     return hybrid, DEFAULT_DROPS if options.drops is None else options.drops
 
@@ -104,4 +99,5 @@ def _refuse_drops(options: argparse.Namespace) -> None:
         if getattr(options, name) is not None:
             raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",
                                f"the method {options.method}",
-                               f"give --method {' or '.join(PLANNED)}, or `simulate` the part")
+                               f"give --method {' or '.join(BESIDE_DROPS)}, or `simulate` the "
+                               "part")

@@ -1,12 +1,58 @@
-"""`node`: the ROS 2 node `pose_stats`."""
+"""`node`: the ROS 2 node `pose_stats`, and what has to be so before ROS is imported."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 
-from ..errors import PoseStatsError
-from .ros_start import prepare_ros, ros_arguments
+from ..errors import PoseStatsError, RequestError
+
+INTERFACES = "ros_pose_stats_msgs"
+
+
+class RosMissingError(PoseStatsError):
+    """ROS or the interface package cannot be imported."""
+
+
+def prepare_ros() -> None:
+    """Check that ROS is there, and keep linear algebra off the cores that simulate.
+
+    Raises
+    ------
+    RosMissingError
+        With the command that helps.
+    """
+    if find_spec("rclpy") is None:
+        raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",
+                         "source /opt/ros/jazzy/setup.bash, or run `make setup` and use .venv")
+    if find_spec(INTERFACES) is None:
+        raise RosMissingError(
+            f"the interface package {INTERFACES}", "none",
+            "build it: `make setup`, or in a workspace `colcon build --base-paths . msg_defs`")
+    if "numpy" not in sys.modules:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def ros_arguments(program: str, rest: list[str]) -> list[str]:
+    """Arguments for rclpy.
+
+    Raises
+    ------
+    RequestError
+        If there is something before `--ros-args`.
+    """
+    files = [rest[k + 1] for k, word in enumerate(rest[:-1]) if word == "--params-file"]
+    for file in files:
+        if not Path(file).is_file():
+            raise RequestError("a file after --params-file", f"'{file}', which is none",
+                               "check the path")
+    if rest and rest[0] != "--ros-args":
+        raise RequestError("ROS arguments after --ros-args", " ".join(rest),
+                         "for instance --ros-args -p log_directory:=/tmp/bags")
+    return [program, *rest]
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

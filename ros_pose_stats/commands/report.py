@@ -7,10 +7,21 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from .parsing.argument_types import JoinIndices, read_count, read_indices
-from .parsing.part_options import add_part_options, add_scene_options, part_of
-from .slow_start import announce_slow_start
+from .reading import (
+    JoinIndices,
+    add_part_options,
+    add_scene_options,
+    part_of,
+    read_count,
+    read_indices,
+)
+from .running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    output_file,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -50,13 +61,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Investigate, write and say what was written."""
-    from .output_file import output_file
-
     page = output_file(options.output, (".html", ".htm"))
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
         from ..report import investigate, report_page
-        from ..report.markup import count_of
+        from ..text import several
         from ..whole_files import write_file
 
         part = part_of(options)
@@ -74,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
 
             write_file(figure, png_bytes(key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
-    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {count_of(len(found.poses), 'pose')}, "
+    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {several(len(found.poses), 'pose')}, "
           f"{found.drops} drops")
     if figure is not None:
         print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")

@@ -18,7 +18,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and name them."""
-    from ..shapes.registry import write_demo_parts
+    from ..shapes.demo_parts import write_demo_parts
 
     for path in write_demo_parts(options.directory):
         print(path)

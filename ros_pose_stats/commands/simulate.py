@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from ..records.scene import DEFAULT_DROPS, SAMPLINGS
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .parsing.part_options import add_part_options, add_scene_options
+from .reading import add_part_options, add_scene_options
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
-
-SAMPLINGS = ("random", "lattice")
-DEFAULT_DROPS = 10_000
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

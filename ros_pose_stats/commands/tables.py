@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..records import Part, PoseStatistics, StablePose
-from .columns import Column, columns, degrees, interval, millimetres
+from ..text import Column, columns, degrees, interval, millimetres, several
 
 BAR = 12
 MOST_ROWS = 40
@@ -80,7 +80,7 @@ def _heading(part: Part, found: PoseStatistics) -> str:
     size = np.ptp(part.surface_vertices, axis=0) * 1e3
     center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
     extents = " x ".join(f"{x:.4g}" for x in size)
-    return (f"{part.part_id}: {len(found.poses)} stable pose{'s'[:len(found.poses) > 1]}, "
+    return (f"{part.part_id}: {several(len(found.poses), 'stable pose')}, "
             f"{len(part.triangles)} triangles, {extents} mm\n"
             f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
             f"radius {found.radius * 1e3:.4g} mm")

@@ -1,7 +1,7 @@
 """Analytic estimators of pose statistics (section 4): one signature, one registry."""
 
 from .estimate import estimate, estimate_all
-from .estimator import Estimator
-from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
+from .expected import best_method
+from .registry import ESTIMATORS, Estimator, estimator
 
-__all__ = ["DEFAULT_METHOD", "ESTIMATORS", "Estimator", "estimate", "estimate_all", "estimator"]
+__all__ = ["ESTIMATORS", "Estimator", "best_method", "estimate", "estimate_all", "estimator"]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from ..resting.poses import RestingPoses
-from .coefficients import COMBINED_WEIGHT
-from .estimator import Array, normalized
 from .quasi_static import nqse
+from .solid_angles import Array, normalized
+
+COMBINED_WEIGHT: Final = 0.75
+"""c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E)."""
 
 
 def eae(resting: RestingPoses) -> Array:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 
+from ..methods import AUTO, DEFAULT_METHOD
 from ..records import DropScene, Part, PoseStatistics, StablePose
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -18,9 +20,9 @@ from ..records.statistics import ranked
 from ..resting.poses import RestingPoses, resting_poses
 from ..resting.trust import pose_warnings
 from ..version import VERSION
-from .estimator import Array, Estimator
-from .expected import ExpectedError, expected_error, pose_errors
-from .registry import DEFAULT_METHOD, ESTIMATORS, estimator
+from .expected import ExpectedError, best_method, expected_error, explain_best, pose_errors
+from .registry import ESTIMATORS, Estimator, estimator
+from .solid_angles import Array
 
 NORMAL = 1.6448536269514722
 """Standard errors to either side that hold 90 % of a normal distribution."""
@@ -36,8 +38,8 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
     part : Part
         As from `load_part` or `part_from_mesh`.
     method : str
-        `split`, or one of the paper's: `area`, `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`,
-        `meae`, `combined`.
+        `auto`, the most accurate one at the restitution; `split`, or one of the paper's: `area`,
+        `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`, `meae`, `combined`.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1. The paper's methods ignore it.
     drop_height : float, optional
@@ -59,10 +61,11 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
         If the part's hull does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    chosen = estimator(method)
     scene = DropScene(restitution, drop_height, cluster_tolerance)
+    chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
     resting = resting_poses(part, scene.cluster_tolerance)
-    return _statistics(part, resting, chosen, scene, begin)
+    found = _statistics(part, resting, chosen, scene, begin)
+    return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
 
 
 def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
@@ -84,7 +87,7 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         radius=resting.body.radius,
         method=chosen.name,
         restitution=scene.restitution,
-        drop_height=height if chosen.knows_drop_height else math.nan,
+        drop_height=height if chosen.knows_scene else math.nan,
         cluster_tolerance=scene.cluster_tolerance,
         poses=ranked(_poses(resting, probability, expected.here)),
         expected_error=expected.here,
@@ -108,7 +111,7 @@ def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
               expected: ExpectedError) -> list[str]:
     warnings = pose_warnings(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
-    if radii < LOW_DROP_RADII and not chosen.knows_drop_height:
+    if radii < LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .error_inputs import error_inputs, error_scale, known_answers, single_drop
-from .error_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
-from .estimator import Array
+from .fitted_inputs import error_inputs, error_scale, known_answers, single_drop
+from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
+from .solid_angles import Array
 
 UNUSUAL = 2.0
 """Expected error over the usual one from which on the methods disagree."""
@@ -78,10 +78,23 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
         inputs = error_inputs(resting, probability, scene, known, unsure)
         square = max(doubt * math.exp(float(ERROR_FITS[name](inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
-    usual = np.square(USUAL_ERRORS[name])
-    return ExpectedError(math.sqrt(square),
-                         math.sqrt(np.interp(scene.restitution, USUAL_AT, usual)),
+    return ExpectedError(math.sqrt(square), math.sqrt(_usual_square(name, scene.restitution)),
                          float(np.ptp(known, axis=0).max()))
+
+
+def best_method(restitution: float) -> str:
+    """The estimator that errs least on the reference parts at a restitution."""
+    return min(USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
+
+
+def explain_best(method: str) -> str:
+    """Why the best estimate answers where no error was asked for."""
+    return (f"{method} is expected to be the most accurate estimate of this part, and no target "
+            f"error was asked for.")
+
+
+def _usual_square(name: str, restitution: float) -> float:
+    return float(np.interp(restitution, USUAL_AT, np.square(USUAL_ERRORS[name])))
 
 
 def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:

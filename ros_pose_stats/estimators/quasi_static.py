@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from ..kernels.body.equilibria import settle_on_stable
 from ..resting.convex_body import ConvexBody
 from ..resting.equilibria import Equilibria
 from ..resting.poses import RestingPoses
-from .coefficients import NQSE_COEFFICIENTS, PQSE_SHARE
-from .estimator import Array, normalized
+from .solid_angles import Array, normalized
+
+NQSE_COEFFICIENTS: Final = (-0.874, 8.03, -16.3, 7.70)
+"""c0 … c3 of Eq. 6 as published (section 4.C)."""
+
+PQSE_SHARE: Final = 0.555
+"""Redistributed share of PQSE in this project's reading.
+
+Fitted to Budden's measured dice by `training/fit_pqse.py`.
+"""
 
 
 def qse(resting: RestingPoses) -> Array:

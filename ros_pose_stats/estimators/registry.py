@@ -1,32 +1,40 @@
-"""All estimators under the names of the contract."""
+"""All estimators by name: the rows of `methods` with the functions that they name."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+
 from ..errors import RequestError
-from .energy_absorption import combined, eae, meae
-from .estimator import Estimator, blind
-from .quasi_static import nqse, pqse, qse
-from .solid_angles import adre, area, csae
-from .split import split
+from ..methods import AT_ONCE, METHODS, Method
+from ..records import DropScene
+from ..resting.poses import RestingPoses
+from .solid_angles import Array
 
-ESTIMATORS: dict[str, Estimator] = {
-    entry.name: entry
-    for entry in (
-        Estimator("area", "area", "section 4.B, [24]", blind(area)),
-        Estimator("csae", "CSAE", "Eq. 5, [27]", blind(csae)),
-        Estimator("adre", "ADRE", "section 4.B, [28], [29]", blind(adre)),
-        Estimator("qse", "QSE", "section 4.B, [26]", blind(qse)),
-        Estimator("pqse", "PQSE", "section 4.B, [25] in our reading", blind(pqse)),
-        Estimator("nqse", "NQSE", "Eq. 6", blind(nqse)),
-        Estimator("eae", "EAE", "Eqs. 7, 8", blind(eae)),
-        Estimator("meae", "MEAE", "Eq. 8 with r, Appendix C", blind(meae)),
-        Estimator("combined", "combined", "Eq. 9", blind(combined)),
-        Estimator("split", "split", "section 4.D, weights fitted to simulations", split,
-                  knows_restitution=True, knows_drop_height=True),
-    )
-}
 
-DEFAULT_METHOD = "split"
+@dataclass(frozen=True)
+class Estimator(Method):
+    """A method with its function.
+
+    Attributes
+    ----------
+    function : callable
+        From `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`,
+        summing to 1.
+    """
+
+    function: Callable[[RestingPoses, DropScene], Array] = field(kw_only=True)
+
+
+def bind_function(method: Method) -> Estimator:
+    """A row with the function of its name, of poses and scene in any case."""
+    function = getattr(import_module(f".{method.family}", __package__), method.name)
+    return Estimator(**vars(method), function=function if method.knows_scene
+                     else lambda resting, _: function(resting))
+
+
+ESTIMATORS = {method.name: bind_function(method) for method in METHODS if method.family}
 
 
 def estimator(name: str) -> Estimator:
@@ -40,5 +48,5 @@ def estimator(name: str) -> Estimator:
     try:
         return ESTIMATORS[name]
     except KeyError:
-        raise RequestError(f"a method out of {', '.join(ESTIMATORS)}", f"{name!r}",
+        raise RequestError(f"a method out of {', '.join(AT_ONCE)}", f"{name!r}",
                            "see `ros_pose_stats estimate --help`") from None

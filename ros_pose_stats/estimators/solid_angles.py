@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..resting.poses import RestingPoses
-from .estimator import Array, normalized
+
+Array = NDArray[np.float64]
+
+
+def normalized(weights: Array) -> Array:
+    """Weights (P,) scaled to sum to 1."""
+    return np.asarray(weights / weights.sum())
 
 
 def area(resting: RestingPoses) -> Array:

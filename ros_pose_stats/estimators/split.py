@@ -5,7 +5,7 @@ split by split. How a split is decided is not the ratio of two solid angles here
 has a weight, the area of {r < E} and the solid angle of the faces that hold what lands on them,
 each times the exponential of a small function of its features (`kernels.split_features`), of the
 body and of the scene. Their coefficients were fitted to drop simulations of many kinds of bodies
-(`split_weights`).
+(`fitted_weights`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .estimator import Array, normalized
-from .scene_inputs import corner_inputs, scene_inputs
-from .split_weights import SPLIT_FITS, SplitFit
+from .fitted_inputs import corner_inputs, scene_inputs
+from .fitted_weights import SPLIT_FITS, SplitFit
+from .solid_angles import Array, normalized
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
@@ -40,7 +40,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
     Exact where symmetry decides, and continuous in the shape where the modified energy
     absorption estimator is. Beyond the restitution and the drop heights that it was fitted to
-    (see `split_weights`) it answers for the nearest one.
+    (see `fitted_weights`) it answers for the nearest one.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split

@@ -14,13 +14,13 @@ import math
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError, RequestError
-from .given_numbers import NOT_NUMBERS, real_number
+from .arrays import NOT_NUMBERS, real_number
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
@@ -70,42 +70,54 @@ def metres_per_unit(unit: str | float) -> float:
     return length
 
 
-def read_mesh(
-    file: str | os.PathLike[str],
-) -> tuple[NDArray[np.float64], NDArray[np.int64], float | None]:
+class FileMesh(NamedTuple):
+    """The mesh of a file.
+
+    Attributes
+    ----------
+    vertices : (V, 3) array
+        In the file's unit, in the order of the file, not merged.
+    triangles : (T, 3) array
+    unit : float
+        Metres a unit.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    unit: float
+
+
+def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> FileMesh:
     """Vertices and triangles of a mesh file.
 
     Parameters
     ----------
     file : path
         `.stl` (ascii or binary), `.obj`, `.ply`, `.off` or `.3mf`, in any case.
-
-    Returns
-    -------
-    vertices : (V, 3) array
-        In the file's unit, in the order of the file, not merged.
-    triangles : (T, 3) array
-    declared_unit : float or None
-        Metres a unit where the file says so (3MF), else None.
+    unit : str or float, optional
+        As for `metres_per_unit`; default: what the file declares (3MF), else metres.
 
     Raises
     ------
     MeshFileError
         If the file is missing, of an unknown format, damaged, or holds no triangles.
+    RequestError
+        If `unit` is not a unit.
     """
+    length = None if unit is None else metres_per_unit(unit)
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
     path = Path(file)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, _bytes_of(path))
-    unit = None
+    declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
     else:
         scene = _parsed(path, suffix, data)
         vertices, triangles = _joined(scene)
-        unit = _declared_unit(scene) if suffix == ".3mf" else None
+        declared = _declared_unit(scene) if suffix == ".3mf" else None
     announced = _announced_faces(suffix, data)
     if len(triangles) < announced:
         raise MeshFileError(f"{announced} faces as {path} announces", f"{len(triangles)}",
@@ -113,7 +125,7 @@ def read_mesh(
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    return vertices, triangles, unit
+    return FileMesh(vertices, triangles, length or declared or 1.0)
 
 
 def _bytes_of(path: Path) -> bytes:

@@ -20,7 +20,7 @@ from ..kernels.extents import bounds
 from ..kernels.mesh.measures import solid_moments
 from ..kernels.principal_axes import principal_axes
 from ..tolerances import TRIANGLE_INEQUALITY
-from .given_numbers import NOT_NUMBERS, real_array, real_number
+from .arrays import NOT_NUMBERS, real_array, real_number
 
 # Beyond these the product with the square of a length from 1e-50 to 1e50 m, and a least moment
 # of 1e-15 of the largest, come near the ends of float64.
@@ -76,16 +76,42 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
                  inertia * (cube * scale * scale))
 
 
-def given_mass(mass: float | None) -> float | None:
-    """Check a given mass in kilograms.
+class GivenProperties(NamedTuple):
+    """Mass properties as they were given, checked; None where they are to follow from the mesh.
+
+    Attributes
+    ----------
+    mass : float or None
+        Kilograms.
+    center_of_mass : (3,) array or None
+        Metres, part frame.
+    inertia : (3, 3) array or None
+        About the centre of mass in part axes, kg m².
+    """
+
+    mass: float | None
+    center_of_mass: NDArray[np.float64] | None
+    inertia: NDArray[np.float64] | None
+
+
+def check_given(center_of_mass: ArrayLike | None, mass: float | None,
+                inertia: ArrayLike | None) -> GivenProperties:
+    """Check what can be checked without the mesh; an inertia of zeros stands for the uniform one.
 
     Raises
     ------
     MassPropertiesError
-        Unless it is None or finite, positive and not beyond what can be computed with.
+        If a mass is not finite and positive or beyond what can be computed with, if a centre of
+        mass is not three finite numbers, or if an inertia comes without a mass or no rigid body
+        can have it.
     """
-    if mass is None:
-        return None
+    kilograms = None if mass is None else _given_mass(mass)
+    tensor = None if inertia is None else _given_inertia(inertia, kilograms)
+    center = None if center_of_mass is None else _given_center(center_of_mass)
+    return GivenProperties(kilograms, center, tensor)
+
+
+def _given_mass(mass: float) -> float:
     try:
         value = real_number(mass)
     except NOT_NUMBERS as error:
@@ -99,16 +125,7 @@ def given_mass(mass: float | None) -> float | None:
     return value
 
 
-def given_center_of_mass(center_of_mass: ArrayLike | None) -> NDArray[np.float64] | None:
-    """Check the form of a given centre of mass, metres in the part frame.
-
-    Raises
-    ------
-    MassPropertiesError
-        Unless it is None or three finite numbers.
-    """
-    if center_of_mass is None:
-        return None
+def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
     center = _numbers(center_of_mass, "a centre of mass of three numbers in metres")
     if center.shape != (3,) or not np.isfinite(center).all():
         raise MassPropertiesError("a centre of mass of three finite numbers in metres",
@@ -116,30 +133,7 @@ def given_center_of_mass(center_of_mass: ArrayLike | None) -> NDArray[np.float64
     return center
 
 
-def given_inertia(
-    inertia: ArrayLike | None, mass: float | None
-) -> NDArray[np.float64] | None:
-    """Check a given inertia tensor.
-
-    Parameters
-    ----------
-    inertia : (3, 3) array or None
-        About the centre of mass in part axes, kg m².
-    mass : float or None
-        Kilograms, checked.
-
-    Returns
-    -------
-    (3, 3) array or None
-        None when none was given, or a tensor of zeros: the uniform one is meant.
-
-    Raises
-    ------
-    MassPropertiesError
-        If it comes without a mass, or no rigid body can have it.
-    """
-    if inertia is None:
-        return None
+def _given_inertia(inertia: ArrayLike, mass: float | None) -> NDArray[np.float64] | None:
     tensor = _numbers(inertia, "an inertia tensor of 3 x 3 numbers in kg m²")
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
         raise MassPropertiesError("an inertia tensor of 3 x 3 finite numbers in kg m²",

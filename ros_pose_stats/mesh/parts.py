@@ -17,7 +17,7 @@ from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import checked_mesh, coordinate_rounding, in_standard_order
 from .files import metres_per_unit, read_mesh
 from .hull import Hull, hull_of, keep_hull
-from .mass_properties import Solid, given_center_of_mass, given_inertia, given_mass, solid_of
+from .mass_properties import GivenProperties, Solid, check_given, solid_of
 from .shells import oriented_outward
 from .vectors import lengths
 from .welding import weld, without_unused
@@ -63,6 +63,7 @@ def load_part(
     inertia: ArrayLike | None = None,
     *,
     part_id: str = "",
+    center_in_unit: bool = False,
 ) -> Part:
     """Load a part from a mesh file.
 
@@ -77,6 +78,8 @@ def load_part(
         See `part_from_mesh`.
     part_id : str
         Default: the file's name without its suffix.
+    center_in_unit : bool
+        Whether the centre of mass is in the mesh's unit, not in metres.
 
     Returns
     -------
@@ -87,10 +90,11 @@ def load_part(
     MeshFileError, MeshError, MassPropertiesError, RequestError
         Each with one line that says what is wrong.
     """
-    length = None if unit is None else metres_per_unit(unit)
-    vertices, triangles, declared = read_mesh(file)
+    vertices, triangles, length = read_mesh(file, unit)
+    if center_in_unit and center_of_mass is not None:
+        center_of_mass = length * np.asarray(center_of_mass)
     return part_from_mesh(vertices, triangles, center_of_mass, mass, inertia,
-                          part_id=part_id or Path(file).stem, unit=length or declared or 1.0)
+                          part_id=part_id or Path(file).stem, unit=length)
 
 
 def part_from_mesh(
@@ -140,24 +144,27 @@ def part_from_mesh(
     """
     if not isinstance(part_id, str):
         raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
-    kilograms = given_mass(mass)
-    tensor = given_inertia(inertia, kilograms)
-    center = given_center_of_mass(center_of_mass)
+    given = check_given(center_of_mass, mass, inertia)
     metres, corners = checked_mesh(vertices, triangles, metres_per_unit(unit))
     surface = _surface(metres, corners.astype(np.int64))
-    if center is None:
-        center = surface.solid.centroid
-    else:
-        _check_inside(center, surface)
-    kilograms = 1.0 if kilograms is None else kilograms
-    if tensor is None:
-        tensor = surface.solid.inertia * (kilograms / surface.solid.volume)
-    warnings = surface.warnings + _inertia_warning(tensor, kilograms, center, surface)
-    part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms,
-                center, tensor, warnings,
-                coordinate_rounding(vertices, corners) * metres_per_unit(unit))
+    rounding = coordinate_rounding(vertices, corners) * metres_per_unit(unit)
+    kilograms, center, tensor = _mass_properties(given, surface)
+    part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
+                tensor, surface.warnings + _inertia_warning(tensor, kilograms, center, surface),
+                rounding)
     keep_hull(part, surface.hull)
     return part
+
+
+def _mass_properties(given: GivenProperties, surface: Surface
+                     ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+    """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
+    center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
+    if given.center_of_mass is not None:
+        _check_inside(given.center_of_mass, surface)
+        center = given.center_of_mass
+    uniform = surface.solid.inertia * (kilograms / surface.solid.volume)
+    return kilograms, center, uniform if given.inertia is None else given.inertia
 
 
 def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from ..errors import RequestError
 from ..estimators import estimate
+from ..methods import AUTO
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..simulation.request import drop_request
-from .best import best_method
-from .time_limit import TimeLimit
-from .words import untargeted
 
 MOST_DROPS = 10_000_000
 """Drops that a target may cost where the caller sets no bound."""
@@ -65,13 +65,56 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     most = MOST_DROPS if drops is None else drops
     drop_request(most, seed, target_error, workers, "random", None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    found = estimate(part, best_method(restitution), restitution=restitution,
-                     drop_height=drop_height, cluster_tolerance=cluster_tolerance)
-    choice = untargeted(found.method)
+    found = estimate(part, AUTO, restitution=restitution, drop_height=drop_height,
+                     cluster_tolerance=cluster_tolerance)
+    choice = found.choice
     if target_error > 0.0:
         from .targeted import Asked, keep_target  # with all that drops the part
 
         asked = Asked(target_error, most, seed, workers)
-        found, choice = keep_target(found, part, scene, asked, on_progress, in_time)
+        found, choice = keep_target(found, part, scene, asked, on_progress, in_time.over)
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
+
+
+class TimeLimit:
+    """Ends a run late or when the caller says so, and knows which.
+
+    Parameters
+    ----------
+    seconds : float
+        0 or above; 0 for no limit.
+    begin : float
+        `time.perf_counter()` at the start.
+    should_stop : callable, optional
+        The caller's own wish.
+
+    Raises
+    ------
+    RequestError
+        If the seconds are not such a number.
+    """
+
+    def __init__(self, seconds: float, begin: float,
+                 should_stop: Callable[[], bool] | None) -> None:
+        number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
+        if not number or not 0.0 <= seconds < math.inf:
+            raise RequestError("max_seconds from 0 up", f"{seconds!r}", "0 sets no limit")
+        self._seconds = seconds
+        self._until = begin + seconds if seconds else math.inf
+        self._should_stop = should_stop
+        self._late = False
+
+    def over(self) -> bool:
+        """Whether to stop now."""
+        if self._should_stop is not None and self._should_stop():
+            return True
+        self._late = time.perf_counter() >= self._until
+        return self._late
+
+    def warnings(self, drops: int) -> list[str]:
+        """One where the time ran out."""
+        if not self._late:
+            return []
+        return [f"TIME_LIMIT: ended after {self._seconds:g} s with {drops} drops done, before "
+                f"the target was reached."]

@@ -1,19 +1,33 @@
-"""How sure an estimate, and drops with or without it, are to be within a target error."""
+"""How sure an estimate is of a part, alone and as what drops are combined with.
+
+Sentences about it are here, too; those of commands, library and node are the same.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimators.expected import expected_error
+from ..estimators.registry import estimator
+from ..records import DropScene
+from ..records.scene import LOW_DROP_RADII
+from ..resting.poses import RestingPoses
+from ..statistics.intervals import DEFAULT_LEVEL
 from ..statistics.posterior import PosePrior, error_quantile
+from ..statistics.posterior.fitted import FITTED_METHOD
+
+Counts = NDArray[np.int64]
+
+BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
+"""What the drops of `auto` are judged by, for a sentence."""
 
 FIRST_LOOK = 10
 """Drops before the first look at the error: an estimate may need no more."""
-
-Counts = NDArray[np.int64]
 
 WORTHLESS = 0.02
 """An estimate that stands for less than this share of the drops needed is left out."""
@@ -24,6 +38,71 @@ SOON = 1.4
 AT_A_LOOK = 0.92
 """Asked of the bound wherever it is looked at. A run stops at the first look that finds it low
 enough, by luck at times: so nine out of ten are left that keep the target."""
+
+LEAST_POINTS = 0.01
+"""What is told of an error that symmetry makes vanish."""
+
+
+class Estimated(Protocol):
+    """Of an estimate, its method, its poses with `index`, `group` and `probability`, its error."""
+
+    @property
+    def method(self) -> str: ...  # noqa: D102 - as in PoseStatistics
+    @property
+    def poses(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def expected_error(self) -> float: ...  # noqa: D102
+
+
+def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_METHOD) -> PosePrior:
+    """What an estimate says before the first drop.
+
+    A drop so low that the estimator does not know it leaves next to nothing of its worth, so
+    that drops have the say.
+
+    Parameters
+    ----------
+    resting : RestingPoses
+    scene : DropScene
+    method : str
+        The estimator; how its errors scatter over parts was fitted for the default one.
+    """
+    estimate = estimated(method, resting, scene)
+    expected = expected_error(method, resting, estimate, scene).here
+    return PosePrior(estimate, [pose.group for pose in resting.poses],
+                     expected if knows(method, resting, scene) else math.nan, scene.restitution)
+
+
+def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """The same from an estimate that was made before, or from its message.
+
+    Parameters
+    ----------
+    found : PoseStatistics
+        Of an estimator, of this part in this scene.
+    resting : RestingPoses
+    scene : DropScene
+    """
+    poses = sorted(found.poses, key=lambda pose: pose.index)
+    expected = found.expected_error if knows(found.method, resting, scene) else math.nan
+    return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses],
+                     expected, scene.restitution)
+
+
+def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:
+    """Probabilities (P,) by an estimator, in the order of `index`."""
+    return estimator(method).function(resting, scene)
+
+
+def knows(method: str, resting: RestingPoses, scene: DropScene) -> bool:
+    """Whether the drop height is one that an estimator knows, or a usual one."""
+    return estimator(method).knows_scene or not low_drop(resting, scene)
+
+
+def low_drop(resting: RestingPoses, scene: DropScene) -> bool:
+    """Whether the part is released so low that its pose at release matters."""
+    return (scene.drop_height is not None
+            and scene.drop_height < LOW_DROP_RADII * resting.body.radius)
 
 
 def estimate_bound(prior: PosePrior) -> float:
@@ -69,3 +148,26 @@ def plain_bound(counts: Counts) -> float:
     if total == 0.0:
         return math.inf
     return error_quantile((counts + 0.5) / (total + 0.5 * counts.size), total, AT_A_LOOK)
+
+
+def points(error: float) -> str:
+    """An error as a number of points.
+
+    Parameters
+    ----------
+    error : float
+        A fraction.
+    """
+    return f"{max(100.0 * error, LEAST_POINTS):.2g} points"
+
+
+def enough(what: str, bound: float, target_error: float) -> str:
+    """Why an answer is kept: its bound keeps the target."""
+    return (f"{what} is within {points(bound)} with 90 % confidence, and {points(target_error)} "
+            f"were asked for.")
+
+
+def not_enough(what: str, bound: float, target_error: float) -> str:
+    """Why an answer is not: the beginning of a sentence."""
+    return (f"{what} is within {points(bound)} with 90 % confidence, not within "
+            f"{points(target_error)}")

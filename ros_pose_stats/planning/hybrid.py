@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..records.statistics import ranked
@@ -15,10 +16,7 @@ from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
-from .confidence import FIRST_LOOK
-from .prior import pose_prior
-
-METHOD = "hybrid"
+from .confidence import FIRST_LOOK, pose_prior
 
 
 def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -106,7 +104,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     low, high = posterior.interval()
     rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
                posterior.standard_error.tolist(), counts.tolist(), strict=True)
-    return replace(counted, method=METHOD, expected_error=posterior.expected_error,
+    return replace(counted, method=HYBRID, expected_error=posterior.expected_error,
                    poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
 
 

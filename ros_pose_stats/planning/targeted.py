@@ -6,20 +6,24 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
-from ..statistics.intervals import DEFAULT_LEVEL
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
-from .confidence import estimate_bound, first_look, plain_bound, prior_bound, worthwhile
-from .hybrid import METHOD as HYBRID
+from .confidence import (
+    BOUND,
+    enough,
+    estimate_bound,
+    first_look,
+    not_enough,
+    plain_bound,
+    prior_bound,
+    prior_of,
+    worthwhile,
+)
 from .hybrid import combined_progress, hybrid_statistics
-from .prior import prior_of
-from .time_limit import TimeLimit
-from .words import enough, not_enough
-
-BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
 
 
 class Asked(NamedTuple):
@@ -33,24 +37,24 @@ class Asked(NamedTuple):
 
 def keep_target(best: PoseStatistics, part: Part, scene: DropScene, asked: Asked,
                 on_progress: Callable[[DropProgress], object] | None,
-                in_time: TimeLimit) -> tuple[PoseStatistics, str]:
+                should_stop: Callable[[], bool]) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops; and why."""
     prior = prior_of(best, resting_poses(part, scene.cluster_tolerance), scene)
     bound = estimate_bound(prior)
     if bound <= asked.target_error:
         return best, enough(f"{best.method} alone", bound, asked.target_error)
-    found = _dropped(part, scene, asked, prior, on_progress, in_time)
+    found = _dropped(part, scene, asked, prior, on_progress, should_stop)
     return found, _why_drops(found, best.method, bound, asked.target_error)
 
 
 def _dropped(part: Part, scene: DropScene, asked: Asked, prior: PosePrior,
              on_progress: Callable[[DropProgress], object] | None,
-             in_time: TimeLimit) -> PoseStatistics:
+             should_stop: Callable[[], bool]) -> PoseStatistics:
     """As many drops as the target needs, with the estimate's help where it has some worth."""
     helped = worthwhile(prior, asked.target_error)
     counted = simulate(
         part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,
-        asked.workers, should_stop=in_time.over, cluster_tolerance=scene.cluster_tolerance,
+        asked.workers, should_stop=should_stop, cluster_tolerance=scene.cluster_tolerance,
         on_progress=combined_progress(prior, on_progress) if helped else on_progress,
         judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND,
                     first_look(prior, asked.target_error, helped)))

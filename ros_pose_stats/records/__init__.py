@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .part import Part
-    from .progress import DropProgress
     from .scene import DropScene
-    from .statistics import PoseStatistics, RestingShape, StablePose
+    from .statistics import DropProgress, PoseStatistics, RestingShape, StablePose
     from .trajectory import DropEvent, Trajectory
 
-_HOMES = {"DropEvent": "trajectory", "DropProgress": "progress", "DropScene": "scene",
+_HOMES = {"DropEvent": "trajectory", "DropProgress": "statistics", "DropScene": "scene",
           "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
           "StablePose": "statistics", "Trajectory": "trajectory"}
 

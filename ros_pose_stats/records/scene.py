@@ -15,6 +15,10 @@ DEFAULT_DROP_RADII = 20.0
 LOW_DROP_RADII = 5.0
 HIGH_DROP_RADII = 1000.0
 
+DEFAULT_DROPS = 10_000
+SAMPLINGS = ("random", "lattice")
+"""Ways to choose starting directions."""
+
 
 @dataclass(frozen=True)
 class DropScene:

@@ -4,20 +4,10 @@ from __future__ import annotations
 
 import math
 
+from ..text import listed, several
 from .feeding import Feeding, feeding
 from .findings import Findings
-from .markup import (
-    between,
-    count_of,
-    element,
-    listed,
-    paragraph,
-    percent,
-    section,
-    table,
-    text,
-    three_digits,
-)
+from .markup import between, element, paragraph, percent, section, table, text, three_digits
 
 MOST_ROWS = 12
 MOST_ALIKE, MOST_GROUPS = 8, 6
@@ -75,7 +65,7 @@ def _groups(findings: Findings) -> str:
         f"poses {_named(members)}, {percent(feeding(findings.simulated, members).share)} together"
         for members in alike[:MOST_GROUPS])
     rest = len(alike) - MOST_GROUPS
-    more = f"; and {count_of(rest, 'more group')}" if rest > 0 else ""
+    more = f"; and {several(rest, 'more group')}" if rest > 0 else ""
     return paragraph("The part is symmetric and looks the same in some of its poses, so that a "
                      f"feeder may keep all of a group: {words}{more}.")
 

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..estimators import DEFAULT_METHOD, estimate_all
+from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
+from ..planning.confidence import pose_prior
 from ..planning.hybrid import hybrid_statistics
-from ..planning.prior import pose_prior
 from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ..resting.pose_sphere import PoseSphere, pose_sphere
@@ -55,8 +55,9 @@ class Findings:
 
     @property
     def best_estimate(self) -> PoseStatistics:
-        """By the default estimator, which is the most accurate one."""
-        return next(one for one in self.estimates if one.method == DEFAULT_METHOD)
+        """By the estimator that is the most accurate one at this restitution."""
+        best = best_method(self.simulated.restitution)
+        return next(one for one in self.estimates if one.method == best)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -106,14 +106,3 @@ def three_digits(value: float) -> str:
 def degrees(radians: float) -> str:
     """An angle with three digits."""
     return f"{math.degrees(radians):.3g}\N{DEGREE SIGN}"
-
-
-def count_of(number: int, noun: str) -> str:
-    """A number and its noun."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def listed(numbers: Sequence[object]) -> str:
-    """Numbers in words: 1, 2 and 3."""
-    words = [str(number) for number in numbers]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

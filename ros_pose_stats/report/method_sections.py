@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from ..text import several
 from .findings import Findings
 from .markup import (
     between,
-    count_of,
     degrees,
     element,
     in_millimetres,
@@ -35,7 +35,7 @@ def table_section(findings: Findings) -> str:
              "barrier", "margin", "down (x y z of the part)")
     rest = len(found.poses) - len(rows)
     more = "" if not rest else paragraph(
-        f"{count_of(rest, 'more pose')} not listed; the command with --json lists all.", "soft")
+        f"{several(rest, 'more pose')} not listed; the command with --json lists all.", "soft")
     return section("All poses", table(heads, rows), more)
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from ..text import several
 from .feeder_section import feeder_section
 from .findings import Findings
 from .markup import (
     between,
-    count_of,
     element,
     in_millimetres,
     millimetres,
@@ -61,7 +61,7 @@ def _heading(findings: Findings) -> str:
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     extent = " \N{MULTIPLICATION SIGN} ".join(map(in_millimetres, size.tolist()))
     lead = (f"Dropped on a plate, this part comes to rest in "
-            f"{count_of(len(found.poses), 'stable pose')}, most often in pose {best.index}: "
+            f"{several(len(found.poses), 'stable pose')}, most often in pose {best.index}: "
             f"{percent(best.probability)} of {found.drops} simulated drops (90 % interval "
             f"{between(best.probability_low, best.probability_high)}).")
     facts = (f"{extent} mm; {len(part.triangles)} triangles; the corner farthest from the centre "

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from ..plots.files import png_bytes
 from ..plots.poses import pose_pictures
 from ..records import PoseStatistics, StablePose
+from ..text import several
 from .findings import Findings
 from .markup import (
     between,
-    count_of,
     degrees,
     element,
     millimetres,
@@ -35,7 +35,7 @@ def poses_section(findings: Findings, shown: Sequence[StablePose]) -> str:
              for place, (pose, image) in enumerate(zip(shown, pictures, strict=True))]
     rest = found.poses[len(shown):]
     more = "" if not rest else paragraph(
-        f"{count_of(len(rest), 'more pose')}, together "
+        f"{several(len(rest), 'more pose')}, together "
         f"{percent(sum(pose.probability for pose in rest))}, "
         f"{'is' if len(rest) == 1 else 'are'} listed in the table below.", "soft")
     legend = paragraph(

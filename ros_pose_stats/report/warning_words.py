@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .markup import listed
+from ..text import listed
 
 WORDS = {
     "UNIT_SUSPECT": ("Is the unit right?",

@@ -1,20 +1,60 @@
-"""Whether a rotation carries the whole surface of a part into itself."""
+"""Whether a rotation carries the whole surface of a part into itself.
+
+Its planar regions and corners are compared: neither depends on how flat areas were triangulated.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.features.matching import FeatureGrid, feature_grid, first_unmatched
+from ..kernels.features.surface_features import regions_and_corners
 from ..kernels.features.surface_moments import moments_along
 from ..records import Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, ties
-from .features import Features, surface_features
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Planar regions and corners of the full surface, relative to the centre of mass.
+
+    Attributes
+    ----------
+    regions : (G, 7) array
+        Centroid, normal times size and size (square root of the area) of each connected
+        planar region, largest first, in radii. The normal is weighed by the size because a
+        small region's normal is known only that well from rounded coordinates.
+    corners : (C, 3) array
+        Vertices where at least three regions meet.
+    """
+
+    regions: Array
+    corners: Array
+
+
+def surface_features(part: Part, radius: float, tolerance: float) -> Features:
+    """Planar regions and corners of a part's surface.
+
+    Parameters
+    ----------
+    part : Part
+    radius : float
+        Metres.
+    tolerance : float
+        Coplanarity, as a fraction of the radius.
+    """
+    points = (part.surface_vertices - part.center_of_mass) / radius
+    regions, corners = regions_and_corners(points, part.surface_triangles, tolerance)
+    return Features(regions, points[corners])
+
 
 OVERHEAD = 64
 """What setting up one comparison costs, in features compared."""

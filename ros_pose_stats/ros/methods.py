@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 from ..errors import RequestError
-from ..estimators.registry import ESTIMATORS
-from ..planning.best import best_method
-from ..planning.hybrid import METHOD as HYBRID
-from ..simulation.simulate import METHOD as SIMULATION
+from ..estimators import best_method
+from ..methods import AT_ONCE, AUTO, HYBRID, SIMULATION
 from .parts.part_requests import LONGEST_NAME
-
-AUTO = "auto"
-"""The most accurate estimator, with drops in the background where a target asks for them."""
-
-METHODS = (*ESTIMATORS, AUTO)
 
 
 def estimator_name(method: str, restitution: float) -> str:
@@ -21,7 +14,7 @@ def estimator_name(method: str, restitution: float) -> str:
     Parameters
     ----------
     method : str
-        Out of `METHODS`.
+        Out of `AT_ONCE`.
     restitution : float
         By which `auto` chooses.
 
@@ -33,10 +26,10 @@ def estimator_name(method: str, restitution: float) -> str:
     if method == AUTO:
         return best_method(restitution)
     if method in (HYBRID, SIMULATION):
-        raise RequestError(f"a method that needs no drops, out of {', '.join(METHODS)}",
+        raise RequestError(f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
                            f"{method!r}", "ask for auto with a target_error, or start a drop "
                            "simulation")
-    if method not in ESTIMATORS:
-        raise RequestError(f"a method out of {', '.join(METHODS)}", repr(method[:LONGEST_NAME]),
+    if method not in AT_ONCE:
+        raise RequestError(f"a method out of {', '.join(AT_ONCE)}", repr(method[:LONGEST_NAME]),
                            "leave it empty for the node's")
     return method

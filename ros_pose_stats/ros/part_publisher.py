@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from ros_pose_stats_msgs.msg import PartMesh
 
 from ..errors import RequestError
-from ..mesh.files import metres_per_unit, read_mesh
+from ..mesh.files import read_mesh
 from ..mesh.parts import part_from_mesh
 from ..records import DropScene
 from ..records.scene import DEFAULT_RESTITUTION
@@ -27,8 +28,8 @@ from .parts.part_requests import PartRequest, check_name
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
                  part_id: str, topic: str, seconds: float | None,
-                 arguments: Sequence[str], *, restitution: float | None = None,
-                 drop_height: float | None = None) -> int:
+                 arguments: Sequence[str], *, mass: float | None = None,
+                 restitution: float | None = None, drop_height: float | None = None) -> int:
     """Publish until SIGINT, SIGTERM or the end of the time.
 
     Parameters
@@ -44,10 +45,10 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
     seconds : float, optional
     arguments : sequence of str
         For rclpy.
-    restitution : float, optional
-        Coefficient of restitution of the part's own scene; default: the node's.
-    drop_height : float, optional
-        Height of the centre of mass at release, metres; default: the node's.
+    mass : float, optional
+        Kilograms; default: 1.
+    restitution, drop_height : float, optional
+        Of the part's own scene, the height of the centre of mass in metres; default: the node's.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     # The node would refuse a scene that is out of range only once the part has arrived there.
     DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
-    message, line, warnings = _message(file, unit, center_of_mass, part_id)
+    message, line, warnings = _message(file, unit, center_of_mass, mass, part_id)
     if restitution is not None:
         message.restitution = restitution
     if drop_height is not None:
@@ -87,21 +88,19 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
 
 
 def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
-             part_id: str) -> tuple[PartMesh, str, tuple[str, ...]]:
+             mass: float | None, part_id: str) -> tuple[PartMesh, str, tuple[str, ...]]:
     """The file as a message, a line about it, and the part's warnings.
 
     What the node would refuse is refused here, with the reason.
     """
     part_id = part_id or Path(file).stem
     check_name(part_id)
-    vertices, triangles, declared = read_mesh(file)
-    length = metres_per_unit(unit) if unit else declared or 1.0
+    vertices, triangles, length = read_mesh(file, unit)
     center = None if center_of_mass is None else length * np.asarray(center_of_mass)
-    part = part_from_mesh(vertices, triangles, center, unit=length, part_id=part_id)
+    part = part_from_mesh(vertices, triangles, center, mass, unit=length, part_id=part_id)
     request = PartRequest(
         part_id, np.asarray(vertices, dtype=np.float64),
         np.asarray(triangles, dtype=np.uint32), length)
-    if center is not None:
-        request = PartRequest(request.part_id, request.vertices, request.triangles, length,
-                              part.mass, part.center_of_mass)
+    if center is not None or mass is not None:
+        request = replace(request, mass=part.mass, center_of_mass=part.center_of_mass)
     return part_message(request, request.part_id, now()), part_line(part, None), part.warnings

@@ -13,11 +13,11 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..errors import PoseStatsError
+from ..methods import AUTO
 from ..records import DropScene
 from .jobs import Jobs, State
 from .jobs.job_reports import JobReports
 from .messages.statistics_messages import with_warning
-from .methods import AUTO
 from .parts.catalogue import KnownPart
 from .parts.part_requests import shown
 from .parts.refinement import Refinement

@@ -9,9 +9,9 @@ from typing import Any
 
 from ..errors import RequestError
 from ..mesh.files import metres_per_unit
+from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
-from .methods import AUTO, METHODS
 from .parts.mesh_topics import mesh_topics
 
 MOST = 2**62
@@ -52,8 +52,8 @@ TABLE = (
             1e-9, 1e6),
     Setting("plate_frame", "plate", "Frame of the plate in results and markers."),
     Setting("plate", "", "Name of the plate, for the record."),
-    Setting("default_method", AUTO, "Estimator of the analytic answers; auto: the most accurate "
-            "one at the restitution, and refinements combine drops with it."),
+    Setting("default_method", DEFAULT_METHOD, "Estimator of the analytic answers; auto: the most "
+            "accurate one at the restitution, and refinements combine drops with it."),
     Setting("restitution", DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.",
             0.0, BELOW_ONE),
     Setting("drop_height", -1.0, "Height of the centre of mass above the plate at release, in "
@@ -160,9 +160,9 @@ def settings_of(values: dict[str, Any]) -> Settings:
     for setting in TABLE:
         _check_bounds(setting, values[setting.name])
     method = values["default_method"]
-    if method not in METHODS:
-        raise RequestError(f"default_method to be one of {', '.join(METHODS)}", f"'{method}'",
-                           f"{AUTO} is the default")
+    if method not in AT_ONCE:
+        raise RequestError(f"default_method to be one of {', '.join(AT_ONCE)}", f"'{method}'",
+                           f"{DEFAULT_METHOD} is the default")
     metres_per_unit(values["mesh_unit"])
     mesh_topics(values["mesh_topics"])
     settings = Settings(**{**values, "mesh_topics": tuple(values["mesh_topics"])})

@@ -1,10 +1,11 @@
-"""Shapes made by code: exact convex bodies here, the demo parts in `registry`.
+"""Shapes made by code: exact convex bodies here, the demo parts in `demo_parts`.
 
-`registry` loads the solid modeller manifold3d, so it is imported only where the demo parts
+`demo_parts` loads the solid modeller manifold3d, so it is imported only where the demo parts
 are made.
 """
 
 from .closed_forms import (
+    Surface,
     box,
     cylinder,
     dodecahedron,
@@ -16,7 +17,6 @@ from .closed_forms import (
     sphere_points,
     tetrahedron,
 )
-from .polytopes import Surface
 
 __all__ = [
     "Surface",

@@ -2,18 +2,26 @@
 
 Each function returns a closed outward surface, vertices (V, 3) in millimetres and triangles
 (T, 3). Coordinates are float32 numbers, since STL stores nothing finer: a written part
-reads back exactly. This is the only module here that needs manifold3d.
+reads back exactly. This is the only module here that needs manifold3d and trimesh.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
+import trimesh
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
+from trimesh.exchange.stl import export_stl
 
+from ..errors import MeshFileError
 from ..mesh.arrays import in_standard_order
+from ..whole_files import write_file
 from . import closed_forms
-from .polytopes import Surface
+from .closed_forms import Surface
 from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
 
 
@@ -125,3 +133,47 @@ def _canonical(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)
     return merged, in_standard_order(index.reshape(-1)[triangles])
+
+
+DEMO_PARTS: dict[str, Callable[[], Surface]] = {
+    make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)}
+"""Name to a function that makes the part: vertices (V, 3) in mm and triangles (T, 3)."""
+
+
+def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
+    """Write each demo part to `<name>.stl`, binary STL in millimetres.
+
+    Parameters
+    ----------
+    directory : path
+        Created when it does not exist. Files of the same names are replaced, each at once:
+        a reader sees the old file or the new one, never a part of it.
+
+    Returns
+    -------
+    list of Path
+        The files, in the order of `DEMO_PARTS`; the same bytes in every run.
+
+    Raises
+    ------
+    MeshFileError
+        If the path is no directory or cannot be written to.
+    """
+    folder = Path(directory)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = [folder / f"{name}.stl" for name in DEMO_PARTS]
+        for path, make in zip(paths, DEMO_PARTS.values(), strict=True):
+            write_file(path, _stl_bytes(*make()))
+        return paths
+    except OSError as error:
+        raise MeshFileError(
+            "a directory that can be written to",
+            f"{folder} ({error.strerror or error})",
+            "name another directory or change its permissions",
+        ) from error
+
+
+def _stl_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bytes:
+    """Binary STL of a surface, vertices as they are."""
+    return export_stl(trimesh.Trimesh(vertices, triangles, process=False))

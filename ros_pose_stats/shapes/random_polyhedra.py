@@ -1,7 +1,9 @@
 """The paper's random polyhedra (section 3.A), the shift of the centre of mass as a parameter.
 
 Imported on its own: unlike the other shapes it needs parts and their poses, since bodies
-without two stable poses are drawn anew.
+without two stable poses are drawn anew. Random words come straight from Philox, whose stream numpy
+keeps; its distributions are not promised to stay, and the C library's logarithm rounds differently
+on other processors.
 """
 
 from __future__ import annotations
@@ -9,20 +11,48 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import count
+from itertools import count, islice
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MassPropertiesError, MeshError, RequestError
+from ..kernels.elementary import logarithms, sines_cosines
 from ..kernels.principal_axes import principal_axes
 from ..mesh.parts import part_from_mesh
 from ..mesh.vectors import lengths, turn_vectors
 from ..records import Part
 from ..resting.poses import resting_poses
 from .closed_forms import hull_mesh
-from .random_stream import failures, normals, uniforms
+
+_STREAM: Final = 3
+"""Second word of the generator's key; 1 and 2 are the starting directions'."""
+
+
+def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
+    """Endless numbers of 53 bits in [0, 1) that nobody else gets."""
+    bits = np.random.Philox(counter=np.array((0, attempt, number, 0), dtype=np.uint64),
+                            key=np.array((seed, _STREAM), dtype=np.uint64))
+    while True:
+        for word in bits.random_raw(64):
+            yield (int(word) >> 11) * 2.0 ** -53
+
+
+def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
+    """Normally distributed numbers (count,): Box and Muller 1958, one of each pair."""
+    pairs = np.array(list(islice(numbers, 2 * count))).reshape(count, 2)
+    radius = np.sqrt(-2.0 * logarithms(1.0 - pairs[:, 0]))
+    return np.asarray(radius * sines_cosines((2.0 * math.pi) * pairs[:, 1])[1])
+
+
+def failures(numbers: Iterator[float], chance: float) -> int:
+    """Failures before the first success of this chance."""
+    left, count, still = 1.0 - next(numbers), 0, 1.0 - chance
+    while left <= still:
+        count, still = count + 1, still * (1.0 - chance)
+    return count
+
 
 Array = NDArray[np.float64]
 

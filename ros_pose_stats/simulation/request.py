@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
-from .starts import SAMPLINGS
+from ..records.scene import DEFAULT_DROPS, SAMPLINGS
 
 Array = NDArray[np.float64]
 
-DEFAULT_DROPS = 10_000
 MOST_DROPS = 1_000_000_000
 MOST_WORKERS = 1024
 SEEDS = 2 ** 64

@@ -8,21 +8,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
 from ..records.statistics import ranked
 from ..resting.trust import drop_warnings, pose_warnings
-from ..statistics.prefix import Judge, Prefix
-from ..statistics.stopping import target_reached
+from ..statistics.prefix import Judge, Prefix, target_reached
 from ..version import VERSION
 from .chunks import ChunkRun
-from .drop_body import PreparedBody, drop_body
+from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, drop_rules, release_height, run
 from .request import DropRequest, drop_request
 from .starts import starting_directions
 
 Array = NDArray[np.float64]
-METHOD = "simulation"
 
 
 def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -42,11 +41,11 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     part : Part
         As from `load_part` or `part_from_mesh`.
     drops : int, optional
-        1 to 1e9; the most where a target error is given. Default: 10 000, or all starts.
+        How many, 1 to 1e9; the most where a target error is given. Default: 10 000, or all starts.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1.
     seed : int, optional
-        0 to 2^64 - 1; drop k depends on it and on k alone. Default: fresh, told in the answer.
+        0 to 2^64 - 1; drop k depends on seed and k alone. Default: a fresh one, in the answer.
     drop_height : float, optional
         Height of the centre of mass at release, metres; too low to fit means released
         touching the plate. Default: 20 part radii.
@@ -58,14 +57,12 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     sampling : {'random', 'lattice'}
         Independent starting directions, or evenly spread ones.
     starts : (k, 3) array, optional
-        Directions in the part frame that point down at release, one a drop, in place of
-        random ones.
-    on_progress : callable, optional
-        Told a `DropProgress` some twenty times a second, in the caller's thread.
+        Directions in the part frame that point down at release, one a drop.
+    on_progress, on_drops : callable, optional
+        Told a `DropProgress` some twenty times a second, or every single drop that counts, in
+        order, a `DropChunk` at a time; in the caller's thread.
     should_stop : callable, optional
-        Asked as often; True ends the run, within about 50 ms, with what has been done.
-    on_drops : callable, optional
-        Told every drop that counts, in order, a `DropChunk` at a time, in the caller's thread.
+        True ends the run, within about 50 ms, with what has been done.
     background : bool
         Let the workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
@@ -76,64 +73,49 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     Returns
     -------
     PoseStatistics
-        All stable poses, most probable first; unsettled drops are counted apart. The same
-        request gives the same counts, whatever the workers and the timing.
+        All poses, most probable first. The same request gives the same counts, whatever the
+        workers and the timing.
 
     Raises
     ------
-    RequestError
-        If a value is out of its range.
-    MeshError
-        If the part's hull does not enclose its centre of mass.
+    RequestError, MeshError
+        If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
-    begin = time.perf_counter()
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
-    request = drop_request(drops, seed, target_error, workers, sampling, starts)
-    counted = _DropCount(part, drop_body(part, scene.cluster_tolerance), scene, request, judge,
-                         begin)
-    counted.run(on_progress, should_stop, on_drops, background)
-    return counted.statistics()
+    counting = _Run(part, DropScene(restitution, drop_height, cluster_tolerance),
+                    drop_request(drops, seed, target_error, workers, sampling, starts), judge)
+    return counting.count(on_progress, should_stop, on_drops, background)
 
 
-class _DropCount:
-    """Drops of a part, counted as they come.
+class _Run:
+    """One run of drops: what was asked for, and the prefix that is counted so far."""
 
-    Parameters
-    ----------
-    part, body, scene, request
-    judge : Judge or None
-        See `simulate`.
-    begin : float
-        When the request was made, by `time.perf_counter`.
-    """
-
-    def __init__(self, part: Part, body: PreparedBody, scene: DropScene, request: DropRequest,
-                 judge: Judge | None, begin: float) -> None:
-        self._part, self._body, self._scene, self._request = part, body, scene, request
-        self._prefix = Prefix(len(body.resting.poses), request.drops, request.target_error,
+    def __init__(self, part: Part, scene: DropScene, request: DropRequest,
+                 judge: Judge | None) -> None:
+        self._begin = time.perf_counter()
+        self._part, self._scene, self._request = part, scene, request
+        self._body = drop_body(part, scene.cluster_tolerance)
+        self._rules = drop_rules(scene, self._body.radius)
+        self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
                               request.sampling == "lattice", judge)
         self._means = Judge.means if judge is None else judge.means
         self._touched = 0
-        self._begin = begin
 
-    def run(self, on_progress: Callable[[DropProgress], object] | None,
-            should_stop: Callable[[], bool] | None,
-            on_drops: Callable[[DropChunk], object] | None, background: bool) -> None:
-        """Drop until enough is known or somebody asks to stop; see `simulate`."""
+    def count(self, on_progress: Callable[[DropProgress], object] | None,
+              should_stop: Callable[[], bool] | None,
+              on_drops: Callable[[DropChunk], object] | None,
+              background: bool) -> PoseStatistics:
+        """Drop until enough is counted."""
         prefix, request = self._prefix, self._request
-        rules = drop_rules(self._scene, self._body.radius)
-
-        def drop(first: int, count: int) -> DropOutcomes:
-            return run(self._body, rules, _downs(request, first, count))
 
         def stop() -> bool:
             return prefix.finished or (should_stop is not None and bool(should_stop()))
 
-        chunks = ChunkRun(drop, request.drops, request.workers, stop, background, prefix.wanted)
+        chunks = ChunkRun(self._drop, request.drops, request.workers, stop, background,
+                          prefix.wanted)
         for outcomes in chunks.in_order():
             first, kept = prefix.drops, prefix.add(outcomes.pose)
             if on_drops is not None and kept:
-                on_drops(DropChunk(first, _downs(request, first, kept), outcomes.first(kept)))
+                on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
             self._touched += int(outcomes.touched[:kept].sum())
             if prefix.finished:
                 chunks.stop()
@@ -141,15 +123,22 @@ class _DropCount:
             if on_progress is not None and kept:
                 on_progress(DropProgress(
                     prefix.drops, request.drops, prefix.drops - prefix.settled,
-                    prefix.recent_error(), request.target_error, self._seconds(),
-                    self.statistics))
+                    prefix.recent_error(), request.target_error,
+                    time.perf_counter() - self._begin, self._statistics))
+        return self._statistics()
 
-    def _seconds(self) -> float:
-        return time.perf_counter() - self._begin
+    def _drop(self, first: int, count: int) -> DropOutcomes:
+        return run(self._body, self._rules, self._downs(first, count))
 
-    def statistics(self) -> PoseStatistics:
-        """What is known by now."""
-        body, scene, prefix = self._body, self._scene, self._prefix
+    def _downs(self, first: int, count: int) -> Array:
+        request = self._request
+        if request.starts is not None:
+            return request.starts[first:first + count]
+        return starting_directions(request.sampling, request.seed, first, count)
+
+    def _statistics(self) -> PoseStatistics:
+        """What is counted so far."""
+        part, body, scene, prefix = self._part, self._body, self._scene, self._prefix
         settled = prefix.settled
         errors = prefix.standard_errors()
         low, high = prefix.interval()
@@ -157,22 +146,19 @@ class _DropCount:
         rows = zip(body.resting.poses, probability.tolist(), low.tolist(), high.tolist(),
                    errors.tolist(), prefix.counts.tolist(), strict=True)
         return PoseStatistics(
-            part_id=self._part.part_id, part_digest=self._part.digest, radius=body.radius,
-            method=METHOD, restitution=scene.restitution,
-            drop_height=release_height(scene, body.radius),
+            part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=SIMULATION,
+            restitution=scene.restitution, drop_height=release_height(scene, body.radius),
             cluster_tolerance=scene.cluster_tolerance,
             poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
             drops=prefix.drops, unsettled=prefix.drops - settled, seed=self._request.seed,
-            expected_error=prefix.expected_error(), seconds=self._seconds(),
-            warnings=(*self._part.warnings, *pose_warnings(body.resting),
-                      *drop_warnings(body.resting), *self._warnings()),
+            expected_error=prefix.expected_error(), seconds=time.perf_counter() - self._begin,
+            warnings=(*part.warnings, *pose_warnings(body.resting), *drop_warnings(body.resting),
+                      *self._warnings()),
             version=VERSION)
 
     def _warnings(self) -> list[str]:
-        prefix, radius = self._prefix, self._body.radius
-        unsettled = prefix.drops - prefix.settled
-        radii = release_height(self._scene, radius) / radius
-        warnings = []
+        prefix, scene, radius, warnings = self._prefix, self._scene, self._body.radius, []
+        radii = release_height(scene, radius) / radius
         if radii > HIGH_DROP_RADII:
             warnings.append(
                 f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is "
@@ -182,19 +168,14 @@ class _DropCount:
             warnings.append(
                 f"TARGET_MISSED: the {self._means} is {prefix.expected_error():.2g} after all "
                 f"{prefix.drops} drops, above the target of {prefix.target_error:g}.")
+        unsettled = prefix.drops - prefix.settled
         if self._touched:
             warnings.append(
                 f"RELEASED_TOUCHING: in {self._touched} of {prefix.drops} drops the part did not "
-                f"fit under a drop height of {self._scene.drop_height:g} m and was released "
-                f"touching the plate.")
+                f"fit under a drop height of {scene.drop_height:g} m and was released touching "
+                f"the plate.")
         if unsettled:
             warnings.append(
                 f"UNSETTLED: {unsettled} of {prefix.drops} drops were given up before their pose "
                 f"was certain; they are left out of the probabilities.")
         return warnings
-
-
-def _downs(request: DropRequest, first: int, count: int) -> Array:
-    if request.starts is not None:
-        return request.starts[first:first + count]
-    return starting_directions(request.sampling, request.seed, first, count)

@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..kernels.elementary import sines_cosines
+from ..records.scene import SAMPLINGS
 from ..statistics.blocks import BLOCK
 
 Array = NDArray[np.float64]
-
-SAMPLINGS: Final = ("random", "lattice")
-"""Ways to choose starting directions, as in the contract."""
 
 _WORDS: Final = 4
 """64-bit words that Philox makes at each place of its stream."""

@@ -46,7 +46,7 @@ def estimates(poses: list[RestingPoses], scene: DropScene,
         What was told for another scene: methods that are blind to it are not asked again.
     """
     again = {} if known is None else known
-    return {name: again[name] if name in again and not entry.knows_restitution
+    return {name: again[name] if name in again and not entry.knows_scene
             else np.concatenate([entry.function(one, scene) for one in poses])
             for name, entry in ESTIMATORS.items()}
 

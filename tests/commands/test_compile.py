@@ -14,7 +14,7 @@ from ros_pose_stats.cli import main
 from ros_pose_stats.commands import compile
 from ros_pose_stats.commands.compile import TOGETHER, _families
 from ros_pose_stats.kernels.compilation import all_kernels
-from ros_pose_stats.shapes.registry import write_demo_parts
+from ros_pose_stats.shapes.demo_parts import write_demo_parts
 
 COMMAND = """
 import sys

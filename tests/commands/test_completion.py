@@ -14,7 +14,7 @@ import time
 import pytest
 
 from ros_pose_stats import cli
-from ros_pose_stats.commands.parsing.outlines import outline_command
+from ros_pose_stats.commands.outlines import outline_command
 from tests.running import ROOT, answer, command
 
 WHOLE = outline_command(cli.parser())

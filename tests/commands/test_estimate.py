@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import cli, estimate, load_part, shapes
-from ros_pose_stats.commands.estimate import DEFAULT_METHOD, METHODS
-from ros_pose_stats.estimators import registry
-from tests.bodies import write_stl
+from tests.bodies import METHODS, write_stl
 from tests.running import ROOT, answer, command, complaints, strict_json
 
 STATISTICS_KEYS = {
@@ -157,11 +155,6 @@ class TestOptions:
 
         assert len(poses()) == 3
         assert len(poses("--cluster-tolerance", "0")) == 66
-
-    def test_names_and_default_are_the_registrys(self):
-        assert tuple(registry.ESTIMATORS) == METHODS
-        assert DEFAULT_METHOD == "auto"
-
 
 REFUSED = {
     "missing file": (["missing.stl"], "No such file"),

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from ros_pose_stats import cli
-from ros_pose_stats.commands.parsing.outlines import outline_command
+from ros_pose_stats.commands.outlines import outline_command
 from tests.running import complaints
 
 WHOLE = outline_command(cli.parser())

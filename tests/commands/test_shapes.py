@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from ros_pose_stats import cli, estimate, load_part
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.running import answer, command
 
 
 def test_writes_and_names_the_files(tmp_path):
     names = answer("shapes", tmp_path / "parts").splitlines()
-    assert [Path(name).stem for name in names] == list(registry.DEMO_PARTS)
+    assert [Path(name).stem for name in names] == list(demo_parts.DEMO_PARTS)
     assert all(Path(name).is_file() for name in names)
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, shapes
-from ros_pose_stats.estimators.coefficients import COMBINED_WEIGHT
+from ros_pose_stats.estimators.energy_absorption import COMBINED_WEIGHT
 from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation
 from tests.matching import downs, values
 

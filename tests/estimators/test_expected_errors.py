@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.estimators.error_inputs import error_inputs, error_scale, known_answers
-from ros_pose_stats.estimators.error_weights import ERROR_FITS, FILE, USUAL_ERRORS
 from ros_pose_stats.estimators.expected import expected_error
+from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
+from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ERROR_FITS, USUAL_ERRORS
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
@@ -124,7 +124,7 @@ class TestFit:
         file = tmp_path / "expected_errors.npz"
         write_weights(ERROR_FITS, {name: np.array(row) for name, row in USUAL_ERRORS.items()},
                       file)
-        with np.load(file) as written, np.load(FILE) as shipped:
+        with np.load(file) as written, np.load(ERROR_FILE) as shipped:
             assert written.keys() == shipped.keys()
             assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 

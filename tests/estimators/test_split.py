@@ -11,9 +11,8 @@ from scipy.integrate import trapezoid
 from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators import split as module
 from ros_pose_stats.estimators.energy_absorption import meae
+from ros_pose_stats.estimators.fitted_weights import SplitFit, TanhNetwork
 from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
-from ros_pose_stats.estimators.split_weights import SplitFit
-from ros_pose_stats.estimators.tanh_network import TanhNetwork
 from ros_pose_stats.kernels.body.arcs import make_arcs
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 

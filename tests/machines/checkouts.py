@@ -19,8 +19,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from ros_pose_stats.shapes.demo_parts import write_demo_parts
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.shapes.registry import write_demo_parts
 from tests.bodies import write_stl
 from tests.machines import command_digests
 from tests.machines.command_digests import digest_of, without_times

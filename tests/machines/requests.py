@@ -16,8 +16,7 @@ import numpy as np
 from ros_pose_stats import estimate, part_from_mesh, simulate
 from ros_pose_stats.kernels.elementary import sines_cosines
 from ros_pose_stats.shapes import box, hull_mesh, prism
-from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.shapes.random_stream import normals, uniforms
+from ros_pose_stats.shapes.random_polyhedra import normals, random_polyhedron, uniforms
 
 KEPT = Path(__file__).with_name("answers.json")
 """What the machine answered on which the tests were last made."""

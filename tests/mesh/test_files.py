@@ -34,9 +34,10 @@ def block():
     ("a.ply", {}), ("a.ply", {"encoding": "ascii"}), ("a.off", {}), ("a.3mf", {}),
 ])
 def test_every_format_gives_the_mesh_back(tmp_path, block, name, options):
-    vertices, triangles, declared = read_mesh(written(block, tmp_path / name, **options))
+    vertices, triangles, unit = read_mesh(written(block, tmp_path / name, **options))
     assert np.array_equal(corners(vertices, triangles), corners(block.vertices, block.faces))
-    assert (declared is not None) == name.endswith("3mf")
+    assert unit == (1e-3 if name.endswith("3mf") else 1.0)
+    assert read_mesh(tmp_path / name, "inch").unit == 0.0254
     part = load_part(tmp_path / name, "mm")
     assert part.part_id == "a"
     assert part.warnings == ()

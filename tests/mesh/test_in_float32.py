@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate_all, part_from_mesh, resting_poses, shapes
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.bodies import REGULAR_SOLIDS, in_float32, moved, random_polyhedron, rotation, size
 from tests.matching import values
 
 FLOATED = {
     "cube": REGULAR_SOLIDS["cube"], "icosahedron": REGULAR_SOLIDS["icosahedron"],
-    **{name: make() for name, make in registry.DEMO_PARTS.items()},
+    **{name: make() for name, make in demo_parts.DEMO_PARTS.items()},
     "box": shapes.box(1.0, 2.0, 3.0), "triangular prism": shapes.prism(3, 1.0, 2.0),
     "flat cylinder": shapes.cylinder(48, 1.0, 0.2),
     "fine cylinder": shapes.cylinder(100, 1.0, 1.0),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ros_pose_stats.errors import MassPropertiesError
-from ros_pose_stats.mesh.mass_properties import given_inertia, solid_of
+from ros_pose_stats.mesh.mass_properties import check_given, solid_of
 from ros_pose_stats.mesh.parts import part_from_mesh
 
 
@@ -101,7 +101,7 @@ def test_given_properties_are_taken_as_they_are():
 
 def test_a_flat_plates_printed_tensor_is_within_the_slack():
     tensor = np.diag([1.0, 1.0, 2.0000005])
-    assert np.array_equal(given_inertia(tensor, 1.0), tensor)
+    assert np.array_equal(check_given(None, 1.0, tensor).inertia, tensor)
 
 
 @pytest.mark.parametrize(("mass", "tensor", "message"), [

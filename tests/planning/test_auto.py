@@ -10,11 +10,15 @@ import pytest
 
 from ros_pose_stats import DropScene, auto, estimate, hybrid, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.estimators.error_weights import USUAL_ERRORS
+from ros_pose_stats.estimators import best_method
+from ros_pose_stats.estimators.fitted_weights import USUAL_ERRORS
 from ros_pose_stats.planning import confidence
-from ros_pose_stats.planning.best import best_method
-from ros_pose_stats.planning.confidence import estimate_bound, plain_bound
-from ros_pose_stats.planning.prior import pose_prior, prior_of
+from ros_pose_stats.planning.confidence import (
+    estimate_bound,
+    plain_bound,
+    pose_prior,
+    prior_of,
+)
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
@@ -69,7 +73,7 @@ def test_a_low_drop_is_estimated_where_the_estimate_knows_it(part):
 
 
 def test_a_low_drop_is_counted_where_the_estimate_does_not_know_it(part, monkeypatch):
-    monkeypatch.setattr(sys.modules["ros_pose_stats.planning.auto"], "best_method",
+    monkeypatch.setattr(sys.modules["ros_pose_stats.estimators.estimate"], "best_method",
                         lambda _: "combined")
     found = auto(part, 0.03, seed=1, drop_height=1.5 * resting_poses(part).body.radius)
     assert found.drops > 0

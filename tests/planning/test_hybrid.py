@@ -17,8 +17,8 @@ from ros_pose_stats import (
     simulate,
 )
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.planning.confidence import pose_prior
 from ros_pose_stats.planning.hybrid import FIRST_LOOK, hybrid_statistics
-from ros_pose_stats.planning.prior import pose_prior
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 

@@ -7,7 +7,7 @@ from functools import cache
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.report import investigate
 from ros_pose_stats.shapes.closed_forms import box
-from ros_pose_stats.shapes.registry import DEMO_PARTS
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 
 
 @cache

@@ -7,12 +7,12 @@ import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, splitting_graph
 from ros_pose_stats.estimators.quasi_static import nonlinear
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.bodies import METHODS, clamp_hull, oblique_prism, random_polyhedron
 from tests.matching import downs
 from tests.reference.clustering import merged_regions
 
-DEMO = {name: make() for name, make in registry.DEMO_PARTS.items()}
+DEMO = {name: make() for name, make in demo_parts.DEMO_PARTS.items()}
 
 
 def poses_of(surface, tolerance=0.005, **properties):

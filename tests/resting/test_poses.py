@@ -9,13 +9,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.bodies import REGULAR_SOLIDS, moved, oblique_prism, random_polyhedron, rotation
 from tests.matching import values
 
 PARTS = {
     "icosahedron": part_from_mesh(*REGULAR_SOLIDS["icosahedron"]),
-    **{name: part_from_mesh(*registry.DEMO_PARTS[name](), unit="mm")
+    **{name: part_from_mesh(*demo_parts.DEMO_PARTS[name](), unit="mm")
        for name in ("cylinder", "hex_bolt", "clamp")},
     "leaning prism": part_from_mesh(*oblique_prism(3.0, 4.0)),
     "far off": part_from_mesh(*moved(shapes.box(1.0, 2.0, 3.0), rotation(1), (50.0, 20.0, -70.0))),

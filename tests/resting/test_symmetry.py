@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.resting import symmetry
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from tests.bodies import (
     REGULAR_SOLIDS,
     in_float32,
@@ -79,7 +79,7 @@ def test_facets_of_a_cylinder_are_one_pose_and_its_ends_one_group():
 class TestDemoParts:
     @staticmethod
     def groups(name, tolerance=0.0):
-        return groups(part_from_mesh(*registry.DEMO_PARTS[name](), unit="mm"), tolerance)
+        return groups(part_from_mesh(*demo_parts.DEMO_PARTS[name](), unit="mm"), tolerance)
 
     def test_bolt_has_six_equal_sides(self):
         found = self.groups("hex_bolt", 0.005)
@@ -92,9 +92,9 @@ class TestDemoParts:
     def test_bracket_is_only_its_mirror_image(self):
         assert all(len(group) == 1 for group in self.groups("bracket"))
 
-    @pytest.mark.parametrize("name", registry.DEMO_PARTS)
+    @pytest.mark.parametrize("name", demo_parts.DEMO_PARTS)
     def test_turned_and_a_size_off_the_origin_in_float32(self, name):
-        surface = registry.DEMO_PARTS[name]()
+        surface = demo_parts.DEMO_PARTS[name]()
         expected = sizes(surface, 0.005, unit="mm")
         for seed in range(3):
             way = rotation(seed + 9)[0] * size(surface)

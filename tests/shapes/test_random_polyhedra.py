@@ -11,8 +11,7 @@ from scipy.spatial import ConvexHull
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from ros_pose_stats.shapes.random_stream import failures, normals, uniforms
+from ros_pose_stats.shapes.random_polyhedra import failures, normals, random_polyhedron, uniforms
 
 SHIFTS = [(0.0, "inertia"), (1.0, "inertia"), (0.65, "second")]
 SAMPLE = 400

@@ -13,7 +13,7 @@ import trimesh
 
 from ros_pose_stats import shapes
 from ros_pose_stats.errors import MeshError, MeshFileError, RequestError
-from ros_pose_stats.shapes import registry
+from ros_pose_stats.shapes import demo_parts
 from ros_pose_stats.shapes.profiles import rounded_polygon, spur_gear, unit_circle
 
 ROOT_5 = np.sqrt(5.0)
@@ -34,7 +34,7 @@ HULLS = {
     "dodecahedron": shapes.hull_mesh(shapes.dodecahedron()[0]),
     "prism": shapes.hull_mesh(shapes.prism(64, 1.0, 2.0)[0]),
 }
-PARTS = {name: make() for name, make in registry.DEMO_PARTS.items()}
+PARTS = {name: make() for name, make in demo_parts.DEMO_PARTS.items()}
 SURFACES = {
     **{f"closed form: {name}": surface for name, (surface, _) in CLOSED_FORMS.items()},
     **{f"hull: {name}": surface for name, surface in HULLS.items()},
@@ -184,7 +184,7 @@ def test_sizes_that_enclose_nothing_are_refused(make):
         make()
 
 
-@pytest.mark.parametrize("name", registry.DEMO_PARTS)
+@pytest.mark.parametrize("name", demo_parts.DEMO_PARTS)
 class TestDemoParts:
     def test_one_closed_body(self, name):
         mesh = as_trimesh(PARTS[name])
@@ -214,7 +214,7 @@ def test_clamp_is_asymmetric():
 
 class TestWriting:
     def test_files_read_back(self, tmp_path):
-        paths = registry.write_demo_parts(tmp_path / "new" / "parts")
+        paths = demo_parts.write_demo_parts(tmp_path / "new" / "parts")
         assert [path.name for path in paths] == [f"{name}.stl" for name in PARTS]
         for path, (vertices, triangles) in zip(paths, PARTS.values(), strict=True):
             mesh = trimesh.load_mesh(path, process=False)
@@ -222,17 +222,17 @@ class TestWriting:
             assert path.stat().st_size == 84 + 50 * len(triangles)
 
     def test_only_the_parts_are_left(self, tmp_path):
-        paths = registry.write_demo_parts(tmp_path)
+        paths = demo_parts.write_demo_parts(tmp_path)
         assert sorted(tmp_path.iterdir()) == sorted(paths)
 
     def test_same_bytes_from_another_process(self, tmp_path):
         code = (
-            "import sys; from ros_pose_stats.shapes import registry;"
-            "registry.write_demo_parts(sys.argv[1])"
+            "import sys; from ros_pose_stats.shapes import demo_parts;"
+            "demo_parts.write_demo_parts(sys.argv[1])"
         )
-        root = Path(registry.__file__).parents[2]
+        root = Path(demo_parts.__file__).parents[2]
         subprocess.run([sys.executable, "-c", code, tmp_path / "b"], check=True, cwd=root)
-        for path in registry.write_demo_parts(tmp_path / "a"):
+        for path in demo_parts.write_demo_parts(tmp_path / "a"):
             assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
 
     def test_a_file_in_the_way_is_refused(self, tmp_path):
@@ -240,7 +240,7 @@ class TestWriting:
         target.write_text("a file")
         for directory in (target, target / "below"):
             with pytest.raises(MeshFileError, match=r"a directory that can be written to"):
-                registry.write_demo_parts(directory)
+                demo_parts.write_demo_parts(directory)
         assert target.read_text() == "a file"
 
     def test_a_failed_write_leaves_nothing(self, tmp_path, monkeypatch):
@@ -251,7 +251,7 @@ class TestWriting:
 
         monkeypatch.setattr(Path, "write_bytes", full_disk)
         with pytest.raises(MeshFileError, match="No space left on device"):
-            registry.write_demo_parts(tmp_path)
+            demo_parts.write_demo_parts(tmp_path)
         assert list(tmp_path.iterdir()) == []
 
 
@@ -260,5 +260,5 @@ def test_closed_forms_do_not_load_the_modeller():
         "import sys, ros_pose_stats.shapes as shapes; shapes.box(1, 1, 1);"
         "assert 'manifold3d' not in sys.modules"
     )
-    root = Path(registry.__file__).parents[2]
+    root = Path(demo_parts.__file__).parents[2]
     subprocess.run([sys.executable, "-c", code], check=True, cwd=root)

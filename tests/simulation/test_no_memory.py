@@ -7,7 +7,7 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, record_drop, shapes, simulate
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.shapes.registry import DEMO_PARTS
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import drop_rules, run
 from ros_pose_stats.simulation.starts import random_starts

@@ -10,7 +10,7 @@ import pytest
 
 from ros_pose_stats import part_from_mesh, shapes, simulate
 from ros_pose_stats.simulation import chunks
-from ros_pose_stats.statistics import checkpoints
+from tests.statistics.simulations import checkpoints
 
 from ..bodies import random_polyhedron
 from .dropping import counts

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import beta, binom
 
 from ros_pose_stats import part_from_mesh, resting_poses, shapes, simulate
-from ros_pose_stats.statistics import BLOCK
+from ros_pose_stats.statistics.blocks import BLOCK
 
 from ..bodies import random_polyhedron
 from .dropping import counts, dropped

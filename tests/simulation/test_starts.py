@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.records.scene import SAMPLINGS
 from ros_pose_stats.simulation.starts import (
-    SAMPLINGS,
     lattice_starts,
     random_starts,
     starting_directions,
 )
-from ros_pose_stats.statistics import BLOCK, BlockSums, checkpoints, jeffreys_interval
+from ros_pose_stats.statistics.blocks import BLOCK, BlockSums
+from ros_pose_stats.statistics.intervals import jeffreys_interval
+from tests.statistics.simulations import checkpoints
 
 BOTH = pytest.mark.parametrize("starts", [random_starts, lattice_starts])
 SEEDS = st.integers(0, 2 ** 64 - 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ros_pose_stats.statistics.prefix import next_checkpoint
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses
 
 
@@ -20,3 +21,11 @@ def simulated(rng, body, p, drops):
     each = np.broadcast_to(drops, len(pieces))
     count = np.concatenate([rng.multinomial(n, q) for n, q in zip(each, pieces, strict=True)])
     return SimulatedPoses(body, count, each.repeat([len(q) for q in pieces]))
+
+
+def checkpoints(drops):
+    """All prefixes at which a run of at most so many drops is looked at; the last is `drops`."""
+    done = 0
+    while done < drops:
+        done = next_checkpoint(done, drops)
+        yield done

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import BLOCK, BlockSums
+from ros_pose_stats.statistics.blocks import BLOCK, BlockSums
 
 RUNS = 400
 

@@ -9,8 +9,12 @@ import pytest
 from scipy import stats
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import ChiSquare, goodness_of_fit, homogeneity
-from ros_pose_stats.statistics.chi_square import pooled_bins
+from ros_pose_stats.statistics.chi_square import (
+    ChiSquare,
+    goodness_of_fit,
+    homogeneity,
+    pooled_bins,
+)
 
 
 class TestGoodnessOfFit:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import expected_error, standard_errors
+from ros_pose_stats.statistics.errors import expected_error, standard_errors
 
 
 def test_by_hand():

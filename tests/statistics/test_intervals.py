@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import beta, binom, binomtest
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import jeffreys_interval
+from ros_pose_stats.statistics.intervals import jeffreys_interval
 
 
 @pytest.mark.parametrize("total", [1, 7, 100, 12345, 10_000_000])

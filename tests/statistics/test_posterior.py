@@ -15,8 +15,7 @@ from ros_pose_stats.errors import RequestError
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit, error_quantile
 from ros_pose_stats.statistics.posterior.connor_mosimann import ConnorMosimann
 from ros_pose_stats.statistics.posterior.fitted import FITTED, FITTED_AT
-from ros_pose_stats.statistics.posterior.prior import FLOOR
-from ros_pose_stats.statistics.posterior.prior_fit import prior_fit
+from ros_pose_stats.statistics.posterior.prior import FLOOR, prior_fit
 from ros_pose_stats.statistics.posterior.shortest import shortest_interval
 
 PLAIN = PriorFit(0.0, 0.5, 0.0, 0.0, 0.5)

@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import hypergeom
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import jeffreys_interval, root_mean_square, standard_errors
+from ros_pose_stats.statistics.errors import root_mean_square, standard_errors
+from ros_pose_stats.statistics.intervals import jeffreys_interval
 from ros_pose_stats.study.errors import equal_chances
 from ros_pose_stats.study.errors.calibration import calibration
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled

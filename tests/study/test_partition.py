@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics import root_mean_square
+from ros_pose_stats.statistics.errors import root_mean_square
 from ros_pose_stats.study.errors.partition import accuracy, sensitivity
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled
 from tests.statistics.simulations import bodies, simulated

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from ros_pose_stats.estimators.coefficients import COMBINED_WEIGHT, NQSE_COEFFICIENTS, PQSE_SHARE
-from ros_pose_stats.estimators.quasi_static import perturbed_quasi_static
+from ros_pose_stats.estimators.energy_absorption import COMBINED_WEIGHT
+from ros_pose_stats.estimators.quasi_static import (
+    NQSE_COEFFICIENTS,
+    PQSE_SHARE,
+    perturbed_quasi_static,
+)
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled
 from ros_pose_stats.study.table.refits import FEWEST_BODIES, SHARES, refits
 from tests.study.tables import compared, drawn, shipped, some, told

@@ -7,13 +7,17 @@ import json
 import numpy as np
 import pytest
 
+from ros_pose_stats.estimators.fitted_weights import (
+    SPLIT_FILE,
+    SPLIT_FITS,
+    SplitFit,
+    TanhNetwork,
+)
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_weights import FILE, SPLIT_FITS, SplitFit
-from ros_pose_stats.estimators.tanh_network import TanhNetwork
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import resting_poses
-from ros_pose_stats.shapes.registry import DEMO_PARTS, write_demo_parts
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS, write_demo_parts
 from training.families import family_part, family_tolerance
 from training.split import judge, page, real_parts
 from training.split.__main__ import DOCS
@@ -132,7 +136,7 @@ class TestFiles:
     def test_the_file_holds_the_weights(self, tmp_path):
         """What is written is read again as it was fitted, to five digits."""
         write_weights(SPLIT_FITS, tmp_path / "split.npz")
-        with np.load(tmp_path / "split.npz") as written, np.load(FILE) as shipped:
+        with np.load(tmp_path / "split.npz") as written, np.load(SPLIT_FILE) as shipped:
             assert written.keys() == shipped.keys()
             assert all(np.array_equal(written[key], shipped[key]) for key in shipped)
 

@@ -10,7 +10,7 @@ import argparse
 from benchmarks.command import DOCS
 from benchmarks.report import collected, write_page
 from benchmarks.results import save
-from ros_pose_stats.estimators.error_weights import FILE
+from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
 
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
 from .fit import fitted, usual_errors, write_weights
@@ -23,7 +23,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="training.expected_errors",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true",
-                        help=f"write {FILE.name}, and the tables to docs/benchmarks.md")
+                        help=f"write {ERROR_FILE.name}, and the tables to docs/benchmarks.md")
     write = parser.parse_args().write
     samples = read_samples()
     known = error_samples([one for one in samples if one.seed == FIT_SEED])

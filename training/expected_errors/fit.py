@@ -1,8 +1,8 @@
 """The fit of the expected errors.
 
 The mean square error of each sample of `training/split/samples.npz`, over its doubt
-(`estimators.error_inputs`), is a smooth function of what is known without simulation
-(`estimators.error_weights`). A square error scatters about as much as it is large; so the
+(`estimators.fitted_inputs`), is a smooth function of what is known without simulation
+(`estimators.fitted_weights`). A square error scatters about as much as it is large; so the
 likelihood is that of an exponential distribution whose mean is the expected square and the drops'
 own noise.
 """
@@ -17,12 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.estimators.error_weights import FILE, ErrorFit, pack_error_fits
+from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ErrorFit
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.study.dataset import shipped_datasets
 from ros_pose_stats.study.estimates import restings, scene_estimates, square_errors
 
-from ..network_fit import change, network_of, start, unscaled
+from ..network_fit import (
+    change,
+    network_of,
+    pack_networks,
+    round_to_digits,
+    start,
+    unscaled,
+)
 from .samples import ErrorSamples
 
 Array = NDArray[np.float64]
@@ -63,9 +70,15 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
 
 
 def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
-                  file: Path = FILE) -> None:
+                  file: Path = ERROR_FILE) -> None:
     """Put them where the estimators read them, or into another file."""
-    np.savez(file, **pack_error_fits(fits, RESTITUTIONS, usual))
+    all_fits = list(fits.values())
+    np.savez(file, method=np.array(list(fits)),
+             lowest=round_to_digits(np.array([fit.lowest for fit in all_fits])),
+             highest=round_to_digits(np.array([fit.highest for fit in all_fits])),
+             **pack_networks([fit.network for fit in all_fits], ""),
+             usual_at=np.array(RESTITUTIONS),
+             usual=np.round([usual[name] for name in fits], 3))
 
 
 def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[float, Array]:

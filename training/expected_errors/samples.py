@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.error_inputs import error_inputs, error_scale, known_answers
+from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
@@ -30,9 +30,9 @@ class ErrorSamples(NamedTuple):
     Attributes
     ----------
     inputs : (U, 17) array
-        As from `error_inputs.error_inputs`.
+        As from `fitted_inputs.error_inputs`.
     doubt : (U,) array
-        Mean of `error_inputs.error_scale`.
+        Mean of `fitted_inputs.error_scale`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     poses : (U,) array of int
@@ -68,7 +68,7 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
 def _rows(resting: RestingPoses, scenes: Sequence[Sample]
           ) -> Iterator[tuple[str, tuple[object, ...]]]:
     blind = {name: entry.function(resting, DropScene()) for name, entry in ESTIMATORS.items()
-             if not entry.knows_restitution}
+             if not entry.knows_scene}
     known = known_answers(resting)
     for row in scenes:
         settled = int(row.count.sum())

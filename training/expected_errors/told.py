@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.results import Cell, Row, Section, Target
-from ros_pose_stats.estimators.error_weights import ErrorFit
-from ros_pose_stats.estimators.registry import DEFAULT_METHOD
+from ros_pose_stats.estimators import best_method
+from ros_pose_stats.estimators.fitted_weights import ErrorFit
+from ros_pose_stats.records.scene import DEFAULT_RESTITUTION
 
 from .samples import ErrorSamples
 
@@ -36,10 +37,11 @@ BY_METHOD = (
 
 def sections(fits: Mapping[str, ErrorFit], samples: Mapping[str, ErrorSamples]
              ) -> Iterator[Section]:
-    """Of the default method by family, and of all methods."""
-    fit, one = fits[DEFAULT_METHOD], samples[DEFAULT_METHOD]
+    """Of the best method by family, and of all methods."""
+    best = best_method(DEFAULT_RESTITUTION)
+    fit, one = fits[best], samples[best]
     yield Section("expected_errors_by_family", "Expected errors of families",
-                  BY_FAMILY.format(DEFAULT_METHOD), tuple(_families(fit, one)))
+                  BY_FAMILY.format(best), tuple(_families(fit, one)))
     yield Section("expected_errors", "Expected errors of all methods", BY_METHOD,
                   tuple(_method(name, fits[name], some) for name, some in samples.items()))
 

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.machine import machine
-from ros_pose_stats.estimators.split_weights import SPLIT_FITS
+from ros_pose_stats.estimators.fitted_weights import SPLIT_FITS
 
 from .fit import write_weights
 from .judge import fit_all, judge

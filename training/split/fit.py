@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from ros_pose_stats.estimators.fitted_weights import (
+    SPLIT_FILE,
+    SplitFit,
+    TanhNetwork,
+)
 from ros_pose_stats.estimators.split import component_bases, component_weights
-from ros_pose_stats.estimators.split_weights import FILE, SplitFit, pack_split_fits
-from ros_pose_stats.estimators.tanh_network import TanhNetwork
 
-from ..network_fit import change, length, network_of, start, unscaled
+from ..network_fit import change, length, network_of, pack_networks, start, unscaled
 from .gradient import tree_loss
 from .samples import HIGHEST_DROP, HIGHEST_RESTITUTION
 from .table import Table
@@ -63,9 +66,14 @@ def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
 
-def write_weights(fits: Sequence[SplitFit], file: Path = FILE) -> None:
-    """Put them where the estimator reads them, or into another file."""
-    np.savez(file, **pack_split_fits(fits, (HIGHEST_RESTITUTION, HIGHEST_DROP)))
+def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
+    """Put them where the estimator reads them, or into another file.
+
+    With the highest restitution and drop (radii) in the data.
+    """
+    np.savez(file, **pack_networks([fit.left for fit in fits], "left_"),
+             **pack_networks([fit.held for fit in fits], "held_"),
+             highest=np.array((HIGHEST_RESTITUTION, HIGHEST_DROP)))
 
 
 def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:

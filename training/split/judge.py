@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.split_weights import SplitFit
+from ros_pose_stats.estimators.fitted_weights import SplitFit
 
 from .fit import fitted, predicted
 from .samples import FIT_SEED, JUDGE_SEED, LOW, USUAL, Sample

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from pathlib import Path
 
 from ...errors import BagError
+from ..running import print_json
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -42,8 +41,7 @@ def run(options: argparse.Namespace) -> int:
         from ...recording.analysis.plain import as_dict
 
         extra = {"csv": [str(path) for path in written]} if folder is not None else {}
-        json.dump({**as_dict(found), **extra}, sys.stdout, allow_nan=False)
-        print()
+        print_json({**as_dict(found), **extra})
     else:
         from .report import bag_report
 

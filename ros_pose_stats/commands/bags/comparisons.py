@@ -20,7 +20,7 @@ from ...recording.analysis import (
 )
 from ...statistics.chi_square import ChiSquare
 from ...statistics.intervals import jeffreys_interval
-from ..columns import (
+from ...text import (
     MOST_POSES,
     WIDTH,
     Column,

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...recording.analysis import BagAnalysis, Comparison, CountComparison, PartAnalysis
 from ...recording.durable import replace_file
-from ..columns import SECOND
+from ...text import SECOND
 
 PART = ("part_id", "part_digest", "cluster_tolerance_radii")
 PREDICTION = ("method", "restitution", "drop_height_m", "drops")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...recording.analysis import BagAnalysis, BagContents, Job, PartAnalysis, ResultHistory
 from ...recording.analysis.plain import job_counts
-from ..columns import (
+from ...text import (
     MOST_POSES,
     WIDTH,
     Column,

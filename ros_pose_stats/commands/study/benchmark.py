@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
-from ..parsing.argument_types import read_count
+from ..reading import read_count
 from .benchmark_runs import run_chart, run_figures, run_prisms, run_stability, run_table
-from .dataset_options import add_shift_options
+from .dataset import add_shift_options
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

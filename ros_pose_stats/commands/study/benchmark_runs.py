@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
-from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from ..progress_bar import ProgressBar
-from ..slow_start import announce_slow_start
+from ..running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ...study.dataset import Dataset
@@ -140,8 +144,7 @@ def _bodies(bar: ProgressBar, dataset: Dataset, number: int,
 
 def _print(options: argparse.Namespace, plain: Any, text: str) -> None:
     if options.json:
-        json.dump(plain, sys.stdout, allow_nan=False)
-        print()
+        print_json(plain)
     else:
         print(text)
 

@@ -3,20 +3,38 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
-from ..parsing.argument_types import read_count
 from ..progress_bar import ProgressBar, duration
-from ..slow_start import announce_slow_start
-from .dataset_options import add_shift_options
+from ..reading import read_count
+from ..running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
 
 if TYPE_CHECKING:
     from ...study.dataset import DatasetProgress, DatasetSpec, Maker
+
+SHIFT_MOMENTS = ("inertia", "second")
+
+
+def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
+    """Add the shift of the centre of mass; None as the default stands for all."""
+    told = "%(default)s" if shift is not None else "all that are there"
+    command.add_argument("--shift", type=float, default=shift, metavar="S",
+                         help="scale of the shift of the centre of mass; 0 leaves it at the "
+                         f"centroid, 1 is as the paper prints it (default: {told})")
+    command.add_argument("--shift-moment", choices=SHIFT_MOMENTS, default=SHIFT_MOMENTS[0],
+                         help="the shift is measured in roots of the principal moments of "
+                         "inertia over the mass, as printed, or of the second moments "
+                         "(default: %(default)s)")
+
 
 PAPER_BODIES, PAPER_DROPS, PAPER_RESTITUTIONS = 1057, 100, (0.2, 0.5, 0.8)
 
@@ -115,8 +133,7 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
              "redraws": int(arrays["redraws"].sum()), "bytes": file.stat().st_size,
              "seconds": seconds}
     if as_json:
-        json.dump(found, sys.stdout, allow_nan=False)
-        print()
+        print_json(found)
         return
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB\n"
           f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "

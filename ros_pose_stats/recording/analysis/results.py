@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...methods import SIMULATION
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -98,7 +100,7 @@ class Prediction:
     @property
     def counted(self) -> bool:
         """Whether the probabilities are counts of drops, with an error of their own."""
-        return self.method == "simulation" and bool(self.count.any())
+        return self.method == SIMULATION and bool(self.count.any())
 
     def knows_more_than(self, other: Prediction) -> bool:
         """Whether this one should stand for their common scene."""

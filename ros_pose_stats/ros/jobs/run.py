@@ -7,10 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 
-from ...planning.confidence import first_look, prior_bound
+from ...planning.confidence import BOUND, first_look, pose_prior, prior_bound
 from ...planning.hybrid import combined_progress, hybrid_statistics
-from ...planning.prior import pose_prior
-from ...planning.targeted import BOUND
 from ...records import DropProgress, Part, PoseStatistics
 from ...resting.poses import resting_poses
 from ...simulation.drops import DropChunk

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...planning.confidence import estimate_bound, plain_bound, prior_bound
-from ...planning.hybrid import METHOD as HYBRID
-from ...planning.prior import pose_prior, prior_of
+from ...methods import HYBRID
+from ...planning.confidence import (
+    estimate_bound,
+    plain_bound,
+    pose_prior,
+    prior_bound,
+    prior_of,
+)
 from ...records import DropScene, Part
 from ...resting.poses import resting_poses
 

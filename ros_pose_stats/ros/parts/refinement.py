@@ -8,11 +8,12 @@ from typing import Any
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...errors import RequestError
-from ...planning.words import enough, not_enough, untargeted
+from ...estimators.expected import explain_best
+from ...methods import AUTO
+from ...planning.confidence import enough, not_enough
 from ...records import DropScene
 from ..jobs import JobRequest, Jobs
 from ..messages.statistics_messages import with_warning
-from ..methods import AUTO
 from ..settings import Settings
 from .catalogue import KnownPart
 from .credible_bound import credible_bound
@@ -67,7 +68,7 @@ class Refinement:
         """
         best = self._results.estimate(known, AUTO, scene)
         if not target_error:
-            return best, untargeted(best.method)
+            return best, explain_best(best.method)
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, enough(f"{best.method} alone", bound, target_error)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betainc
 
-from .bound import beta_like
-
 Array = NDArray[np.float64]
+
+SMALLEST: Final = 1e-300
 
 AROUND: Final = np.linspace(-4.0, 7.0, 67)
 """Where the distribution is looked at: standard deviations from the mean of each component."""
@@ -46,7 +46,7 @@ def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
 
 def _left(weight: Array, mean: Array, variance: Array, level: float) -> tuple[Array, Array]:
     """The same of distributions whose mean is at most 1 / 2, so that only 0 may bind."""
-    a, b = beta_like(mean, variance)
+    a, b = _beta_like(mean, variance)
     around = mean[..., None] + np.sqrt(variance)[..., None] * AROUND
     near = mean[..., None] * NEAR_NOTHING
     count = mean.shape[1]
@@ -80,3 +80,9 @@ def _begin(nodes: Array, mass: Array, level: float) -> float:
 
 def _mass(weight: Array, a: Array, b: Array, x: Array) -> Array:
     return np.asarray((weight * betainc(a, b, x)).sum(axis=0))
+
+
+def _beta_like(mean: Array, variance: Array) -> tuple[Array, Array]:
+    """Parameters (P,) of the Beta distributions of given moments; huge ones where certain."""
+    total = mean * (1.0 - mean) / np.maximum(variance, SMALLEST) - 1.0
+    return mean * total, (1.0 - mean) * total

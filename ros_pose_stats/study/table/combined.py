@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...planning.prior import pose_prior
+from ...planning.confidence import pose_prior
 from ...records import DropScene
 from ...resting.poses import RestingPoses
 from ..dataset import Dataset

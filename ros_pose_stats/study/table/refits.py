@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from ...estimators.coefficients import COMBINED_WEIGHT, NQSE_COEFFICIENTS, PQSE_SHARE
-from ...estimators.quasi_static import perturbed_quasi_static
+from ...estimators.energy_absorption import COMBINED_WEIGHT
+from ...estimators.quasi_static import NQSE_COEFFICIENTS, PQSE_SHARE, perturbed_quasi_static
 from ...resting.poses import RestingPoses
 from ..errors.bootstrap import body_bootstrap
 from ..errors.partition import accuracy

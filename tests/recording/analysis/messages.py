@@ -19,7 +19,8 @@ from ros_pose_stats_msgs.msg import (
     StablePose,
 )
 
-from ros_pose_stats.statistics import jeffreys_interval, standard_errors
+from ros_pose_stats.statistics.errors import standard_errors
+from ros_pose_stats.statistics.intervals import jeffreys_interval
 
 with warnings.catch_warnings():
     # Loaded with the first message; its parser's library uses a module that Python deprecates.

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate
-from ros_pose_stats.planning.confidence import estimate_bound
-from ros_pose_stats.planning.prior import pose_prior
+from ros_pose_stats.planning.confidence import estimate_bound, pose_prior
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import resting_poses
 

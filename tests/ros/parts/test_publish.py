@@ -102,13 +102,14 @@ class TestPublishing:
         expected = load_part(clamp, "cm", center_of_mass=np.array([2.0, 1.4, 0.7]) / 100.0)
         assert shown.part_digest == expected.digest
 
-    def test_with_a_scene_of_its_own(self, client, clamp):
+    def test_with_a_mass_and_a_scene_of_its_own(self, client, clamp):
         with Publishing(clamp, "--unit", "mm", "--part-id", "dropped low", "--restitution", "0.2",
-                        "--drop-height", "0.3", *TOPIC) as publishing:
+                        "--drop-height", "0.3", "--mass", "0.06", *TOPIC) as publishing:
             publishing.said()
             shown = latched(client, "dropped low")
             assert publishing.end() == (0, [])
         assert (shown.restitution, shown.drop_height) == (0.2, 0.3)
+        assert shown.part_digest == load_part(clamp, "mm", mass=0.06).digest
 
     def test_a_node_that_starts_later_has_it_too(self, domain, tmp_path, clamp):
         topic = "/later/pose_stats/part_mesh"
@@ -151,6 +152,7 @@ class TestRefusals:
 
     def test_what_the_node_would_refuse(self, clamp):
         assert_refused("centre of mass", clamp, center_of_mass=(1000.0, 0.0, 0.0))
+        assert_refused("finite mass above 0 kg", clamp, mass=0.0)
         assert_refused("seconds", clamp, seconds=-1.0)
         assert_refused("restitution from 0", clamp, restitution=1.0)
         assert_refused("restitution from 0", clamp, restitution=-0.5)
@@ -162,6 +164,6 @@ class TestRefusals:
 
 
 def assert_refused(said, file, unit=None, center_of_mass=None, part_id="", seconds=None,
-                   **scene):
+                   **given):
     with pytest.raises(PoseStatsError, match=said):
-        publish_part(str(file), unit, center_of_mass, part_id, "topic", seconds, [], **scene)
+        publish_part(str(file), unit, center_of_mass, part_id, "topic", seconds, [], **given)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .command_parser import CommandParser
+from .reading import CommandParser
 
 PATHS = ("DIR", "FILE", "PART", "STEM")
 """Metavars that stand for the name of a file or directory."""

@@ -11,8 +11,7 @@ import trimesh
 from ros_pose_stats import estimate, part_from_mesh
 from ros_pose_stats.errors import MeshError
 from ros_pose_stats.mesh import hull as hull_module
-from ros_pose_stats.mesh.crowding import CROWD, crowded
-from ros_pose_stats.mesh.hull import hull_of
+from ros_pose_stats.mesh.hull import CROWD, hull_of, is_crowded
 from tests.bodies import moved, rotation
 from tests.matching import values
 
@@ -34,8 +33,8 @@ def cone(sections):
 def test_the_same_poses_as_from_the_points_as_given(shape, turn, monkeypatch):
     given = moved(shape(CROWD + CROWD // 2), turn, (0.1, 0.2, 0.3))
     helped = part_from_mesh(*given)
-    assert crowded((given[0] - given[0].mean(axis=0)) / np.ptp(given[0]))
-    monkeypatch.setattr(hull_module, "crowded", lambda points: False)
+    assert is_crowded((given[0] - given[0].mean(axis=0)) / np.ptp(given[0]))
+    monkeypatch.setattr(hull_module, "is_crowded", lambda points: False)
     plain = part_from_mesh(*given)
     assert plain.digest == helped.digest
     expected, found = estimate(plain).poses, estimate(helped).poses
@@ -63,7 +62,7 @@ def test_many_thousand_corners_take_seconds_at_most(shape):
 ], ids=["cloud", "cube", "lattice", "torus", "ball"])
 def test_points_as_they_are_as_a_rule(points):
     size = np.ptp(points, axis=0).max()
-    assert not crowded(points / size)
+    assert not is_crowded(points / size)
     assert hull_of(points).qhull.points.shape == points.shape
 
 

@@ -10,9 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_pose_stats.statistics import checkpoints, next_checkpoint, target_reached
-from ros_pose_stats.statistics.prefix import Judge, Prefix
-from ros_pose_stats.statistics.stopping import AHEAD, sooner_checkpoint
+from ros_pose_stats.statistics.prefix import (
+    AHEAD,
+    Judge,
+    Prefix,
+    next_checkpoint,
+    sooner_checkpoint,
+    target_reached,
+)
+from tests.statistics.simulations import checkpoints
 
 
 def test_the_first_ones():

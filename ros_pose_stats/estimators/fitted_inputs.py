@@ -1,4 +1,4 @@
-"""What the expected error of an estimate goes by."""
+"""What fitted functions know of a part and of a scene: those of `split` and of expected errors."""
 
 from __future__ import annotations
 
@@ -7,17 +7,38 @@ import math
 import numpy as np
 
 from ..records import DropScene
+from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses
 from .energy_absorption import eae, meae
-from .estimator import Array, normalized
+from .fitted_weights import HIGHEST_DROP, HIGHEST_RESTITUTION
 from .quasi_static import nonlinear, qse
-from .scene_inputs import corner_inputs, scene_inputs
+from .solid_angles import Array, normalized
+
+LOWEST_DROP = 1.0
+"""Radii."""
+
+LEAST_CROWDING = 1e-4
+"""Crowding of corners that logarithms start from."""
 
 LEAST_APART = 1e-3
 """Mean square distance of two methods over the mean of `error_scale`; logarithms start here."""
 
 SHALLOWEST = 1e-3
 """Barrier of a pose, in radii, that logarithms start from."""
+
+
+def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
+    """Restitution and log of the drop height in radii (2,), or the nearest that was fitted to."""
+    radii = DEFAULT_DROP_RADII
+    if scene.drop_height is not None:
+        radii = scene.drop_height / resting.body.radius
+    return np.array([min(scene.restitution, HIGHEST_RESTITUTION),
+                     math.log(min(max(radii, LOWEST_DROP), HIGHEST_DROP))])
+
+
+def corner_inputs(resting: RestingPoses) -> Array:
+    """Logarithms of how far the body turns in few corners, at two reaches (2,)."""
+    return np.asarray(np.log(resting.corner_crowding + LEAST_CROWDING))
 
 
 def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,

@@ -1,4 +1,4 @@
-"""Columns of text, as wide as what stands in them."""
+"""Numbers, units, plurals and tables in words, for whoever writes text."""
 
 from __future__ import annotations
 
@@ -73,6 +73,12 @@ def degrees(radians: float) -> str:
 def several(count: int, noun: str) -> str:
     """A number and its noun."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Sequence[object]) -> str:
+    """Names or numbers in words: 1, 2 and 3."""
+    words = [str(name) for name in names]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def utc(nanoseconds: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_pose_stats.simulation.ball_tree import LEAF, ball_tree
+from ros_pose_stats.simulation.drop_body import LEAF, ball_tree
 
 SIZES = (1, 2, LEAF, LEAF + 1, 2 * LEAF + 1, 1000, 5000)
 

@@ -1,1 +1,0 @@
-"""How the command line is read: types of arguments, options of a part, helps."""

@@ -1,0 +1,140 @@
+"""How the command line is read: parsers, numbers as people type them, options of a part.
+
+A count may be 1e5, poses 0,1 or 0 1. Refusals are one line, and every help ends with an example.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from decimal import Decimal, InvalidOperation
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+
+if TYPE_CHECKING:
+    from ..records import Part
+
+REFUSED = 2
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser whose refusals are one line, and for whom -1e-3 is a number, not an option.
+
+    Parameters
+    ----------
+    examples : sequence of str
+        Whole lines as they are typed, shown at the end of the help.
+    **options
+        As for argparse.
+    """
+
+    def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
+        super().__init__(**options)
+        self.examples = tuple(examples)
+        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+
+    def format_help(self) -> str:
+        """The help, with the examples as the last lines."""
+        title = "example" if len(self.examples) == 1 else "examples"
+        lines = "".join(f"  {line}\n" for line in self.examples)
+        return super().format_help() + (f"\n{title}:\n{lines}" if lines else "")
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with status 2."""
+        self.exit(REFUSED, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+
+
+MOST_DIGITS = 30
+"""Of a whole number; more than any seed has."""
+
+SHOWN = 60
+"""Signs of what came that a refusal repeats."""
+
+
+def read_count(text: str) -> int:
+    """A whole number, in digits or in scientific notation.
+
+    Whether it is in range is for those to say who use it.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If it is something else, with what was expected and what came.
+    """
+    try:
+        number = Decimal(text)
+    except InvalidOperation:
+        raise _refusal("a whole number, for instance 100000 or 1e5", text) from None
+    if not number.is_finite():
+        raise _refusal("a whole number, for instance 100000 or 1e5", text)
+    # Looked at before anything is computed: 1e999999999 as an integer fills the memory.
+    if number.adjusted() >= MOST_DIGITS:
+        raise _refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
+    if number != number.to_integral_value():
+        raise _refusal("a whole number, for instance 100000 or 1e5", text)
+    return int(number)
+
+
+def read_indices(text: str) -> list[int]:
+    """Indices of poses, separated by commas or spaces.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If one of them is no whole number, or there is none.
+    """
+    pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
+    words = [word for piece in pieces for word in piece]
+    if not all(pieces) or not all(word.removeprefix("-").isdecimal() for word in words):
+        raise _refusal("indices of poses, for instance 0,1 or 0 1", text)
+    return [read_count(word) for word in words]
+
+
+class JoinIndices(argparse.Action):
+    """Makes one list of the lists that `read_indices` returned."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
+                 values: str | Sequence[Any] | None, option_string: str | None = None) -> None:
+        """Store the list."""
+        setattr(namespace, self.dest, [index for each in values or () for index in each])
+
+
+def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
+    shown = text if len(text) <= SHOWN else f"{text[:SHOWN - 1]}…"
+    return argparse.ArgumentTypeError(f"expected {expected}, got {shown!r}")
+
+
+UNITS = ("m", "mm", "cm", "inch")
+
+
+def add_part_options(command: argparse.ArgumentParser) -> None:
+    """Add the part file and how to read it."""
+    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("--unit", choices=UNITS,
+                         help="unit of the file (default: what the file declares, else m)")
+    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
+                         help="centre of mass in the file's unit (default: uniform density)")
+    command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
+                         metavar="T", help="two poses count as one where the saddle between them "
+                         "is less than this above both, as a fraction of the part's radius "
+                         "(default: %(default)s; 0 lists every stable face)")
+
+
+def add_scene_options(command: argparse.ArgumentParser) -> None:
+    """Add how the part is dropped."""
+    command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
+                         help="coefficient of restitution of the plate, 0 to below 1 "
+                         "(default: %(default)s)")
+    command.add_argument("--drop-height", type=float, metavar="H",
+                         help="height of the centre of mass at release, in metres whatever the "
+                         "unit of the file (default: 20 part radii); a part too large for it is "
+                         "released touching the plate")
+
+
+def part_of(options: argparse.Namespace) -> Part:
+    """Load the part that the options name."""
+    from ..mesh.parts import load_part
+
+    return load_part(options.part, options.unit, options.com, center_in_unit=True)

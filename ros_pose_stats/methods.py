@@ -1,0 +1,82 @@
+"""The methods: what each is called, what it goes by, and what it needs.
+
+Commands, requests to the node, helps and documents take the names from here. Nothing heavy is
+loaded for them; `estimators.registry` finds the functions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+HYBRID = "hybrid"
+AUTO = "auto"
+SIMULATION = "simulation"
+
+DEFAULT_METHOD = AUTO
+"""Of the library, the commands and the node."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to pose probabilities.
+
+    Attributes
+    ----------
+    name : str
+        As in requests and answers, lower case.
+    title : str
+        For tables and figures.
+    about : str
+        What decides, in one line.
+    source : str
+        Where it comes from, with the equation; empty for what is this project's own.
+    family : str
+        Module of `estimators` with the function of that name; empty where there is none.
+    knows_scene : bool
+        Whether restitution and drop height change its answer.
+    drops : {'none', 'some', 'all'}
+        Whether it simulates: some drops besides an estimate, or nothing but drops.
+    """
+
+    name: str
+    title: str
+    about: str
+    source: str = ""
+    family: str = ""
+    knows_scene: bool = False
+    drops: Literal["none", "some", "all"] = "none"
+
+
+METHODS = (
+    Method("area", "area", "surface area of the stable faces",
+           "section 4.B, [24]", "solid_angles"),
+    Method("csae", "CSAE", "their centroid solid angle", "Eq. 5, [27]", "solid_angles"),
+    Method("adre", "ADRE", "centroid solid angle over height",
+           "section 4.B, [28], [29]", "solid_angles"),
+    Method("qse", "QSE", "centroid solid angle of every face, toppling until a face is stable",
+           "section 4.B, [26]", "quasi_static"),
+    Method("pqse", "PQSE", "the same, after moving probability towards large faces (our reading)",
+           "section 4.B, [25] in our reading", "quasi_static"),
+    Method("nqse", "NQSE", "the fitted curve of Eq. 6 on `qse`", "Eq. 6", "quasi_static"),
+    Method("eae", "EAE", "a walk down the splitting graph of the energy, R",
+           "Eqs. 7, 8", "energy_absorption"),
+    Method("meae", "MEAE", "the same with r, the distance to the surface",
+           "Eq. 8 with r, Appendix C", "energy_absorption"),
+    Method("combined", "combined", "0.75 `meae` + 0.25 `nqse`", "Eq. 9", "energy_absorption"),
+    Method("split", "split", "the walk of `meae` with fitted weights; knows restitution, drop "
+           "height and inertia", "section 4.D, weights fitted to simulations", "split", True),
+    Method(HYBRID, "hybrid", "an estimate combined with drops until its expected error is down "
+           "to the target", knows_scene=True, drops="some"),
+    Method(AUTO, "auto", "the cheapest method whose error is within the target with 90 % "
+           "confidence, and without a target the most accurate estimator",
+           knows_scene=True, drops="some"),
+    Method(SIMULATION, "simulation", "drops alone, counted", "section 3",
+           knows_scene=True, drops="all"),
+)
+
+AT_ONCE = (*(one.name for one in METHODS if one.family), AUTO)
+"""Names that stand for an estimator."""
+
+BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")
+"""Names of those that may drop the part, too."""
