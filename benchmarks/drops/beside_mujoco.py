@@ -8,8 +8,7 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import NamedTuple
 
-from ros_pose_stats.study.mujoco.contact import Setting, choose_setting, setting
-from ros_pose_stats.study.mujoco.dropping import dropped
+from ros_pose_stats.study.mujoco.drops import Setting, choose_setting, dropped, setting
 from ros_pose_stats.study.mujoco.plate import Plate, available
 
 from ..results import Row, Section, Target

@@ -7,8 +7,7 @@ import math
 from collections.abc import Sequence
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.study.mujoco.contact import MEDIAN, accepted, settings
-from ros_pose_stats.study.mujoco.dropping import dropped
+from ros_pose_stats.study.mujoco.drops import MEDIAN, accepted, dropped, settings
 from ros_pose_stats.study.mujoco.plate import Plate
 
 from .. import bodies

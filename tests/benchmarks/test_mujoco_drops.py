@@ -12,8 +12,13 @@ from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.shapes import box
 from ros_pose_stats.study.mujoco import plate as scene
-from ros_pose_stats.study.mujoco.contact import choose_setting, contact, setting
-from ros_pose_stats.study.mujoco.dropping import dropped, mujoco_drops
+from ros_pose_stats.study.mujoco.drops import (
+    choose_setting,
+    contact,
+    dropped,
+    mujoco_drops,
+    setting,
+)
 from ros_pose_stats.study.mujoco.plate import Plate
 
 RESTITUTIONS = (0.2, 0.5, 0.8)

@@ -13,7 +13,6 @@ from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from ..parsing.argument_types import read_count
 from ..progress_bar import ProgressBar, duration
 from ..slow_start import announce_slow_start
-from .dataset_options import add_shift_options
 
 if TYPE_CHECKING:
     from ...study.dataset import DatasetProgress, DatasetSpec, Maker
@@ -124,3 +123,18 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
           f"{drops} drops, {spec.drops} of each at restitution "
           f"{', '.join(f'{one:g}' for one in spec.restitutions)}; {unsettled} did not settle\n"
           f"took {seconds:.1f} s")
+
+
+SHIFT_MOMENTS = ("inertia", "second")
+
+
+def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
+    """Add the shift of the centre of mass; None as the default stands for all."""
+    told = "%(default)s" if shift is not None else "all that are there"
+    command.add_argument("--shift", type=float, default=shift, metavar="S",
+                         help="scale of the shift of the centre of mass; 0 leaves it at the "
+                         f"centroid, 1 is as the paper prints it (default: {told})")
+    command.add_argument("--shift-moment", choices=SHIFT_MOMENTS, default=SHIFT_MOMENTS[0],
+                         help="the shift is measured in roots of the principal moments of "
+                         "inertia over the mass, as printed, or of the second moments "
+                         "(default: %(default)s)")

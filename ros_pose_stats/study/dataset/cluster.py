@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 
 from ...errors import DatasetError
 from ...version import VERSION
-from .archive import reason
-from .chunk import make_chunk
-from .fields import Arrays
-from .making import POLL_SECONDS, Made, Maker, Piece
+from .archive import Arrays, reason
+from .making import POLL_SECONDS, Made, Maker, Piece, make_chunk
 from .spec import DatasetSpec
 
 if TYPE_CHECKING:

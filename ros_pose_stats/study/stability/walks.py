@@ -1,8 +1,10 @@
-"""The walks of the stability study, one for each known trouble."""
+"""Walks: bodies or scenes that go through one known trouble each, step by step."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -10,12 +12,93 @@ from numpy.typing import NDArray
 
 from ...mesh.parts import part_from_mesh
 from ...records import Part
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ...resting.poses import resting_poses
 from ...shapes import box, cylinder, hull_mesh, sphere_points
 from ...shapes.random_polyhedra import random_polyhedron
-from .walk import Step, Walk, along, towards
 
 Array = NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Where a walk has come to.
+
+    Attributes
+    ----------
+    part : Part
+    restitution : float
+    drop_height : float or None
+        Metres; None for 20 radii.
+    """
+
+    part: Part
+    restitution: float = DEFAULT_RESTITUTION
+    drop_height: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A family of bodies or scenes along one parameter.
+
+    Attributes
+    ----------
+    name : str
+        For files.
+    title : str
+        What happens along it.
+    parameter : str
+        Label of the axis, with its unit.
+    values : (k,) array
+        Of the parameter, rising, where everything is measured.
+    logarithmic : bool
+        Whether the axis and the slopes are in the parameter's logarithm.
+    make : callable
+        From a value of the parameter to a `Step`.
+    watched : callable
+        From directions (P, 3) that point down in the poses to a mask (P,): the poses whose
+        probabilities are added and followed.
+    quantity : str
+        What that is, in words.
+    cluster_tolerance : float
+    whole : bool
+        Whether the parameter takes whole numbers only, so that no limit can be looked for.
+    mark : float or None
+        Value of the parameter at which the trouble is.
+    """
+
+    name: str
+    title: str
+    parameter: str
+    values: Array
+    logarithmic: bool
+    make: Callable[[float], Step]
+    watched: Callable[[Array], NDArray[np.bool_]]
+    quantity: str
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+    whole: bool = False
+    mark: float | None = None
+
+    def place(self, value: float) -> float:
+        """Position along the walk: the value or its logarithm."""
+        return float(np.log(value)) if self.logarithmic else value
+
+    def value(self, place: float) -> float:
+        """The parameter at a position."""
+        return float(np.exp(place)) if self.logarithmic else place
+
+
+def towards(direction: tuple[float, float, float],
+            angle: float) -> Callable[[Array], NDArray[np.bool_]]:
+    """Whether directions (P, 3) lie within an angle, in radians, of one."""
+    unit = np.asarray(direction) / np.linalg.norm(direction)
+    least = np.cos(angle)
+    return lambda downs: np.asarray(downs @ unit >= least)
+
+
+def along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
+    """Whether directions (P, 3) lie nearest to an axis, either way."""
+    return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)
+
 
 SIZE = 0.02
 """Of the bodies, metres; the numbers do not depend on it."""

@@ -16,12 +16,10 @@ from ...plots.study.speed_accuracy import ChartPoint
 from ...resting.poses import RestingPoses
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses, pooled
-from ..mujoco.contact import setting
-from ..mujoco.dropping import dropped
+from ..mujoco.drops import dropped, setting
 from ..mujoco.plate import Plate, available
-from .clock import timed
-from .methods import point
-from .sizes import Size
+from .bodies import Size
+from .methods import point, timed
 
 Array = NDArray[np.float64]
 

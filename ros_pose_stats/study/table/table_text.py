@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..markdown import markdown_table, plus_minus, points, with_error
-from . import paper
-from .results import Range, TableResults
+from .. import paper
+from ..output import markdown_table, plus_minus, points, with_error
+from .table_results import Range, TableResults
 
 
 def table_text(found: TableResults) -> str:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ..dataset import DatasetSpec
 from ..errors.calibration import Calibration
-from ..errors.partition import Accuracy
-from ..noise import Noise
-from ..plain import plain
+from ..errors.partition import Accuracy, Noise
+from ..output import plain
 
 Array = NDArray[np.float64]
+
 Range = tuple[int, int]
 
 

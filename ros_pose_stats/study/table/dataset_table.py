@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -11,21 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
+from ...planning.prior import pose_prior
+from ...records import DropScene
 from ...resting.poses import RestingPoses
+from ...simulation.simulate import simulate
+from .. import paper
 from ..dataset import Dataset
 from ..errors.calibration import calibration
-from ..errors.partition import accuracy, sensitivity
+from ..errors.partition import accuracy, noise_of, sensitivity
 from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings, scene_estimates
-from ..noise import noise_of
-from . import paper
-from .combined import combined_row
-from .outliers import outliers
 from .refits import refits
-from .results import Row, Shapes, TableResults
+from .table_results import CombinedRow, Outlier, Row, Shapes, TableResults
 
 Array = NDArray[np.float64]
-
 
 def table(dataset: Dataset, *, rerun: bool = True,
           on_progress: Callable[[int], object] = lambda _: None) -> TableResults:
@@ -99,3 +98,79 @@ def _shapes(dataset: Dataset, first: dict[float, SimulatedPoses]) -> Shapes:
 
 def _range(values: NDArray[np.generic]) -> tuple[int, int]:
     return int(values.min()), int(values.max())
+
+
+def combined_row(dataset: Dataset, poses: list[RestingPoses], first: int) -> CombinedRow:
+    """Hybrid of the first drops, held against all the others.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        With more drops than the first ones.
+    poses : list of RestingPoses
+        Of all bodies.
+    first : int
+        How many drops are the first.
+    """
+    rest = {one: dataset.rest(one, first) for one in dataset.spec.restitutions}
+    told = {one: _told(poses, dataset.simulated(one, first),
+                       DropScene(one, dataset.spec.drop_height, 0.0)) for one in rest}
+    every = accuracy(np.concatenate(list(told.values())), pooled(list(rest.values())))
+    return CombinedRow(f"hybrid, {first} drops", every,
+                       {one: accuracy(told[one], rest[one]) for one in rest})
+
+
+def _told(poses: list[RestingPoses], counted: SimulatedPoses, scene: DropScene) -> Array:
+    """Probabilities of all bodies' poses."""
+    ends = np.cumsum([len(one.poses) for one in poses])[:-1]
+    return np.concatenate([
+        pose_prior(one, scene).updated(counts).probability
+        for one, counts in zip(poses, np.split(counted.count, ends), strict=True)])
+
+
+NUMBER = 3
+MORE_DROPS = (1_000, 10_000)
+
+
+def outliers(dataset: Dataset, estimate: Array, first: int) -> list[Outlier]:
+    """The largest deviations among the first drops, of different bodies, dropped again.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    estimate : (P,) array
+        The estimator's probabilities.
+    first : int
+        How many the first drops are.
+    """
+    seen = np.stack([dataset.simulated(one, first).probability
+                     for one in dataset.spec.restitutions], axis=1)
+    return [_again(dataset, float(estimate[pose]), pose, which, float(seen[pose, which]))
+            for pose, which in _largest(dataset, np.abs(seen - estimate[:, None]))]
+
+
+def _largest(dataset: Dataset, away: Array) -> Iterator[tuple[int, int]]:
+    """Poses and places of restitutions, the worst first, each body once."""
+    seen: set[int] = set()
+    for place in np.argsort(-away, axis=None, kind="stable").tolist():
+        pose, which = divmod(place, away.shape[1])
+        body = int(dataset.body[pose])
+        if body not in seen:
+            seen.add(body)
+            yield pose, which
+        if len(seen) == NUMBER:
+            return
+
+
+def _again(dataset: Dataset, estimate: float, pose: int, which: int, first: float) -> Outlier:
+    """Fresh drops: those by which an outlier was found are biased."""
+    spec, body = dataset.spec, int(dataset.body[pose])
+    restitution, number = spec.restitutions[which], pose - int(dataset.pose_starts[body])
+    part = dataset.part(body)
+    found = []
+    for run, drops in enumerate(MORE_DROPS, 1):
+        told = simulate(part, drops, restitution, spec.drop_seed(body, restitution, run),
+                        spec.drop_height, cluster_tolerance=0.0)
+        found.append((drops, next(one.probability for one in told.poses
+                                  if one.index == number)))
+    return Outlier(body, number, restitution, estimate, first, tuple(found))

@@ -1,4 +1,4 @@
-"""Measures the chart of speed against accuracy."""
+"""The chart of speed against accuracy: what is measured for it, and its numbers as a table."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 from ...plots.study.speed_accuracy import ChartPanel, ChartPoint, pareto_front
 from ..dataset import Dataset, DatasetSpec
-from ..plain import plain
-from .combined import combined_points
-from .methods import Effort, estimator_points, simulation_points
-from .outside import mujoco_points, trimesh_points
-from .sizes import Size, ellipsoids, paper_size
+from ..output import markdown_table, plain, points
+from .bodies import Size, ellipsoids, paper_size
+from .methods import Effort, combined_points, estimator_points, simulation_points
+from .other_software import mujoco_points, trimesh_points
 
 
 class Plan(NamedTuple):
@@ -114,7 +113,7 @@ def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
     for plan in plans:
         on_progress(f"simulating bodies of {plan.vertices} vertices" if plan.vertices
                     else "reading the dataset's bodies")
-        size = _size(dataset, plan)
+        size = _planned_bodies(dataset, plan)
         points = []
         for point in _points(size, plan, on_progress):
             points.append(point)
@@ -125,7 +124,7 @@ def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
     return ChartResults(dataset.spec, tuple(found), time.perf_counter() - begin)
 
 
-def _size(dataset: Dataset, plan: Plan) -> Size:
+def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
     if plan.vertices == 0:
         return paper_size(dataset)
     return ellipsoids(plan.vertices, plan.bodies, plan.drops, dataset.spec.restitutions)
@@ -139,3 +138,30 @@ def _points(size: Size, plan: Plan,
     yield from trimesh_points(size, plan.trimesh)
     if plan.mujoco:
         yield from mujoco_points(size, plan.mujoco, say)
+
+
+def chart_text(found: ChartResults) -> str:
+    """A table for each size of part; methods that nothing beats are marked."""
+    return "\n\n".join(_size_text(one) for one in found.sizes)
+
+
+def _size_text(one: Measured) -> str:
+    front = set(one.front())
+    rows = []
+    for k, point in sorted(enumerate(one.points), key=lambda entry: entry[1].seconds):
+        name = f"{point.series}, {point.name}" if point.series else point.name
+        rows.append((name, duration(point.seconds), points(point.error, 2),
+                     f"{points(max(point.low, 0.0), 2)} to {points(point.high, 2)}",
+                     "yes" if k in front else ""))
+    head = ("method", "time a part", "error, points", "95 % interval", "on the front")
+    return (f"### {one.title}\n\n{one.bodies} bodies with {one.mean_poses:.1f} stable poses on "
+            f"average, {one.reference_drops} reference drops of each at each restitution.\n\n"
+            + markdown_table(head, rows))
+
+
+def duration(seconds: float) -> str:
+    """Three digits in the unit that fits."""
+    for unit, size in (("µs", 1e-6), ("ms", 1e-3)):
+        if seconds < 1000.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
