@@ -9,8 +9,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from ros_pose_stats.plots.files import save_figure
-from ros_pose_stats.plots.study.cost import cost_figure
-from ros_pose_stats.plots.study.drop_cost import drop_cost_figure
+from ros_pose_stats.plots.study.cost import cost_figure, drop_cost_figure
 
 from .growth import STAGES, family
 from .results import Section

@@ -5,8 +5,7 @@ from __future__ import annotations
 from ..plots.files import svg_bytes
 from ..plots.reachable import reachable_figure, telling_energies
 from ..plots.sphere import Function, sphere_figure
-from ..plots.splitting import splitting_figure
-from ..plots.splitting_tree import MOST, drawn_tree
+from ..plots.splitting import MOST, drawn_tree, splitting_figure
 from .findings import Findings
 from .markup import element, figure, paragraph, picture, section
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..estimators.quasi_static import nonlinear
 from ..plots.files import save_figure
-from ..plots.study.estimators import Panel, estimators_figure
-from ..plots.study.noise import noise_figure
+from ..plots.study.probabilities import Panel, estimators_figure, noise_figure
 from ..plots.study.speed_accuracy import SUBTITLE, speed_accuracy_figure
 from ..whole_files import write_json, write_whole
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text

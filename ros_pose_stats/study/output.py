@@ -80,7 +80,7 @@ def write_page(folder: Path, page: Path, text: str, figures: Mapping[str, Figure
     list of Path
         What was written.
     """
-    from ..plots.files import save_figure  # tables alone need no matplotlib
+    from ..plots.files import save_figure
 
     def write(aside: Path) -> None:
         for name, figure in figures.items():

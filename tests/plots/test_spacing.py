@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_pose_stats.plots.spacing import apart
+from ros_pose_stats.plots.style import apart
 
 HEIGHTS = st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=12).map(np.array)
 

@@ -1,4 +1,4 @@
-"""Cost against the number of vertices, on logarithmic axes."""
+"""Time of a part or of a drop against the number of vertices, on logarithmic axes."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from ..spacing import apart
+from ..style import INK, REFERENCE, apart, new_figure
 
 Array = NDArray[np.float64]
 
@@ -25,7 +24,6 @@ STYLES = (
     ("#E69F00", "-", "P"),
 )
 LABEL_GAP = 0.052  # of the axes' height
-INK, REFERENCE = "#222222", "#767676"
 
 
 def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
@@ -47,10 +45,7 @@ def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
     """
     count = np.asarray(vertices, dtype=np.float64)
     times = [(label, np.asarray(values, dtype=np.float64)) for label, values in stages]
-    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    axes.set(xscale="log", yscale="log", xlabel="hull vertices", ylabel="time, ms", title=title)
+    figure, axes = _log_log("time, ms", title)
     for (_, values), (colour, dash, marker) in zip(times, STYLES, strict=False):
         axes.plot(count, values, color=colour, linestyle=dash, marker=marker, markersize=4.5,
                   linewidth=1.6)
@@ -58,13 +53,21 @@ def cost_figure(vertices: ArrayLike, stages: Sequence[tuple[str, ArrayLike]],
     high = max(float(values.max()) for _, values in times) * 1.6
     axes.set_xlim(count[0] / 1.25, count[-1] * 1.25)
     axes.set_ylim(low, high)
+    _slope_one(axes, count[-1] / 60.0, count[-1] / 1.5, 1.7 * low)
+    _label_ends(axes, times)
+    return figure
+
+
+def _log_log(quantity: str, title: str) -> tuple[Figure, Axes]:
+    """A figure with logarithmic axes over the number of vertices."""
+    figure = new_figure(8.0, 5.2, layout="constrained")
+    axes = figure.add_subplot()
+    axes.set(xscale="log", yscale="log", xlabel="hull vertices", ylabel=quantity, title=title)
     axes.xaxis.set_major_formatter(_plain)
     axes.yaxis.set_major_formatter(_plain)
-    _slope_one(axes, count, low)
-    _label_ends(axes, times)
     axes.grid(which="major", color="#dddddd", linewidth=0.7)
     axes.spines[["top", "right"]].set_visible(False)
-    return figure
+    return figure, axes
 
 
 def _plain(value: float, _: float) -> str:
@@ -72,12 +75,11 @@ def _plain(value: float, _: float) -> str:
     return f"{value:,g}".replace(",", " ")
 
 
-def _slope_one(axes: Axes, count: Array, low: float) -> None:
+def _slope_one(axes: Axes, begin: float, end: float, low: float) -> None:
     """A thin line proportional to the number of vertices, below the data."""
-    begin = count[-1] / 60.0
-    ends = np.array((begin, count[-1] / 1.5))
-    axes.plot(ends, 1.7 * low * ends / begin, color=REFERENCE, linewidth=1.0, linestyle=":")
-    axes.annotate("slope 1", (ends[0], 1.7 * low), xytext=(-5, 0), textcoords="offset points",
+    ends = np.array((begin, end))
+    axes.plot(ends, low * ends / begin, color=REFERENCE, linewidth=1.0, linestyle=":")
+    axes.annotate("slope 1", (begin, low), xytext=(-5, 0), textcoords="offset points",
                   ha="right", va="center", color=REFERENCE, fontsize=9)
 
 
@@ -92,3 +94,32 @@ def _label_ends(axes: Axes, times: Sequence[tuple[str, Array]]) -> None:
                       color=INK, fontsize=10, va="center",
                       arrowprops={"arrowstyle": "-", "color": STYLES[number][0],
                                   "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0})
+
+
+def drop_cost_figure(families: Sequence[tuple[str, ArrayLike, ArrayLike]],
+                     title: str = "") -> Figure:
+    """Draw the time of a drop against the number of vertices.
+
+    Parameters
+    ----------
+    families : sequence of (label, (k,) array, (k,) array)
+        Vertices, rising, and microseconds; at most as many as there are styles.
+    title : str
+
+    Returns
+    -------
+    Figure
+        Log-log, a legend, and a line of slope 1 to compare with.
+    """
+    curves = [(label, np.asarray(count, dtype=np.float64), np.asarray(cost, dtype=np.float64))
+              for label, count, cost in families]
+    figure, axes = _log_log("time of a drop, µs", title)
+    for (label, count, cost), (colour, dash, marker) in zip(curves, STYLES, strict=False):
+        axes.plot(count, cost, color=colour, linestyle=dash, marker=marker, markersize=4.5,
+                  linewidth=1.6, label=label)
+    axes.legend(loc="upper left", frameon=False, fontsize=10, labelcolor=INK)
+    everything = np.concatenate([cost for _, _, cost in curves])
+    axes.set_ylim(float(everything.min()) / 2.0, float(everything.max()) * 2.0)
+    most = max(float(count.max()) for _, count, _ in curves)
+    _slope_one(axes, most / 12.0, most, 0.75 * float(everything.min()))
+    return figure

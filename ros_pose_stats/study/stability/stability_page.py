@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
-from ...plots.study.reliability import reliability_figure
-from ...plots.study.walks import WalkCurve, WalkPanel, walk_figure
+from ...plots.study.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
 from ..output import markdown_table, points, write_page
 from ..paper import ERRORS
 from .jumps import spread

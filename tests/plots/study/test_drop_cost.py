@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats.plots.files import save_figure
-from ros_pose_stats.plots.study.drop_cost import drop_cost_figure
+from ros_pose_stats.plots.study.cost import drop_cost_figure
 
 FAMILIES = [("ellipsoid", (10, 100, 1000, 5000), (46.0, 130.0, 456.0, 4000.0)),
             ("rounded box", (24, 120, 1088), (38.0, 50.0, 170.0))]

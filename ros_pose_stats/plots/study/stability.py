@@ -1,4 +1,4 @@
-"""Probability along a walk of shapes or scenes: every estimator, and the simulation."""
+"""The stability study: probabilities along a walk, and expected errors against true ones."""
 
 from __future__ import annotations
 
@@ -9,17 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import RequestError
-from .cost import INK, REFERENCE
-from .curves import LINES, merged
+from ..style import BLUE, INK, LINES, REFERENCE, merged, new_figure, open_axes
 
 Array = NDArray[np.float64]
 
-EDGE = "#222222"
 JUMP = "#D55E00"
 PALE = "#b9bfc4"
 MARGIN = 0.03
@@ -104,8 +101,7 @@ def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
         raise RequestError(f"panels of curves of {where.size} values, and (3, {where.size})",
                            f"{len(curves)} curves, and {points.shape}",
                            "give every method at every value")
-    figure = Figure(figsize=(6.2 * len(panels), 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     top = max(float(points[2].max()), *(float(np.max(curve.values)) for curve in curves))
     styles = cycle(LINES)
@@ -141,9 +137,7 @@ def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) 
              ylim=(-2.0 * top, 104.0 * top))
     axes.set_title(title, fontsize=11, color=INK)
     axes.yaxis.set_tick_params(labelleft=True)
-    axes.grid(which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    open_axes(axes, "#dddddd", 0.7)
 
 
 def _set_limits(axes: Axes, where: Array, logarithmic: bool) -> None:
@@ -170,5 +164,52 @@ def _draw_points(axes: Axes, where: Array, points: Array) -> None:
     middle, low, high = 100.0 * points
     lengths = np.maximum((middle - low, high - middle), 0.0)
     axes.errorbar(where, middle, lengths, fmt="D", markersize=4.2, markerfacecolor="#ffffff",
-                  markeredgecolor=EDGE, markeredgewidth=0.9, ecolor=EDGE, elinewidth=1.0,
+                  markeredgecolor=INK, markeredgewidth=0.9, ecolor=INK, elinewidth=1.0,
                   label="drop simulation", zorder=3.0)
+
+
+COLUMNS = 4
+
+
+def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
+    """Draw what was expected across and what was found up, a panel a method.
+
+    Parameters
+    ----------
+    panels : sequence of (title, (k, 3) array)
+        Rows of expected error, true error, and the standard error of the true one; fractions.
+
+    Returns
+    -------
+    Figure
+        In percentage points; the diagonal is where both are the same.
+
+    Raises
+    ------
+    RequestError
+        No panel.
+    """
+    if not panels:
+        raise RequestError("at least one panel", "none", "give one a method")
+    columns = min(COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    figure = new_figure(2.7 * columns + 0.5, 2.8 * rows + 0.9, layout="constrained")
+    for place, (title, given) in enumerate(panels):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        _draw(axes, title, 100.0 * np.asarray(given, dtype=np.float64).reshape(-1, 3))
+    figure.suptitle("Does a larger expected error mean a larger true one? Parts in ten bins of "
+                    "rising expected error", fontsize=12, color=INK)
+    figure.supxlabel("expected error, percentage points", fontsize=11)
+    figure.supylabel("true error, percentage points", fontsize=11)
+    return figure
+
+
+def _draw(axes: Axes, title: str, rows: Array) -> None:
+    expected, true, error = rows.T
+    end = 1.08 * float(max(expected.max(), (true + error).max()))
+    axes.plot((0.0, end), (0.0, end), color=REFERENCE, linewidth=0.9, linestyle=":")
+    axes.errorbar(expected, true, 2.0 * error, fmt="o", markersize=4.0, color=BLUE,
+                  elinewidth=1.1)
+    axes.set(xlim=(0.0, end), ylim=(0.0, end), aspect="equal")
+    axes.set_title(title, fontsize=11, color=INK)
+    open_axes(axes, "#e5e5e5", 0.6)
