@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
         from ..report import investigate, report_page
-        from ..report.markup import count_of
+        from ..report.words import count_of
         from ..whole_files import write_file
 
         part = part_of(options)

@@ -1,10 +1,14 @@
-"""What each warning means for the reader of a page, in plain words."""
+"""Numbers and warnings in words, for the reader of a page."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Sequence
 
-from .markup import listed
+SPACE = "\N{NO-BREAK SPACE}"
+UNIT = re.compile(r"(?<=\d) (?=%|mm\b)")
+"""The space between a number and its unit, where a line must not end."""
 
 WORDS = {
     "UNIT_SUSPECT": ("Is the unit right?",
@@ -85,3 +89,54 @@ def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]
 def _methods(methods: Sequence[str]) -> str:
     first, *others = methods
     return f"{first} (likewise {listed(others)})" if others else first
+
+
+def units(text: str) -> str:
+    """Text in which numbers stay together with their units."""
+    return UNIT.sub(SPACE, text)
+
+
+def percent(share: float) -> str:
+    """A probability in percent; a dash where it is not known."""
+    return "\N{EN DASH}" if math.isnan(share) else f"{100.0 * share:.1f}{SPACE}%"
+
+
+def between(low: float, high: float) -> str:
+    """A 90 % interval in percent."""
+    if math.isnan(low) or math.isnan(high):
+        return "\N{EN DASH}"
+    digits = 1 if high >= 0.01 else 2
+    return f"{100.0 * low:.{digits}f} to {100.0 * high:.{digits}f}{SPACE}%"
+
+
+def millimetres(metres: float) -> str:
+    """A length; words where it has no bound."""
+    if not math.isfinite(metres):
+        return "no other pose"
+    return f"{in_millimetres(metres)}{SPACE}mm"
+
+
+def in_millimetres(metres: float) -> str:
+    """A length in millimetres without the unit, and never with an exponent."""
+    return f"{1e3 * metres:.4g}" if metres < 10.0 else f"{1e3 * metres:.0f}"
+
+
+def three_digits(value: float) -> str:
+    """A number with three digits, zeros included; all of them where it has more."""
+    return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
+
+
+def degrees(radians: float) -> str:
+    """An angle with three digits."""
+    return f"{math.degrees(radians):.3g}\N{DEGREE SIGN}"
+
+
+def count_of(number: int, noun: str) -> str:
+    """A number and its noun."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def listed(numbers: Sequence[object]) -> str:
+    """Numbers in words: 1, 2 and 3."""
+    words = [str(number) for number in numbers]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
