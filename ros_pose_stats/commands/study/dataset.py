@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...errors import DatasetError
 from ..interrupts import INTERRUPTED, end_on_interrupt, stop_on_interrupt
 from ..parsing.argument_types import read_count
 from ..progress_bar import ProgressBar, duration
@@ -97,8 +98,11 @@ def _maker(options: argparse.Namespace) -> Maker:
         from ...study.dataset import on_threads
 
         return on_threads(options.workers)
-    from ...study.dataset.cluster import on_cluster
-
+    try:
+        from ...study.dataset.cluster import on_cluster
+    except ImportError as error:
+        raise DatasetError("dask.distributed", f"none that can be imported ({error})",
+                           "install it with `pip install distributed`") from error
     return on_cluster(options.scheduler)
 
 

@@ -139,29 +139,50 @@ def on_threads(workers: int | None = None) -> Maker:
 
     def make(spec: DatasetSpec, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
+        ended = Event()
         with ThreadPoolExecutor(threads) as pool:
-            yield from _in_flight(pool, spec, pieces, should_stop, 2 * threads)
+            try:
+                yield from in_flight(
+                    lambda piece: pool.submit(make_chunk, spec, *piece, ended.is_set),
+                    lambda future, _: future.result(), pieces, should_stop, 2 * threads)
+            finally:
+                ended.set()
+                pool.shutdown(wait=False, cancel_futures=True)
 
     return make
 
 
-def _in_flight(pool: ThreadPoolExecutor, spec: DatasetSpec, pieces: Sequence[Piece],
-               should_stop: Callable[[], bool], most: int) -> Generator[Made, None, None]:
-    """Hand out a few pieces at a time; once stopped, those in hand are given up."""
+def in_flight(submit: Callable[[Piece], Future[Arrays]],
+              receive: Callable[[Future[Arrays], Piece], Arrays | None],
+              pieces: Sequence[Piece], should_stop: Callable[[], bool],
+              most: int) -> Generator[Made, None, None]:
+    """Hand out pieces, a few at a time, and give each as it is done.
+
+    Parameters
+    ----------
+    submit : callable
+        Hands out a piece, to a thread or to a cluster.
+    receive : callable
+        What came of it; None where it is to be handed out anew.
+    pieces : sequence of Piece
+    should_stop : callable
+        Asked some twenty times a second.
+    most : int
+        In hand at a time.
+    """
     waiting = list(reversed(pieces))
     busy: dict[Future[Arrays], Piece] = {}
-    ended = Event()
-    try:
-        while (waiting or busy) and not should_stop():
-            while waiting and len(busy) < most:
-                piece = waiting.pop()
-                busy[pool.submit(make_chunk, spec, *piece, ended.is_set)] = piece
-            for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
-                yield busy.pop(future), future.result()
-    finally:
-        ended.set()
-        for future in busy:
-            future.cancel()
+    while (waiting or busy) and not should_stop():
+        while waiting and len(busy) < most:
+            piece = waiting.pop()
+            busy[submit(piece)] = piece
+        for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
+            piece = busy.pop(future)
+            arrays = receive(future, piece)
+            if arrays is None:
+                waiting.append(piece)
+            else:
+                yield piece, arrays
 
 
 AT_ONCE = 1000
