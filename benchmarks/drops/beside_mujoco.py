@@ -8,9 +8,10 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import NamedTuple
 
-from ros_pose_stats.study.mujoco.drops import Setting, choose_setting, dropped, setting
+from ros_pose_stats.study.mujoco.drops import Setting, dropped, setting
 from ros_pose_stats.study.mujoco.plate import Plate, available
 
+from ..mujoco import choose_setting
 from ..results import Row, Section, Target
 from .dropper import RESTITUTIONS, Dropper
 

@@ -55,13 +55,6 @@ def svg_bytes(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def figure_png_bytes(figure: Figure, dpi: int = RASTER) -> bytes:
-    """A figure as a PNG file."""
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=dpi)
-    return file.getvalue()
-
-
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     """A picture (height, width, 3) as a PNG file."""
     file = io.BytesIO()

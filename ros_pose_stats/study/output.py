@@ -8,6 +8,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..whole_files import write_json, write_whole
 
 if TYPE_CHECKING:
@@ -15,12 +17,14 @@ if TYPE_CHECKING:
 
 
 def plain(value: Any) -> Any:
-    """Records as objects, sequences as lists, keys as text, and what is not finite as null.
+    """Records as objects, sequences and arrays as lists, keys as text; null where not finite.
 
     A standard error is NaN where there is a single body; JSON has no such number.
     """
     if is_dataclass(value):
         return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, tuple) and hasattr(value, "_asdict"):
         value = value._asdict()
     if isinstance(value, Mapping):

@@ -8,29 +8,20 @@ zeta = cos(phi), phi being imaginary above zeta = 1, this gives
     depth       = speed sqrt(restitution) / omega.
 
 `setting` aims these at the wanted restitution and depth and corrects the aim by what first
-impacts from 20 radii show; `choose_setting` takes the longest step that is then right within
-limits.
+impacts from 20 radii show.
 """
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...records import Part
 from .plate import HEIGHT, Array, Plate, random_turns
 
-STEPS = (3, 4, 5, 6, 8, 10, 13, 16, 20, 30)
-"""Time steps in the duration of a contact, the longest step first."""
-DEPTHS = (0.7, 1.4)
-"""Accepted median depth of first impacts, as a fraction of the wanted one."""
-MEDIAN, TYPICAL = 0.1, 0.05
-"""Accepted relative error of the median restitution, and median absolute error of restitution."""
 IMPACTS, CORRECTIONS = 64, 4
 
 
@@ -95,27 +86,6 @@ def setting(plate: Plate, restitution: float, penetration: float, steps: int) ->
     return Setting(*found, steps, deepest, ratio, low, high, typical)
 
 
-def settings(plate: Plate, restitution: float, penetration: float) -> Iterator[Setting]:
-    """A setting for each number of steps in a contact."""
-    for steps in STEPS:
-        yield setting(plate, restitution, penetration, steps)
-
-
-def accepted(setting: Setting, restitution: float, penetration: float) -> bool:
-    """Whether a setting is right within the limits."""
-    return (DEPTHS[0] <= setting.penetration / penetration <= DEPTHS[1]
-            and abs(setting.restitution / restitution - 1.0) <= MEDIAN
-            and setting.typical <= TYPICAL)
-
-
-def choose_setting(plate: Plate, restitution: float, penetration: float) -> Setting:
-    """Longest time step at which depth and restitution of first impacts are right."""
-    for setting in settings(plate, restitution, penetration):
-        if accepted(setting, restitution, penetration):
-            return setting
-    raise RuntimeError(f"no time step gives MuJoCo a restitution of {restitution:g}")
-
-
 @dataclass(frozen=True, eq=False)
 class MujocoRun:
     """Drops by MuJoCo.
@@ -143,26 +113,6 @@ class MujocoRun:
     poses: Array
     index: NDArray[np.int64]
     steps: int
-
-
-def mujoco_drops(part: Part, restitution: float, drops: int, seed: int,
-                 penetration: float = 0.01, to_rest: bool = False) -> MujocoRun:
-    """Drop a part from 20 radii, released at rest in random orientations.
-
-    Parameters
-    ----------
-    part : Part
-    restitution : float
-        Above 0 and below 1; high enough that some time step gives it (0.2 does).
-    drops, seed : int
-    penetration : float
-        Wanted depth of first impacts, in radii.
-    to_rest : bool
-        Whether to go on until the part rests, not only until its energy is below the barrier
-        out of the pose that it is heading for.
-    """
-    plate = Plate(part)
-    return dropped(plate, choose_setting(plate, restitution, penetration), drops, seed, to_rest)
 
 
 def dropped(plate: Plate, setting: Setting, drops: int, seed: int,

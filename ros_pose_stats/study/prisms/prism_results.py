@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators import ESTIMATORS
+from ..output import plain
 from .dice import SOURCE
 
 if TYPE_CHECKING:
@@ -119,32 +120,13 @@ class PrismResults:
 
     def as_dict(self) -> dict[str, Any]:
         """The results as plain values that JSON can hold; every number is finite."""
-        plain = ("sampling_noise", "drops", "dice_drops", "seed", "release_radii", "stopped",
-                 "seconds")
-        return {
-            "level": LEVEL,
-            "ratios": self.ratios.tolist(),
-            "estimated": _lists(self.estimated),
-            "simulated": _by_restitution(self.simulated),
-            "dice": _plain_points(self.dice),
-            "dice_estimated": _lists(self.dice_estimated),
-            "dice_simulated": _by_restitution(self.dice_simulated),
-            "misfits": [misfit._asdict() for misfit in self.misfits],
-            **{name: getattr(self, name) for name in plain},
-        }
-
-
-def _lists(curves: dict[str, Array]) -> dict[str, list[float]]:
-    return {name: curve.tolist() for name, curve in curves.items()}
-
-
-def _plain_points(points: tuple[SidesPoint, ...]) -> list[dict[str, Any]]:
-    return [point._asdict() for point in points]
+        return {"level": LEVEL, **plain(self), "simulated": _by_restitution(self.simulated),
+                "dice_simulated": _by_restitution(self.dice_simulated)}
 
 
 def _by_restitution(points: dict[float, tuple[SidesPoint, ...]]) -> list[dict[str, Any]]:
     """A list, since the keys of a JSON object are no numbers."""
-    return [{"restitution": restitution, "points": _plain_points(some)}
+    return [{"restitution": restitution, "points": plain(some)}
             for restitution, some in points.items()]
 
 

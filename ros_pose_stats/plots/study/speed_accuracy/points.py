@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,25 +126,13 @@ def _check_point(point: ChartPoint, where: str) -> None:
                            "give the error twice where there are no bounds")
 
 
-class Timed(Protocol):
-    """What the front looks at: a time and an error, in any unit."""
-
-    @property
-    def seconds(self) -> float:
-        """Time of a part."""
-
-    @property
-    def error(self) -> float:
-        """Error of its probabilities."""
-
-
-def pareto_front(points: Sequence[Timed]) -> list[int]:
+def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
     """Find the points than which no other is both faster and more exact.
 
     Parameters
     ----------
-    points : sequence
-        Each with `seconds` and `error`, neither NaN.
+    points : sequence of ChartPoint
+        With `seconds` and `error` that are not NaN.
 
     Returns
     -------
@@ -164,12 +152,12 @@ def pareto_front(points: Sequence[Timed]) -> list[int]:
     return front
 
 
-def stair(points: Sequence[Timed], slowest: float, worst: float) -> tuple[Array, Array]:
+def stair(points: Sequence[ChartPoint], slowest: float, worst: float) -> tuple[Array, Array]:
     """Corners of the line below and left of which there is no point.
 
     Parameters
     ----------
-    points : sequence
+    points : sequence of ChartPoint
         As for `pareto_front`, at least one.
     slowest, worst : float
         Where the line ends to the right and at the top, in the units of the points.

@@ -1,4 +1,4 @@
-"""The figure of cost against vertices."""
+"""The figures of cost against vertices."""
 
 from __future__ import annotations
 
@@ -11,12 +11,16 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
+from benchmarks.pictures import STYLES, cost_figure, drop_cost_figure
 from ros_pose_stats.plots.files import save_figure
-from ros_pose_stats.plots.study.cost import STYLES, cost_figure
+from tests.running import ROOT
 
 VERTICES = (20, 200, 2000, 20000)
 STAGES = [("hull", (0.1, 0.5, 3.0, 40.0)), ("body", (0.2, 0.6, 3.1, 41.0)),
           ("nine", (1.5, 3.0, 12.0, 42.0))]
+
+FAMILIES = [("ellipsoid", (10, 100, 1000, 5000), (46.0, 130.0, 456.0, 4000.0)),
+            ("rounded box", (24, 120, 1088), (38.0, 50.0, 170.0))]
 
 
 @pytest.fixture
@@ -85,7 +89,51 @@ def test_both_files_are_written_and_repeatable(figure, tmp_path):
 
 
 def test_pyplot_is_not_loaded():
-    code = ("import sys, ros_pose_stats.plots.study.cost as cost\n"
+    code = ("import sys, benchmarks.pictures as cost\n"
             "cost.cost_figure((1, 10), [('a', (1.0, 2.0))])\n"
             "sys.exit('matplotlib.pyplot' in sys.modules)")
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+    assert subprocess.run([sys.executable, "-c", code], cwd=ROOT).returncode == 0
+
+
+class TestTheTimeOfADrop:
+    @pytest.fixture
+    def figure(self):
+        return drop_cost_figure(FAMILIES, "Cost of a drop")
+
+    @pytest.fixture
+    def axes(self, figure):
+        return figure.axes[0]
+
+    def test_axes_are_logarithmic_and_named_with_their_units(self, axes):
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        assert axes.get_xlabel() == "hull vertices"
+        assert axes.get_ylabel() == "time of a drop, µs"
+        assert axes.get_title() == "Cost of a drop"
+
+    def test_every_family_is_drawn_and_named(self, axes):
+        for line, (label, vertices, cost) in zip(axes.lines, FAMILIES, strict=False):
+            assert line.get_xdata().tolist() == list(vertices)
+            assert line.get_ydata().tolist() == list(cost)
+            assert line.get_label() == label
+        assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+            label for label, *_ in FAMILIES]
+
+    def test_the_legend_hides_no_point(self, figure, axes):
+        figure.canvas.draw()
+        box = axes.get_legend().get_window_extent()
+        for line in axes.lines:
+            shown = axes.transData.transform(np.column_stack(line.get_data()))
+            assert not any(box.contains(x, y) for x, y in shown)
+
+    def test_the_reference_rises_in_proportion_and_stays_inside(self, axes):
+        x, y = axes.lines[-1].get_data()
+        assert np.log(y[1] / y[0]) == pytest.approx(np.log(x[1] / x[0]))
+        low, high = axes.get_ylim()
+        assert low < y[0] < y[1] < high
+
+    @pytest.mark.long
+    def test_an_equal_figure_gives_equal_files(self, figure, tmp_path):
+        files = save_figure(figure, tmp_path / "a")
+        again = save_figure(drop_cost_figure(FAMILIES, "Cost of a drop"), tmp_path / "b")
+        assert [one.read_bytes() for one in files] == [one.read_bytes() for one in again]
+        assert files[0].read_bytes().startswith(b"\x89PNG")
