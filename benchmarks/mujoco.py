@@ -7,8 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.study.mujoco.drops import Setting, dropped, setting
-from ros_pose_stats.study.mujoco.plate import Plate
+from ros_pose_stats.study.mujoco_drops import Plate, Setting, dropped, setting
 
 from . import bodies
 

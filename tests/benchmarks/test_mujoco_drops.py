@@ -12,13 +12,8 @@ from benchmarks.mujoco import choose_setting
 from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.shapes import box
-from ros_pose_stats.study.mujoco import plate as scene
-from ros_pose_stats.study.mujoco.drops import (
-    contact,
-    dropped,
-    setting,
-)
-from ros_pose_stats.study.mujoco.plate import Plate
+from ros_pose_stats.study import mujoco_drops as scene
+from ros_pose_stats.study.mujoco_drops import Plate, contact, dropped, setting
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 

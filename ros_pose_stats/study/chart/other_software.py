@@ -16,8 +16,7 @@ from ...plots.study.speed_accuracy import ChartPoint
 from ...resting.poses import RestingPoses
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses, pooled
-from ..mujoco.drops import dropped, setting
-from ..mujoco.plate import Plate, available
+from ..mujoco_drops import Plate, available, dropped, setting
 from .bodies import Size
 from .methods import point, timed
 
