@@ -38,6 +38,7 @@ setup(
         "manifold3d>=3.0",
         "matplotlib>=3.6",
         "pillow",
+        "Jinja2",
         "mcap>=1.2.1",
         "mcap-ros2-support>=0.5.3",
         "PyYAML",

@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from . import bodies
-from .all_estimators import TOLERANCES, all_estimators, answers, near_spheres
 from .bodies import Body
-from .command import command
+from .estimates import TOLERANCES, all_estimators, answers, near_spheres, paper_size
 from .growth import FIT_FROM, growth, slopes
-from .paper_size import paper_size
-from .report import collected
+from .report import collected, command
 from .results import Results, Section
 from .timing import Pace
 

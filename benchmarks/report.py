@@ -1,14 +1,18 @@
-"""The page on speed, from stored results."""
+"""The page on speed, from stored results; the command line that the benchmarks share."""
 
 from __future__ import annotations
 
+import argparse
+import os
+import platform
 import time
 from collections.abc import Callable, Iterable, Sequence
+from datetime import date
+from importlib.metadata import version
 from pathlib import Path
 
 from . import pictures
-from .machine import machine
-from .results import Results, Row, Section, load, shown
+from .results import Results, Row, Section, load, save, shown
 from .speed import write_speed
 
 STORED = ("core", "start", "drops", "expected_errors", "auto", "node", "node_soak")
@@ -95,3 +99,66 @@ def _misses(runs: Sequence[Results]) -> str:
     short = [f"- {row.name}: {target}" for row, target in targets if not target.met]
     met = f"{len(targets) - len(short)} of {len(targets)} targets are met"
     return f"{met}.\n" if not short else "\n".join([f"{met}; short of target:\n", *short, ""])
+
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def command(name: str, about: str | None, quick: str, run: Callable[[bool], Results],
+            arguments: Sequence[str] | None) -> None:
+    """Measure, print, and with `--write` store the results and render the page.
+
+    Parameters
+    ----------
+    name : str
+        Of the benchmark: `core` is `python -m benchmarks.core`, stored in `core.json`.
+    about : str or None
+        Description for `--help`.
+    quick : str
+        What `--quick` leaves out.
+    run : callable
+        Measures, fewer things where it is told True.
+    arguments : sequence of str, optional
+        Default: the process's own.
+    """
+    parser = argparse.ArgumentParser(prog=f"benchmarks.{name}", description=about)
+    parser.add_argument("--quick", action="store_true", help=quick)
+    parser.add_argument("--write", action="store_true",
+                        help=f"store docs/benchmarks/{name}.json and render docs/benchmarks.md")
+    options = parser.parse_args(arguments)
+    if options.quick and options.write:
+        parser.error("--write stores full runs; leave --quick out")
+    results = run(options.quick)
+    if options.write:
+        save(results, DOCS / "benchmarks" / f"{name}.json")
+        print(write_page(DOCS))
+
+
+LIBRARIES = ("numpy", "scipy", "numba", "trimesh")
+
+
+def machine() -> dict[str, str]:
+    """Processor, cores, versions, the date, and what may slow a run down.
+
+    Idle threads of the linear algebra library spin for a while; on a busy machine they take
+    time from the calling thread, so their number and the load belong to a result.
+    """
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "python": platform.python_version(),
+        **{library: version(library) for library in LIBRARIES},
+        "BLAS threads": os.environ.get("OPENBLAS_NUM_THREADS", "default"),
+        "load at the start": f"{os.getloadavg()[0]:.1f}",
+        "date": date.today().isoformat(),
+    }
+
+
+def _processor() -> str:
+    """Model name from the system, where it tells."""
+    described = Path("/proc/cpuinfo")
+    if described.exists():
+        for line in described.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()

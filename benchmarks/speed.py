@@ -14,8 +14,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ros_pose_stats.study.chart.text import duration
-from ros_pose_stats.study.markdown import markdown_table, points
+from ros_pose_stats.study.chart.speed_accuracy import duration
+from ros_pose_stats.study.output import markdown_table, points
 
 from .results import Results, Row, Section, load, shown
 

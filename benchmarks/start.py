@@ -15,9 +15,7 @@ from pathlib import Path
 
 from ros_pose_stats.shapes.demo_parts import write_demo_parts
 
-from .command import DOCS
-from .machine import machine
-from .report import table, write_page
+from .report import DOCS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 from .timing import Contender, Pace, Timings, race
 

@@ -8,7 +8,7 @@ import pytest
 from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
-KEYS = {"pillow": "python3-pil", "PyYAML": "python3-yaml"}
+KEYS = {"Jinja2": "python3-jinja2", "pillow": "python3-pil", "PyYAML": "python3-yaml"}
 """rosdep's keys that are not the name after `python3-`."""
 
 NOBLE = {"numpy": "1.26.4", "scipy": "1.11.4", "matplotlib": "3.6.3"}

@@ -47,6 +47,7 @@ ROOMS_OF = {
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
     "PIL": {"plots"},
+    "jinja2": {"report"},
     "rclpy": {"ros"},
     "dask": {"study"},
     "distributed": {"study"},

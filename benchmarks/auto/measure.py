@@ -9,8 +9,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from ..command import DOCS
-from ..report import collected, write_page
+from ..report import DOCS, collected, write_page
 from ..results import Section, save
 from .cases import Case, dropped, store, stored
 from .choosing import choosing

@@ -8,10 +8,9 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import NamedTuple
 
-from ros_pose_stats.study.mujoco.contact import Setting, choose_setting, setting
-from ros_pose_stats.study.mujoco.dropping import dropped
-from ros_pose_stats.study.mujoco.plate import Plate, available
+from ros_pose_stats.study.mujoco_drops import Plate, Setting, available, dropped, setting
 
+from ..mujoco import choose_setting
 from ..results import Row, Section, Target
 from .dropper import RESTITUTIONS, Dropper
 

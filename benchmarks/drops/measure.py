@@ -6,18 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from .. import bodies
-from ..command import command
-from ..report import collected
+from ..report import collected, command
 from ..results import Results, Section
 from ..timing import Pace
-from . import vertices
 from .beside_mujoco import beside_mujoco
 from .dropper import Dropper, a_few, paper_droppers
-from .lattice import lattice
-from .rates import rates
-from .scaling import scaling
-from .stopping import stopping
-from .thresholds import thresholds
+from .rates import growth, rates, scaling, slopes
+from .soundness import lattice, stopping, thresholds
 
 MERGED = 0.005
 """The default cluster tolerance."""
@@ -90,9 +85,9 @@ def sections(plan: Plan) -> Iterator[Section]:
     yield rates(droppers, plan.drops, plan.rates)
     yield beside_mujoco(merged, plan.theirs, plan.ours)
     yield scaling(few[len(few) // 2], plan.scaling_drops, plan.pieces, plan.scaling)
-    grown = vertices.growth(families(plan), plan.growth_seconds, plan.growth)
+    grown = growth(families(plan), plan.growth_seconds, plan.growth)
     yield grown
-    yield vertices.slopes(grown)
+    yield slopes(grown)
     yield thresholds([*few, Dropper(bodies.ellipsoid(100))], plan.threshold_drops)
     yield lattice(few[:2], plan.lattice_seeds, plan.prefixes)
     yield stopping(few[:2], plan.target, plan.stop_seeds, plan.long_drops)

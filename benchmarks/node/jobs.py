@@ -18,8 +18,7 @@ from ros_pose_stats import part_from_mesh
 
 from ..bodies import Body
 from .client import OWN, Client
-from .mesh_to_estimate import PART_TOPIC
-from .meshes import part_mesh_bytes
+from .mesh_to_estimate import PART_TOPIC, part_mesh_bytes
 
 ENDLESS = 10_000_000
 RUNNING = srv.GetDropSimulation.Response.RUNNING

@@ -13,11 +13,9 @@ from ..bodies import Body
 from ..results import Row, Section, Target
 from ..timing import Pace, race
 from . import jobs
-from .calls import OTHERS, Calls, call_row
 from .client import Client
-from .mesh_to_estimate import CAD_TOPIC
-from .meshes import Fresh, mesh_bytes
-from .services import BARE, bare_call
+from .mesh_to_estimate import CAD_TOPIC, Fresh, mesh_bytes
+from .services import BARE, OTHERS, Calls, bare_call, call_row
 from .spread import p99, spread
 
 MANY = "many_poses"

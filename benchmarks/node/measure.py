@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,25 +14,26 @@ from shape_msgs.msg import Mesh
 from ros_pose_stats import part_from_mesh
 
 from ..bodies import Body, demo_parts, near_sphere, random_polyhedron
-from ..command import command
-from ..report import collected
+from ..report import collected, command
 from ..results import Results, Section
-from . import jobs, meshes
-from .bag_bytes import bag_bytes
+from ..timing import Pace
+from . import jobs
 from .bare import MESHES, RAW_MESHES
-from .cancelling import cancelling
-from .child import bare, node
 from .client import Client
-from .disk import disk
-from .drop_rates import drop_rates
-from .feedback import feedback
+from .drop_jobs import cancelling, drop_rates, feedback
 from .limits import limits
-from .mesh_to_estimate import CAD_TOPIC, PART_TOPIC, mesh_to_estimate
-from .plan import QUICK, Plan
+from .mesh_to_estimate import (
+    CAD_TOPIC,
+    LENGTH,
+    PART_TOPIC,
+    mesh_to_estimate,
+    ring,
+    rounded,
+    subscriptions,
+)
+from .processes import bare, cores, node, starting, surroundings
+from .recording import bag_bytes, disk
 from .services import Known, services
-from .starting import starting
-from .subscriptions import subscriptions
-from .surroundings import cores, surroundings
 
 MILLIMETRE = 1e-3
 CLAMP, LARGE = "clamp", "large"
@@ -55,10 +56,10 @@ def sections(plan: Plan) -> Iterator[Section]:
 
 
 def _of_running(client: Client, plan: Plan, bags: Path) -> Iterator[Section]:
-    bodies = [make(size) for size in plan.triangles for make in (meshes.ring, meshes.rounded)]
+    bodies = [make(size) for size in plan.triangles for make in (ring, rounded)]
     yield mesh_to_estimate(client, bodies, plan.meshes)
     yield subscriptions(client, bodies[-2], plan.ordinary)
-    clamp, carried = _clamp(), meshes.rounded(plan.carried)
+    clamp, carried = _clamp(), rounded(plan.carried)
     jobs.make_known(client, CLAMP, clamp)
     jobs.make_known(client, LARGE, carried)
     parts = {CLAMP: "clamp", LARGE: carried.name}
@@ -80,7 +81,7 @@ def _clamp() -> Body:
 def _many_poses(vertices: int) -> Body:
     """About a seventh as many stable poses."""
     body = near_sphere(vertices)
-    return body._replace(vertices=meshes.LENGTH * body.vertices)
+    return body._replace(vertices=LENGTH * body.vertices)
 
 
 def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
@@ -94,3 +95,54 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print, and with `--write` store the results and render the page."""
     command("node", __doc__, "fewer meshes and calls",
             lambda quick: run(QUICK if quick else Plan()), arguments)
+
+
+MESHES_EACH, PLAIN, DISK = Pace(60, 2.0), Pace(5, 4.0), Pace(300, 2.0)
+CALLS, LIMITS, RATES = Pace(100, 6.0), Pace(40, 3.0), Pace(5, 8.0)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much to measure.
+
+    Attributes
+    ----------
+    starts : int
+        Of the node and of the bare process.
+    triangles : tuple of int
+        Of the meshes that are estimated, rising.
+    meshes, ordinary, disk, services, rates : Pace
+    carried : int
+        Triangles of the part that requests carry.
+    many : int
+        Vertices of the part with many poses.
+    jobs : int
+        To be known; the node keeps 1000.
+    limits : Pace
+    cancels : int
+        For each part and way.
+    feedback_seconds : float
+    drops : int
+        Of a job beside the library.
+    """
+
+    starts: int = 3
+    triangles: tuple[int, ...] = (1000, 10_000, 100_000)
+    meshes: Pace = MESHES_EACH
+    ordinary: Pace = PLAIN
+    disk: Pace = DISK
+    services: Pace = CALLS
+    carried: int = 10_000
+    many: int = 4000
+    jobs: int = 900
+    limits: Pace = LIMITS
+    cancels: int = 25
+    feedback_seconds: float = 3.0
+    drops: int = 40_000
+    rates: Pace = RATES
+
+
+QUICK = Plan(starts=1, triangles=(1000, 10_000), meshes=Pace(10, 0.5), ordinary=Pace(2, 2.0),
+             disk=Pace(50, 0.5), services=Pace(12, 1.0), many=500,
+             jobs=50, limits=Pace(5, 0.5), cancels=3, feedback_seconds=1.0,
+             drops=10_000, rates=Pace(2, 2.0))

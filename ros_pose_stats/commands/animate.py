@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
         from ..simulation.frames import drop_frames, watchable_drop
 
         if file.suffix.lower() == ".mp4":
-            from ..plots.movies import ffmpeg
+            from ..plots.files import ffmpeg
 
             ffmpeg()
         part = part_of(options)
@@ -71,7 +71,7 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
             _film(folder / file.name, part, found, frames, root)
             return
         from ..plots.animation import animation_frames
-        from ..plots.movies import write_gif, write_mp4
+        from ..plots.files import write_gif, write_mp4
         from ..simulation.frames import RATE
 
         pictures = animation_frames(part, found, frames, root)

@@ -19,7 +19,7 @@ from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
 from .poses import FINEST
 from .rendering import View, rendered
-from .study.cost import INK, REFERENCE
+from .style import INK, REFERENCE, new_figure
 from .trajectory import component_name, draw_energy, energy_heights
 
 Array = NDArray[np.float64]
@@ -118,8 +118,7 @@ def _reached(poses: Sequence[int], every: Sequence[int]) -> str:
 
 
 def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> Stage:
-    figure = Figure(figsize=SIZE, dpi=DPI)
-    FigureCanvasAgg(figure)
+    figure = new_figure(*SIZE, dpi=DPI)
     axes = figure.add_axes((0.55, 0.15, 0.245, 0.69))
     draw_energy(axes, trajectory, root, frames.end)
     axes.set_xlim(frames.begin, frames.end + 0.02 * (frames.end - frames.begin))

@@ -1,8 +1,12 @@
-"""Figures as files."""
+"""Figures as files, and pictures as moving ones: GIF, or MP4 where ffmpeg is at hand."""
 
 from __future__ import annotations
 
 import io
+import shutil
+import subprocess
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 
 import matplotlib
@@ -10,6 +14,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 from numpy.typing import NDArray
+from PIL import Image
+
+from ..errors import RequestError
+
+Picture = NDArray[np.uint8]
 
 SALT = "ros_pose_stats"
 RASTER = 150
@@ -46,15 +55,88 @@ def svg_bytes(figure: Figure) -> bytes:
     return file.getvalue()
 
 
-def figure_png_bytes(figure: Figure, dpi: int = RASTER) -> bytes:
-    """A figure as a PNG file."""
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=dpi)
-    return file.getvalue()
-
-
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     """A picture (height, width, 3) as a PNG file."""
     file = io.BytesIO()
     imsave(file, picture, format="png")
     return file.getvalue()
+
+
+COLORS = 36
+"""Of a GIF, besides those kept."""
+
+KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
+"""Colours of paper, markers and lines, which an average of pixels would turn grey."""
+
+
+NEAR = 8
+"""Levels within which a colour is as good as one of those kept."""
+
+
+def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
+    """Write an animation that goes round and round.
+
+    Parameters
+    ----------
+    file : Path
+    pictures : iterable of (height, width, 3) array of uint8
+        At least one.
+    rate : int
+        Pictures a second.
+    """
+    every = [Image.fromarray(picture) for picture in pictures]
+    # One palette for all, from pictures along the way: else colours would flicker.
+    some = np.concatenate([np.asarray(every[k]) for k in
+                           np.linspace(0, len(every) - 1, 5).astype(int)])
+    palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+    found = np.array((palette.getpalette() or [])[:3 * COLORS]).reshape(-1, 3)
+    for color in KEPT:  # the nearest colour is looked for roughly: paper would turn grey
+        found[np.abs(found - color).max(axis=1) <= NEAR] = color
+    palette.putpalette([*found.ravel().tolist(), *(level for color in KEPT for level in color)])
+    flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]
+    flat[0].save(file, format="GIF", save_all=True, append_images=flat[1:],
+                 duration=round(1000.0 / rate), loop=0, optimize=True, disposal=1)
+
+
+def ffmpeg() -> str:
+    """Path of ffmpeg.
+
+    Raises
+    ------
+    RequestError
+        If there is none.
+    """
+    found = shutil.which("ffmpeg")
+    if found is None:
+        raise RequestError("ffmpeg for an .mp4", "none on the PATH",
+                           "install it (apt install ffmpeg), or write a .gif")
+    return found
+
+
+def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
+    """Write a film with ffmpeg.
+
+    Parameters
+    ----------
+    file : Path
+    pictures : iterable of (height, width, 3) array of uint8
+        At least one; of even height and width.
+    rate : int
+        Pictures a second.
+
+    Raises
+    ------
+    RequestError
+        If there is no ffmpeg, or it cannot write the film.
+    """
+    waiting = iter(pictures)
+    first = next(waiting)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    command = [ffmpeg(), "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
+               size, "-r", str(rate), "-i", "-", "-an", "-c:v", "libx264", "-pix_fmt", "yuv420p",
+               "-movflags", "+faststart", str(file)]
+    data = b"".join(picture.tobytes() for picture in chain([first], waiting))
+    done = subprocess.run(command, input=data, capture_output=True, check=False)
+    if done.returncode != 0:
+        raise RequestError("a film from ffmpeg", done.stderr.decode(errors="replace")[-300:],
+                           "write a .gif instead")

@@ -15,7 +15,7 @@ from .files import RASTER
 from .poses import poses_figure
 from .shares import shares_figure
 from .splitting import splitting_figure
-from .study.cost import INK
+from .style import INK
 
 Picture = NDArray[np.uint8]
 

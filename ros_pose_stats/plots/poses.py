@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -14,8 +13,7 @@ from ..records import Part, PoseStatistics, StablePose
 from ..resting.decimation import visible_triangles
 from ..resting.orientation import rotation_matrices
 from .rendering import View, rendered, view_axes
-from .spacing import in_digits
-from .study.cost import INK, REFERENCE
+from .style import INK, REFERENCE, in_digits, new_figure
 
 Array = NDArray[np.float64]
 
@@ -56,8 +54,7 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     pictures = pose_pictures(part, shown, found.radius)
     shape = pictures[0].shape[0] / pictures[0].shape[1]
     width, high = 2.9, 2.9 * shape + HEAD
-    figure = Figure(figsize=(max(width * columns, 5.0), high * rows + 0.4))
-    FigureCanvasAgg(figure)
+    figure = new_figure(max(width * columns, 5.0), high * rows + 0.4)
     across, up = figure.get_size_inches()
     spare = 0.5 * (across - width * columns)
     for place, (pose, picture) in enumerate(zip(shown, pictures, strict=True)):

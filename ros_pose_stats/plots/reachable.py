@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from ..resting.pose_sphere import PoseSphere
 from ..resting.splitting_graph import SplittingNode
-from .discs import across_disc, mark, two_discs
-from .spacing import in_digits
-from .study.cost import INK
+from .sphere import across_disc, mark, two_discs
+from .style import INK, in_digits
 
 APART = 0.03
 """Energies that are drawn differ by at least this fraction."""

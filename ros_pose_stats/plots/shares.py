@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..records import PoseStatistics
-from .study.cost import INK, REFERENCE
+from .style import INK, REFERENCE, new_figure, open_axes
 
 MOST = 8
 """Poses with a bar, the most probable ones."""
@@ -41,8 +40,7 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
     Figure
         Bars in percent with 90 % intervals, the most probable pose at the top.
     """
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(*size, layout="constrained")
     axes = figure.add_subplot()
     shown = [pose.index for pose in found[0].poses[:MOST]]
     for place, (one, style) in enumerate(zip(found, STYLES, strict=False)):
@@ -52,9 +50,7 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
     axes.set_xlim(0.0, (1.0 + ASIDE) * axes.get_xlim()[1])
     axes.set_xlabel("probability, %; the lines are 90 % intervals", fontsize=9.5)
     axes.tick_params(axis="y", length=0)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(axis="x", color="#e5e5e5", linewidth=0.6)
-    axes.set_axisbelow(True)
+    open_axes(axes, "#e5e5e5", 0.6, "x")
     axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
     return figure
 

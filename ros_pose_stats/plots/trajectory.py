@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from ..records import Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above
-from .spacing import apart
-from .study.cost import INK, REFERENCE
+from .style import INK, REFERENCE, apart, new_figure, open_axes
 
 Array = NDArray[np.float64]
 
@@ -52,8 +50,7 @@ def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
         a row for each kind of event that is among them, with how many of all that are.
     """
     end = settling_time(trajectory)
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(6.4, 4.6, layout="constrained")
     rows = _rows(trajectory, root, end)
     high = 0.25 + ROW * len(rows)
     energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(3.6, high))
@@ -81,9 +78,7 @@ def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: fl
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(which="major", color="#e5e5e5", linewidth=0.6)
-    axes.set_axisbelow(True)
+    open_axes(axes, "#e5e5e5", 0.6)
     low, high = np.log(axes.get_ylim())
     true = np.array([(np.log(1e3 * level) - low) / (high - low) for level, _ in levels])
     shown = apart(true, 0.052, 0.0, 1.0) if len(levels) else true

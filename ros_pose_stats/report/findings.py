@@ -17,7 +17,7 @@ from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph
 from ..simulation.simulate import simulate
 from .feeding import Feeding, feeding, refuse_unknown
-from .warning_words import said_once
+from .words import said_once
 
 MOST_DROPS = 5000
 LONGEST = 0.8

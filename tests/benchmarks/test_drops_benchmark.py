@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.drops import beside_mujoco, measure, thresholds
+from benchmarks.drops import beside_mujoco, measure, soundness
 from benchmarks.drops.dropper import Dropper, a_few, paper_droppers
+from benchmarks.drops.soundness import scaled
 from benchmarks.pictures import PICTURES, draw
 from benchmarks.report import rendered, table, write_page
 from benchmarks.results import Results, Row, Section, Target, save
@@ -113,11 +114,11 @@ class TestDroppers:
 
     def test_scaled_thresholds_allow_the_cut_that_goes_with_them(self, droppers):
         rules = droppers[0].rules(0.5)
-        loose = thresholds.scaled(rules, 100.0)
+        loose = scaled(rules, 100.0)
         assert loose.slow == pytest.approx(100.0 * rules.slow)
         assert loose.touching == pytest.approx(100.0 * rules.touching)
         assert loose.soft / loose.slow**2 == pytest.approx(rules.soft / rules.slow**2)
-        assert thresholds.scaled(rules, 1.0) == rules
+        assert scaled(rules, 1.0) == rules
 
 
 @pytest.mark.parametrize(("value", "met"), [(500.0, True), (499.0, False), (600.0, True)])
@@ -130,7 +131,7 @@ def test_a_demand_can_be_a_least_one(value, met):
 
 
 def test_the_largest_by_chance_grows_with_the_number():
-    found = [thresholds._largest_by_chance(number) for number in (0, 1, 10, 100)]
+    found = [soundness._largest_by_chance(number) for number in (0, 1, 10, 100)]
     assert found == sorted(found)
     assert found[1] == pytest.approx(0.6745, abs=0.05)
     assert np.isfinite(found).all()

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks import bodies
+from benchmarks.mujoco import choose_setting
 from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.shapes import box
-from ros_pose_stats.study.mujoco import plate as scene
-from ros_pose_stats.study.mujoco.contact import choose_setting, contact, setting
-from ros_pose_stats.study.mujoco.dropping import dropped, mujoco_drops
-from ros_pose_stats.study.mujoco.plate import Plate
+from ros_pose_stats.study import mujoco_drops as scene
+from ros_pose_stats.study.mujoco_drops import Plate, contact, dropped, setting
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 
@@ -49,7 +48,7 @@ def test_without_mujoco_it_says_what_is_missing(monkeypatch):
     monkeypatch.setattr(scene, "find_spec", lambda _: None)
     assert not scene.available()
     with pytest.raises(ModuleNotFoundError, match="pip install mujoco"):
-        mujoco_drops(part_from_mesh(*box(1.0, 1.0, 2.0)), 0.5, 1, 1)
+        Plate(part_from_mesh(*box(1.0, 1.0, 2.0)))
 
 
 @pytest.fixture(scope="module")
@@ -106,12 +105,6 @@ class TestDrops:
         first, again = (dropped(plate, chosen[1], 3, 7) for _ in range(2))
         assert np.array_equal(first.poses, again.poses)
         assert not np.array_equal(first.poses, dropped(plate, chosen[1], 3, 8).poses)
-
-    def test_one_call_does_all(self, part):
-        pytest.importorskip("mujoco")
-        found = mujoco_drops(part, 0.5, 2, 1)
-        assert found.drops == 2
-        assert found.penetration == pytest.approx(0.01, rel=0.4)
 
 
 class TestThePart:

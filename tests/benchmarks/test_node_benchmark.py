@@ -13,12 +13,19 @@ from ros_pose_stats_msgs.srv import StartDropSimulation
 from scipy.spatial import ConvexHull
 from shape_msgs.msg import Mesh, MeshTriangle
 
-from benchmarks.node import bag_bytes, cancelling, jobs, measure, spread
-from benchmarks.node.calls import OTHERS, START, call_row
-from benchmarks.node.child import says_ready
-from benchmarks.node.mesh_to_estimate import HULL, LIBRARY, _row
-from benchmarks.node.meshes import Fresh, mesh_bytes, part_mesh_bytes, ring, rounded
-from benchmarks.node.surroundings import surroundings
+from benchmarks.node import drop_jobs, jobs, measure, recording, spread
+from benchmarks.node.mesh_to_estimate import (
+    HULL,
+    LIBRARY,
+    Fresh,
+    _row,
+    mesh_bytes,
+    part_mesh_bytes,
+    ring,
+    rounded,
+)
+from benchmarks.node.processes import says_ready, surroundings
+from benchmarks.node.services import OTHERS, START, call_row
 from benchmarks.report import rendered, write_page
 from benchmarks.results import Results, Row, Section, Target, load, save
 from benchmarks.timing import Timings
@@ -121,13 +128,13 @@ class TestRows:
         assert cells["beyond the library, ms"] == pytest.approx(2.0)
 
     def test_answer_and_end_of_a_cancel_are_judged(self):
-        row = cancelling._row("service", [cancelling.Ending(0.01, 0.2)])
+        row = drop_jobs._cancelling_row("service", [drop_jobs.Ending(0.01, 0.2)])
         assert [target.met for target in row.targets] == [True, False]
 
     def test_bytes_in_the_bag_are_summed_by_topic(self):
         messages = [RawMessage(topic, "", bytes(size), 0, "")
                     for topic, size in (("/a", 100), ("/b", 7), ("/a", 50))]
-        a, b = bag_bytes._rows("job", messages)
+        a, b = recording._rows("job", messages)
         assert (a.name, a.cells["messages"], b.cells["messages"]) == ("job, /a", 2, 1)
         around = b.cells["bytes"] - 7  # what a record has beside its message
         assert a.cells["bytes"] == 150 + 2 * around

@@ -12,7 +12,7 @@ from PIL import Image
 from ros_pose_stats import load_part, simulate
 from ros_pose_stats.cli import main
 from ros_pose_stats.plots.animation import DPI, SIZE
-from ros_pose_stats.plots.movies import write_gif, write_mp4
+from ros_pose_stats.plots.files import write_gif, write_mp4
 from ros_pose_stats.shapes.closed_forms import box
 from ros_pose_stats.simulation.frames import RATE
 from tests.bodies import write_stl

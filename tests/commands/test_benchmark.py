@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from ros_pose_stats import cli
+from ros_pose_stats.study import accuracy_documents
 from ros_pose_stats.study import chart as charts
-from ros_pose_stats.study import documents
 from ros_pose_stats.study.chart.methods import Effort
 from ros_pose_stats.study.dataset import DatasetSpec, make_dataset, on_threads
 from tests.running import ROOT, command, complaints, strict_json
@@ -111,8 +111,9 @@ class TestPrisms:
 
 class TestFigures:
     def test_measured_then_written(self, tmp_path, monkeypatch, capsys):
-        monkeypatch.setattr(documents, "measure_documents", lambda quick, say: ("found", quick))
-        monkeypatch.setattr(documents, "write_documents",
+        monkeypatch.setattr(accuracy_documents, "measure_documents",
+                            lambda quick, say: ("found", quick))
+        monkeypatch.setattr(accuracy_documents, "write_documents",
                             lambda found, folder: [folder / f"{found[0]} {found[1]}"])
         assert run("figures", "--quick", "-o", tmp_path / "docs") == 0
         assert f"wrote {tmp_path / 'docs'}/found True" in capsys.readouterr().err
@@ -145,7 +146,7 @@ class TestRefusals:
     def test_unwritable_output_before_anything_is_measured(self, kind, tmp_path, capsys,
                                                            monkeypatch):
         for where in ("study.chart.chart", "study.prisms.prisms",
-                      "study.documents.measure_documents"):
+                      "study.accuracy_documents.measure_documents"):
             monkeypatch.setattr(f"ros_pose_stats.{where}", lambda *_, **__: pytest.fail("it ran"))
         (tmp_path / "file").write_text("")
         line = refusal(capsys, kind, "-o", tmp_path / "file" / "deep" / "name")

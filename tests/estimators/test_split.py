@@ -170,7 +170,7 @@ def test_inputs_are_finite_for_slivers_and_large_bodies():
 
 def test_it_beats_the_paper_on_bodies_that_it_was_not_fitted_to():
     """Bodies of a reference dataset: another seed than the fit's, the same kind of polyhedra."""
-    from ros_pose_stats.study.dataset.shipped import shipped_dataset
+    from ros_pose_stats.study.dataset.dataset import shipped_dataset
     from ros_pose_stats.study.estimates import scene_estimates, square_errors
     from tests.study.tables import first_bodies
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_pose_stats.plots.study.estimators import Panel
+from ros_pose_stats.plots.study.probabilities import Panel
 from ros_pose_stats.plots.study.speed_accuracy import ChartPanel, ChartPoint
 
 PARTS = 3171

@@ -3,8 +3,7 @@
 import pytest
 
 from ros_pose_stats import part_from_mesh, resting_poses, splitting_graph
-from ros_pose_stats.plots.splitting import splitting_figure
-from ros_pose_stats.plots.splitting_tree import MOST, drawn_tree
+from ros_pose_stats.plots.splitting import MOST, drawn_tree, splitting_figure
 from ros_pose_stats.shapes.closed_forms import box, cylinder
 from tests.bodies import random_polyhedron
 from tests.plots.texts import clipped, overlapping

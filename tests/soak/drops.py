@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count, islice
 
-from benchmarks.machine import machine
+from benchmarks.report import machine
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.simulation.drop_body import drop_body

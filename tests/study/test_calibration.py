@@ -11,7 +11,6 @@ from scipy.stats import hypergeom
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.statistics.errors import root_mean_square, standard_errors
 from ros_pose_stats.statistics.intervals import jeffreys_interval
-from ros_pose_stats.study.errors import equal_chances
 from ros_pose_stats.study.errors.calibration import calibration
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled
 from tests.statistics.simulations import bodies, simulated
@@ -86,7 +85,7 @@ def test_expectations_piece_by_piece(monkeypatch, cells):
     body, p = bodies(rng, 30)
     runs = pair(rng, body, p, 50, 200)
     whole = calibration(*runs)
-    monkeypatch.setattr(equal_chances, "_CELLS", cells)
+    monkeypatch.setattr("ros_pose_stats.study.errors.calibration._CELLS", cells)
     assert calibration(*runs).expected_z_rms == pytest.approx(whole.expected_z_rms, rel=1e-12)
 
 

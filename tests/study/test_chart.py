@@ -13,16 +13,28 @@ from trimesh.poses import compute_stable_poses
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators import ESTIMATORS
 from ros_pose_stats.plots.study.speed_accuracy import ChartPoint
-from ros_pose_stats.study.chart import ChartResults, Measured, Plan, chart, chart_text, outside
-from ros_pose_stats.study.chart.clock import medians, timed
-from ros_pose_stats.study.chart.methods import Effort, estimator_points, simulation_points
-from ros_pose_stats.study.chart.sizes import ellipsoids, paper_size
-from ros_pose_stats.study.chart.text import duration
+from ros_pose_stats.study.accuracy_documents import draw_chart
+from ros_pose_stats.study.chart import (
+    ChartResults,
+    Measured,
+    Plan,
+    chart,
+    chart_text,
+    other_software,
+)
+from ros_pose_stats.study.chart.bodies import ellipsoids, paper_size
+from ros_pose_stats.study.chart.methods import (
+    Effort,
+    estimator_points,
+    medians,
+    simulation_points,
+    timed,
+)
+from ros_pose_stats.study.chart.speed_accuracy import duration
 from ros_pose_stats.study.errors.partition import accuracy
 from ros_pose_stats.study.errors.simulated_poses import pooled
 from ros_pose_stats.study.estimates import scene_estimates
-from ros_pose_stats.study.figures import draw_chart
-from ros_pose_stats.study.table.paper import ERRORS
+from ros_pose_stats.study.paper import ERRORS
 from tests.running import strict_json
 from tests.study.tables import drawn, some, told
 
@@ -201,7 +213,7 @@ class TestTrimesh:
         surface = shapes.box(*edges)
         part = part_from_mesh(*surface)
         body = trimesh.Trimesh(*surface, process=False)
-        theirs = outside.matched(resting_poses(part, 0.0),
+        theirs = other_software.matched(resting_poses(part, 0.0),
                                  *compute_stable_poses(body, center_mass=part.center_of_mass))
         ours = estimate(part, "csae", cluster_tolerance=0.0).poses
         expected = [one.probability for one in sorted(ours, key=lambda pose: pose.index)]
@@ -210,7 +222,7 @@ class TestTrimesh:
     def test_nothing_is_lost_on_random_polyhedra(self, size):
         for mesh, known in zip(size.meshes, size.known, strict=True):
             body = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-            theirs = outside.matched(
+            theirs = other_software.matched(
                 known, *compute_stable_poses(body, center_mass=mesh.center_of_mass))
             assert theirs.sum() == pytest.approx(1.0, abs=1e-9)
 
@@ -218,21 +230,21 @@ class TestTrimesh:
         known = resting_poses(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.0)
         tilted = np.eye(4)[None].copy()
         tilted[0, :3, :3] = ((1.0, 0.0, 0.0), (0.0, 0.8, -0.6), (0.0, 0.6, 0.8))
-        assert outside.matched(known, tilted, [1.0]).sum() == 0.0
+        assert other_software.matched(known, tilted, [1.0]).sum() == 0.0
 
 
 class TestMujoco:
     def test_where_it_is_missing_it_is_left_out(self, size, monkeypatch):
         said = []
-        monkeypatch.setattr(outside, "available", lambda: False)
-        assert list(outside.mujoco_points(size, 2, said.append)) == []
+        monkeypatch.setattr(other_software, "available", lambda: False)
+        assert list(other_software.mujoco_points(size, 2, said.append)) == []
         assert said == ["MuJoCo is not installed, left out"]
 
     def test_restitutions_beyond_its_contacts(self, monkeypatch):
         said = []
-        monkeypatch.setattr(outside, "available", lambda: True)
+        monkeypatch.setattr(other_software, "available", lambda: True)
         dataset = drawn(some(2), told(2)[1]["csae"], 20, 1, (0.0, 0.5))
-        assert list(outside.mujoco_points(paper_size(dataset), 2, said.append)) == []
+        assert list(other_software.mujoco_points(paper_size(dataset), 2, said.append)) == []
         assert said == ["MuJoCo is left out: its contacts reach restitutions from 0.1 to 0.9"]
 
     def test_a_drop_that_does_not_end_costs_its_points_only(self, size, monkeypatch):
@@ -240,17 +252,17 @@ class TestMujoco:
             raise RuntimeError("a drop was still going on")
 
         said = []
-        monkeypatch.setattr(outside, "available", lambda: True)
-        monkeypatch.setattr(outside, "_mujoco_shares", fail)
-        assert list(outside.mujoco_points(size, 2, said.append)) == []
+        monkeypatch.setattr(other_software, "available", lambda: True)
+        monkeypatch.setattr(other_software, "_mujoco_shares", fail)
+        assert list(other_software.mujoco_points(size, 2, said.append)) == []
         assert said == ["MuJoCo is left out: a drop was still going on"]
 
     def test_its_points(self, monkeypatch):
         pytest.importorskip("mujoco")
-        monkeypatch.setattr(outside, "MUJOCO_DROPS", (2, 4))
-        monkeypatch.setattr(outside, "MUJOCO_STEPS", 3)
+        monkeypatch.setattr(other_software, "MUJOCO_DROPS", (2, 4))
+        monkeypatch.setattr(other_software, "MUJOCO_STEPS", 3)
         dataset = drawn(some(2), told(2)[1]["csae"], 20, 1, (0.5,))
-        two, four = outside.mujoco_points(paper_size(dataset), 1)
+        two, four = other_software.mujoco_points(paper_size(dataset), 1)
         assert (two.series, two.kind, two.name, four.name) == (
             "MuJoCo", "outside", "n = 2", "n = 4")
         assert four.seconds == pytest.approx(2.0 * two.seconds)
@@ -261,7 +273,7 @@ class TestClock:
     def test_the_median_of_parts_of_the_median_of_turns(self, monkeypatch):
         """Calls that tell the clock how long they take; the first is a warm-up."""
         now = [0.0]
-        monkeypatch.setattr("ros_pose_stats.study.chart.clock.time.perf_counter",
+        monkeypatch.setattr("ros_pose_stats.study.chart.methods.time.perf_counter",
                             lambda: now[0])
 
         def taking(*seconds):

@@ -15,11 +15,12 @@ import pytest
 
 from ros_pose_stats.errors import DatasetError
 from ros_pose_stats.study.dataset import DatasetSpec, make_dataset, on_threads
-from ros_pose_stats.study.dataset.cluster import chunk_there, on_cluster
 from ros_pose_stats.version import VERSION
 from tests.running import ROOT, complaints
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+
+from ros_pose_stats.study.dataset.cluster import chunk_there, on_cluster  # noqa: E402
 
 OPTIONS = ("--bodies", "200", "--drops", "40", "--seed", "5")
 SPEC = DatasetSpec(bodies=200, drops=40, seed=5)
@@ -168,14 +169,14 @@ class TestWhatAnswers:
         assert list(tmp_path.iterdir()) == []
 
     def test_nothing(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("ros_pose_stats.study.dataset.scheduler.CONNECT_SECONDS", 0.5)
+        monkeypatch.setattr("ros_pose_stats.study.dataset.cluster.CONNECT_SECONDS", 0.5)
         self.refused("tcp://127.0.0.1:1", tmp_path)
 
     @pytest.mark.parametrize("first", [b"", b"HTTP/1.0 400 Bad Request\r\n\r\n", b"\0" * 64],
                              ids=["silent", "http", "zeros"])
     def test_something_else(self, tmp_path, monkeypatch, first):
         """A server that hangs, or one that talks another language."""
-        monkeypatch.setattr("ros_pose_stats.study.dataset.scheduler.CONNECT_SECONDS", 1.0)
+        monkeypatch.setattr("ros_pose_stats.study.dataset.cluster.CONNECT_SECONDS", 1.0)
         with closing(socket.create_server(("127.0.0.1", 0))) as server:
             address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
             answer = subprocess.Popen(

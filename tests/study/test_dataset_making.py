@@ -17,7 +17,7 @@ from ros_pose_stats.study.dataset import (
     on_threads,
     read_dataset,
 )
-from ros_pose_stats.study.dataset.chunk import Stopped
+from ros_pose_stats.study.dataset.making import Stopped
 from ros_pose_stats.study.dataset.unfinished import Unfinished
 
 SPEC = DatasetSpec(bodies=70, drops=4, restitutions=(0.2,), seed=3)

@@ -8,20 +8,20 @@ import pytest
 
 from ros_pose_stats import whole_files
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.study import documents
-from ros_pose_stats.study.chart import Plan, chart
-from ros_pose_stats.study.chart.methods import Effort
-from ros_pose_stats.study.documents import (
+from ros_pose_stats.plots import files
+from ros_pose_stats.study import accuracy_documents
+from ros_pose_stats.study.accuracy_documents import (
     Documents,
     measure_documents,
     write_chart,
     write_documents,
     write_prisms,
 )
-from ros_pose_stats.study.markdown import markdown_table, plus_minus, points, with_error
-from ros_pose_stats.study.plain import plain
-from ros_pose_stats.study.prisms import prisms, run
-from ros_pose_stats.study.table import outliers, table
+from ros_pose_stats.study.chart import Plan, chart
+from ros_pose_stats.study.chart.methods import Effort
+from ros_pose_stats.study.output import markdown_table, plain, plus_minus, points, with_error
+from ros_pose_stats.study.prisms import prism_runs, prisms
+from ros_pose_stats.study.table import dataset_table, table
 from ros_pose_stats.whole_files import refuse_unwritable, write_whole
 from tests.running import strict_json
 from tests.study.tables import first_bodies, shipped, some
@@ -39,7 +39,7 @@ FILES = ["benchmarks/chart.json", "benchmarks/prisms.json", "benchmarks/table.js
 def measured():
     datasets = [some(22), first_bodies(shipped(0.25), 21)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "CURVE_RATIOS", 5)
+        patch.setattr(prism_runs, "CURVE_RATIOS", 5)
         bars = prisms(10, 10)
     return Documents(datasets[0], [table(one, rerun=False) for one in datasets], bars,
                      chart(datasets[0], PLANS))
@@ -105,8 +105,8 @@ class TestWritten:
                 raise error
             return save(figure, stem)
 
-        save = documents.save_figure
-        monkeypatch.setattr(documents, "save_figure", fail)
+        save = files.save_figure
+        monkeypatch.setattr(files, "save_figure", fail)
         with pytest.raises(type(error)):
             write_documents(measured, tmp_path)
         assert len(calls) == 3
@@ -119,10 +119,10 @@ class TestMeasured:
     def test_quickly(self, measured, monkeypatch):
         """Each part is asked for; none is written."""
         said = []
-        monkeypatch.setattr(outliers, "MORE_DROPS", (5, 7))
-        monkeypatch.setattr(documents, "shipped_dataset", lambda: measured.first)
-        monkeypatch.setattr(documents, "QUICK", PLANS)
-        monkeypatch.setattr(documents, "prisms", lambda *drops: (measured.bars, drops))
+        monkeypatch.setattr(dataset_table, "MORE_DROPS", (5, 7))
+        monkeypatch.setattr(accuracy_documents, "shipped_dataset", lambda: measured.first)
+        monkeypatch.setattr(accuracy_documents, "QUICK", PLANS)
+        monkeypatch.setattr(accuracy_documents, "prisms", lambda *drops: (measured.bars, drops))
         found = measure_documents(quick=True, say=said.append)
         assert found.first is measured.first
         ours, theirs = found.tables[0].as_dict(), measured.tables[0].as_dict()
@@ -133,11 +133,11 @@ class TestMeasured:
 
     def test_fully(self, measured, monkeypatch):
         kinds = []
-        monkeypatch.setattr(documents, "shipped_datasets", lambda: [some(3), some(2)])
-        monkeypatch.setattr(documents, "table",
+        monkeypatch.setattr(accuracy_documents, "shipped_datasets", lambda: [some(3), some(2)])
+        monkeypatch.setattr(accuracy_documents, "table",
                             lambda dataset, rerun: kinds.append((dataset.spec.bodies, rerun)))
-        monkeypatch.setattr(documents, "prisms", lambda *drops: drops)
-        monkeypatch.setattr(documents, "chart", lambda dataset, plans, on_progress: plans)
+        monkeypatch.setattr(accuracy_documents, "prisms", lambda *drops: drops)
+        monkeypatch.setattr(accuracy_documents, "chart", lambda dataset, plans, on_progress: plans)
         found = measure_documents()
         assert kinds == [(3, True), (2, True)]
         assert found.bars == ()

@@ -13,16 +13,16 @@ import pytest
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.study.prisms import DICE, prisms, prisms_text, run
-from ros_pose_stats.study.prisms.figure import draw_prisms
-from ros_pose_stats.study.prisms.misfit import (
+from ros_pose_stats.study.prisms import DICE, prism_runs, prisms, prisms_text
+from ros_pose_stats.study.prisms.dice import (
     MEASURED,
     ROLLS,
     root_mean_square,
     sampling_noise,
     standard_error,
 )
-from ros_pose_stats.study.prisms.sides import counted, dropped_sides, estimated_sides
+from ros_pose_stats.study.prisms.prism_results import draw_prisms
+from ros_pose_stats.study.prisms.prism_runs import counted, dropped_sides, estimated_sides
 from tests.bodies import METHODS
 
 KNOWN_RMS = {"csae": 0.147, "qse": 0.147, "adre": 0.081, "nqse": 0.099, "eae": 0.043,
@@ -41,7 +41,7 @@ def results():
 def few(seed=5, **options):
     """A quick run: few drops, and five ratios on the curves."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "CURVE_RATIOS", 5)
+        patch.setattr(prism_runs, "CURVE_RATIOS", 5)
         return prisms(20, 10, seed, **options)
 
 
@@ -205,8 +205,8 @@ class TestARun:
 
     def test_every_simulation_has_drops_of_its_own(self):
         """Equal starting directions would tie the errors of neighbouring points."""
-        seeds = [one.seed for stream in (run.OF_CURVE, run.OF_DICE)
-                 for one in run._plan([0.5, 1.0, 2.0], 10, 1, stream)]
+        seeds = [one.seed for stream in (prism_runs.OF_CURVE, prism_runs.OF_DICE)
+                 for one in prism_runs._plan([0.5, 1.0, 2.0], 10, 1, stream)]
         assert len(set(seeds)) == len(seeds) == 18
 
     def test_json_round_trip_without_nan(self, results):
@@ -290,6 +290,5 @@ class TestFigure:
     def test_a_run_without_a_figure_does_not_load_matplotlib(self):
         code = ("import sys\n"
                 "from ros_pose_stats.study.prisms import prisms, prisms_text\n"
-                "import ros_pose_stats.study.prisms.figure\n"
                 "sys.exit('matplotlib' in sys.modules)")
         assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -7,7 +7,7 @@ import pytest
 
 from ros_pose_stats.errors import DatasetError
 from ros_pose_stats.study.dataset import make_chunk, shipped_datasets
-from ros_pose_stats.study.dataset.shipped import SHIPPED, shipped_dataset, shipped_file
+from ros_pose_stats.study.dataset.dataset import SHIPPED, shipped_dataset, shipped_file
 from tests.study.tables import shipped
 
 SPREAD = (0, 528, 1056)

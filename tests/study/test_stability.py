@@ -20,12 +20,10 @@ from ros_pose_stats.study.stability import (
     stability_text,
     write_stability,
 )
-from ros_pose_stats.study.stability.families import walks
 from ros_pose_stats.study.stability.jumps import change, spread
-from ros_pose_stats.study.stability.lessons import LESSONS
-from ros_pose_stats.study.stability.reliability import reliability
-from ros_pose_stats.study.stability.run import measured
-from ros_pose_stats.study.stability.walk import along, towards
+from ros_pose_stats.study.stability.stability_page import LESSONS
+from ros_pose_stats.study.stability.walk_runs import measured, reliability
+from ros_pose_stats.study.stability.walks import along, towards, walks
 from tests.study.tables import shipped, some
 
 WALKS = {walk.name: walk for walk in walks()}

@@ -10,10 +10,11 @@ import pytest
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.estimators import ESTIMATORS
+from ros_pose_stats.study import paper
 from ros_pose_stats.study.errors.bootstrap import body_bootstrap
+from ros_pose_stats.study.errors.partition import noise_of
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled
-from ros_pose_stats.study.noise import noise_of
-from ros_pose_stats.study.table import outliers, paper, table, table_text
+from ros_pose_stats.study.table import dataset_table, table, table_text
 from tests.running import strict_json
 from tests.study.tables import compared, drawn, mixed, shipped, some, told
 from tests.volume import few_quick
@@ -249,10 +250,10 @@ class TestOutliers:
             seeds.append(seed)
             return simulate(part, 10, restitution, seed, *rest, **options)
 
-        simulate = outliers.simulate
-        monkeypatch.setattr(outliers, "simulate", noted)
+        simulate = dataset_table.simulate
+        monkeypatch.setattr(dataset_table, "simulate", noted)
         dataset = some(40)
-        found = outliers.outliers(dataset, told(40)[1]["combined"], 100)
+        found = dataset_table.outliers(dataset, told(40)[1]["combined"], 100)
         own = {dataset.spec.drop_seed(one.body, one.restitution) for one in found}
         assert len(set(seeds) | own) == len(seeds) + len(own) == 9
 
@@ -263,7 +264,7 @@ class TestOddDatasets:
         (25, 2, (0.1, 0.9)), (3, 20_000, (0.8, 0.2)), (22, 10_100, (0.123456789,)),
     ])
     def test_text_and_json_without_nan(self, bodies, drops, restitutions, monkeypatch):
-        monkeypatch.setattr(outliers, "MORE_DROPS", (5, 7))
+        monkeypatch.setattr(dataset_table, "MORE_DROPS", (5, 7))
         dataset = some(bodies)
         found = table(drawn(dataset, told(bodies)[1]["meae"], drops, 1, restitutions))
         plain = strict_json(json.dumps(found.as_dict()))

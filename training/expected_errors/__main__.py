@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import argparse
 
-from benchmarks.command import DOCS
-from benchmarks.report import collected, write_page
+from benchmarks.report import DOCS, collected, write_page
 from benchmarks.results import save
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
 

@@ -14,7 +14,7 @@ import json
 import sys
 from pathlib import Path
 
-from benchmarks.machine import machine
+from benchmarks.report import machine
 from ros_pose_stats.estimators.fitted_weights import SPLIT_FITS
 
 from .fit import write_weights

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...errors import DatasetError
 from ..progress_bar import ProgressBar, duration
 from ..reading import read_count
 from ..running import (
@@ -20,21 +21,6 @@ from ..running import (
 
 if TYPE_CHECKING:
     from ...study.dataset import DatasetProgress, DatasetSpec, Maker
-
-SHIFT_MOMENTS = ("inertia", "second")
-
-
-def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
-    """Add the shift of the centre of mass; None as the default stands for all."""
-    told = "%(default)s" if shift is not None else "all that are there"
-    command.add_argument("--shift", type=float, default=shift, metavar="S",
-                         help="scale of the shift of the centre of mass; 0 leaves it at the "
-                         f"centroid, 1 is as the paper prints it (default: {told})")
-    command.add_argument("--shift-moment", choices=SHIFT_MOMENTS, default=SHIFT_MOMENTS[0],
-                         help="the shift is measured in roots of the principal moments of "
-                         "inertia over the mass, as printed, or of the second moments "
-                         "(default: %(default)s)")
-
 
 PAPER_BODIES, PAPER_DROPS, PAPER_RESTITUTIONS = 1057, 100, (0.2, 0.5, 0.8)
 
@@ -116,8 +102,11 @@ def _maker(options: argparse.Namespace) -> Maker:
         from ...study.dataset import on_threads
 
         return on_threads(options.workers)
-    from ...study.dataset.cluster import on_cluster
-
+    try:
+        from ...study.dataset.cluster import on_cluster
+    except ImportError as error:
+        raise DatasetError("dask.distributed", f"none that can be imported ({error})",
+                           "install it with `pip install distributed`") from error
     return on_cluster(options.scheduler)
 
 
@@ -141,3 +130,18 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
           f"{drops} drops, {spec.drops} of each at restitution "
           f"{', '.join(f'{one:g}' for one in spec.restitutions)}; {unsettled} did not settle\n"
           f"took {seconds:.1f} s")
+
+
+SHIFT_MOMENTS = ("inertia", "second")
+
+
+def add_shift_options(command: argparse.ArgumentParser, shift: float | None) -> None:
+    """Add the shift of the centre of mass; None as the default stands for all."""
+    told = "%(default)s" if shift is not None else "all that are there"
+    command.add_argument("--shift", type=float, default=shift, metavar="S",
+                         help="scale of the shift of the centre of mass; 0 leaves it at the "
+                         f"centroid, 1 is as the paper prints it (default: {told})")
+    command.add_argument("--shift-moment", choices=SHIFT_MOMENTS, default=SHIFT_MOMENTS[0],
+                         help="the shift is measured in roots of the principal moments of "
+                         "inertia over the mass, as printed, or of the second moments "
+                         "(default: %(default)s)")

@@ -7,13 +7,11 @@ from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from .cost import INK, REFERENCE
-from .curves import LINES, Curves, merged
+from ..style import INK, LINES, REFERENCE, Curves, merged, new_figure, open_axes
 
 Array = NDArray[np.float64]
 
@@ -21,7 +19,7 @@ TICKS = (0.3, 0.5, 1.0, 2.0, 3.0)
 LIMITS = (0.28, 3.2)
 GREYS = ("#ffffff", "#a6a6a6", "#222222", "#d9d9d9", "#666666")
 """Filling of the simulation's diamonds."""
-EDGE, DICE = "#222222", "#D55E00"
+DICE = "#D55E00"
 OFFSET = 1.03
 """Factor of length/width between the bars of neighbouring restitutions."""
 
@@ -53,8 +51,7 @@ def prisms_figure(ratios: ArrayLike, panels: Sequence[tuple[str, Curves]],
     Figure
         Logarithmic in length/width, in percent; a legend of curves and of points to a panel.
     """
-    figure = Figure(figsize=(6.2 * len(panels), 5.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(6.2 * len(panels), 5.6, layout="constrained")
     every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     styles = cycle(LINES)
     for axes, (name, curves) in zip(every, panels, strict=True):
@@ -76,9 +73,7 @@ def _prepare(axes: Axes, title: str) -> None:
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_yticks(range(0, 101, 20))
     axes.yaxis.set_tick_params(labelleft=True)
-    axes.grid(which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    open_axes(axes, "#dddddd", 0.7)
 
 
 def _draw_curves(axes: Axes, ratios: Array, curves: Curves,
@@ -99,7 +94,7 @@ def _draw_points(axes: Axes, simulated: Sequence[tuple[str, ArrayLike]],
     found: list[object] = []
     for place, (label, rows) in enumerate(shown):
         shift = OFFSET ** (place - 0.5 * (len(shown) - 1))
-        found.append(_bars(axes, rows, shift, label, "D", GREYS[place], EDGE, 0.8))
+        found.append(_bars(axes, rows, shift, label, "D", GREYS[place], INK, 0.8))
     if dice is not None and _rows(dice).size:
         # Hollow, so that what lies beneath can be seen.
         found.append(_bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5))

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import gc
 import math
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from statistics import median
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...estimators import estimate
 from ...estimators.registry import ESTIMATORS
+from ...planning.hybrid import hybrid
 from ...plots.study.speed_accuracy import ChartPoint
-from ...records import DropScene
+from ...records import DropScene, PoseStatistics
 from ...simulation.simulate import simulate
-from ..errors.partition import Accuracy, accuracy
+from .. import paper
+from ..errors.partition import Accuracy, accuracy, noise_of
 from ..errors.simulated_poses import pooled
 from ..estimates import estimates
-from ..noise import noise_of
-from ..table import paper
-from .clock import medians
-from .sizes import Mesh, Size
+from .bodies import Mesh, Size
+
+Array = NDArray[np.float64]
 
 REPEATS = 3
 """Calls of an estimator for a part; the median counts."""
@@ -109,3 +114,79 @@ def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
     """At most so many of them, evenly spread."""
     number = min(number, len(meshes))
     return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]
+
+
+SERIES = "hybrid"
+SEED = 31
+"""Of the drops, with the body's number; the reference has others."""
+
+
+def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """One point a number of drops: measured against the reference on all bodies.
+
+    The drops of the reference are other ones, so its noise can be taken off.
+    """
+    every = pooled(list(size.simulated.values()))
+    for drops in effort.combined:
+        took = medians([{"": partial(_hybrid, mesh, drops, restitution, size.height, 1)}
+                        for restitution in size.simulated
+                        for mesh in some(size.meshes, effort.timed(drops))])
+        told = [_told(mesh, drops, restitution, size.height, number)
+                for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
+        yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],
+                    accuracy(np.concatenate(told), every), SERIES)
+
+
+def _told(mesh: Mesh, drops: int, restitution: float, height: float | None,
+          number: int) -> Array:
+    """Probabilities (P,) by `index`."""
+    seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
+    found = _hybrid(mesh, drops, restitution, height, int(seed.generate_state(1, np.uint64)[0]))
+    return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
+
+
+def _hybrid(mesh: Mesh, drops: int, restitution: float, height: float | None,
+            seed: int) -> PoseStatistics:
+    return hybrid(mesh.part(), drops, restitution, seed, height, workers=1, cluster_tolerance=0.0)
+
+
+Call = Callable[[], object]
+Result = TypeVar("Result")
+
+
+def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, float]:
+    """Seconds of each method: the median over parts of the median of a few calls.
+
+    Parameters
+    ----------
+    parts : sequence of mappings
+        For each part, from a method's name to a call of it; the same names everywhere.
+    times : int
+        Calls of each method for a part, all methods taking turns.
+    """
+    gc.collect()
+    for call in parts[0].values():  # whatever is done once only
+        call()
+    found: dict[str, list[float]] = {name: [] for name in parts[0]}
+    for calls in parts:
+        turns = [{name: _once(call) for name, call in calls.items()} for _ in range(times)]
+        for name, seconds in found.items():
+            seconds.append(median(turn[name] for turn in turns))
+    return {name: median(seconds) for name, seconds in found.items()}
+
+
+def timed(call: Callable[[], Result]) -> tuple[float, Result]:
+    """Seconds of a call, the garbage collector held off as in `timeit`, and its result."""
+    held = gc.isenabled()
+    gc.disable()
+    try:
+        begin = time.perf_counter()
+        result = call()
+        return time.perf_counter() - begin, result
+    finally:
+        if held:
+            gc.enable()
+
+
+def _once(call: Call) -> float:
+    return timed(call)[0]  # freeing the result is not timed

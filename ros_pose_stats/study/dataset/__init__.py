@@ -1,9 +1,7 @@
 """Datasets of simulated pose statistics: random polyhedra and what became of their drops."""
 
-from .chunk import make_chunk
-from .dataset import Dataset, read_dataset
-from .making import DatasetProgress, Maker, make_dataset, on_threads
-from .shipped import shipped_dataset, shipped_datasets
+from .dataset import Dataset, read_dataset, shipped_dataset, shipped_datasets
+from .making import DatasetProgress, Maker, make_chunk, make_dataset, on_threads
 from .spec import DatasetSpec
 
 __all__ = ["Dataset", "DatasetProgress", "DatasetSpec", "Maker", "make_chunk", "make_dataset",

@@ -1,22 +1,28 @@
-"""Makes the pieces of a dataset on a dask.distributed cluster."""
+"""Makes the pieces of a dataset on a dask.distributed cluster.
+
+The only module that imports dask.distributed.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError, Future
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import Any
+
+from distributed import Client, Security, TimeoutError, rpc
+from distributed.scheduler import KilledWorker
 
 from ...errors import DatasetError
 from ...version import VERSION
-from .archive import reason
-from .chunk import make_chunk
-from .fields import Arrays
-from .making import POLL_SECONDS, Made, Maker, Piece
+from .archive import Arrays, reason
+from .making import POLL_SECONDS, Made, Maker, Piece, in_flight, make_chunk
 from .spec import DatasetSpec
-
-if TYPE_CHECKING:
-    from distributed import Client, Future
 
 WORKER_SECONDS = 60.0
 """How long a run waits while there is no worker at all."""
@@ -24,8 +30,10 @@ WORKER_SECONDS = 60.0
 LOOK_SECONDS = 1.0
 """Between two looks for workers."""
 
-FETCH_SECONDS = 30.0
-"""For fetching a piece that is done; longer means that its worker has gone."""
+CONNECT_SECONDS, ANSWER_SECONDS, CLOSE_SECONDS = 10.0, 5.0, 5.0
+
+IN_HAND = 2000
+"""Pieces handed out at a time."""
 
 LOSSES = 3
 """A piece whose workers died is handed out anew this often.
@@ -49,98 +57,63 @@ def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
     Raises
     ------
     DatasetError
-        If dask.distributed is not installed; while running, if the scheduler cannot be
-        reached or goes away, no worker comes, or a piece fails.
+        While running: if the scheduler cannot be reached or goes away, no worker comes, or a
+        piece fails.
     """
-    try:
-        from .scheduler import client_of
-    except ImportError as error:
-        raise DatasetError("dask.distributed", f"none that can be imported ({reason(error)})",
-                           "install it with `pip install distributed`") from error
-
     def make(spec: DatasetSpec, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
         if not pieces:
             return
         with client_of(address, should_stop) as client:
             if client is not None:
-                run = _Run(client, address, spec, worker_seconds)
-                yield from run.made(pieces, should_stop)
+                run = _Run(client, address, worker_seconds)
+                executor = client.get_executor(pure=False)
+                yield from in_flight(
+                    lambda piece: executor.submit(chunk_there, VERSION, spec, *piece),
+                    run.receive, pieces, partial(run.is_over, should_stop), IN_HAND)
 
     return make
 
 
 class _Run:
-    """Pieces in the hands of a cluster."""
+    """What has gone wrong on a cluster so far."""
 
-    def __init__(self, client: Client, address: str, spec: DatasetSpec,
-                 worker_seconds: float) -> None:
+    def __init__(self, client: Client, address: str, worker_seconds: float) -> None:
         self._client = client
         self._address = address
-        self._spec = spec
         self._worker_seconds = worker_seconds
-        self._pieces: dict[Future[Arrays], Piece] = {}
         self._losses: Counter[Piece] = Counter()
         self._seen = self._looked = time.monotonic()
 
-    def made(self, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
-        """Pieces as they are done; a scheduler that goes away fails them all at once."""
-        from distributed import as_completed
-
-        waiting = as_completed([self._hand_out(piece) for piece in pieces], loop=self._client.loop)
-        while self._pieces and not should_stop():
-            if not waiting.has_ready():
-                self._look_for_workers()
-                time.sleep(POLL_SECONDS)
-                continue
-            future = next(waiting)
-            piece = self._pieces.pop(future)
-            arrays = self._result(future, piece)
-            if arrays is None:
-                waiting.add(self._hand_out(piece))
-            else:
-                yield piece, arrays
-
-    def _hand_out(self, piece: Piece) -> Future[Arrays]:
-        future = self._client.submit(chunk_there, VERSION, self._spec, *piece, pure=False)
-        self._pieces[future] = piece
-        return future
-
-    def _result(self, future: Future[Arrays], piece: Piece) -> Arrays | None:
+    def receive(self, future: Future[Arrays], piece: Piece) -> Arrays | None:
         """What a worker made; None where it was lost with its worker."""
-        from distributed import TimeoutError as Late
-        from distributed.scheduler import KilledWorker
-
         try:
-            arrays: Arrays = future.result(timeout=FETCH_SECONDS)
-            return arrays
-        except (KilledWorker, Late) as error:
+            return future.result()
+        except KilledWorker as error:
             self._losses[piece] += 1
             if self._losses[piece] > LOSSES:
                 raise _failed(error) from error
             return None
+        except CancelledError as error:
+            raise DatasetError("a scheduler that stays", f"{self._address} gone",
+                               "start it again; the same command then goes on from here"
+                               ) from error
         except Exception as error:
-            if future.cancelled():
-                raise DatasetError("a scheduler that stays", f"{self._address} gone",
-                                   "start it again; the same command then goes on from "
-                                   "here") from error
             raise _failed(error) from error
 
-    def _look_for_workers(self) -> None:
-        """Refuse to wait for ever where there is no worker."""
+    def is_over(self, should_stop: Callable[[], bool]) -> bool:
+        """Ask whether to stop, and refuse to wait for ever where there is no worker."""
         now = time.monotonic()
-        if now < self._looked + LOOK_SECONDS:
-            return
-        self._looked = now
-        from .scheduler import has_workers
-
-        if has_workers(self._client):
-            self._seen = now
-        elif now > self._seen + self._worker_seconds:
-            raise DatasetError("a worker at the scheduler", f"none at {self._address}",
-                               f"start one with `dask worker {self._address}` where this package "
-                               "is installed; the same command then goes on from here")
+        if now >= self._looked + LOOK_SECONDS:
+            self._looked = now
+            if _has_workers(self._client):
+                self._seen = now
+            elif now > self._seen + self._worker_seconds:
+                raise DatasetError(
+                    "a worker at the scheduler", f"none at {self._address}",
+                    f"start one with `dask worker {self._address}` where this package is "
+                    "installed; the same command then goes on from here")
+        return should_stop()
 
 
 def chunk_there(version: str, spec: DatasetSpec, first: int, count: int) -> Arrays:
@@ -155,3 +128,82 @@ def _failed(error: Exception) -> DatasetError:
     return DatasetError("a piece from the cluster", f"{type(error).__name__}: {reason(error)}",
                         "see the logs of scheduler and workers, which need this package in the "
                         "same version; the same command goes on from here")
+
+
+@contextmanager
+def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client | None]:
+    """A client while the context lasts; None if stopped before there was one.
+
+    Raises
+    ------
+    DatasetError
+        If no scheduler answers there.
+    """
+    with _quiet():
+        client = _client(address, should_stop)
+        try:
+            yield client
+        finally:
+            if client is not None:
+                with suppress(TimeoutError, OSError):
+                    client.close(timeout=CLOSE_SECONDS)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep its log, tracebacks of a lost connection, off the terminal; the errors say it all."""
+    loggers = [logging.getLogger(name) for name in tuple(logging.root.manager.loggerDict)
+               if name.partition(".")[0] == "distributed"]
+    levels = [logger.level for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
+    # A client that finds no scheduler complains at length as it ends: ask for one first.
+    try:
+        found = asyncio.run(_identity(address, should_stop))
+        if found is None:
+            return None
+        if found.get("type") != "Scheduler":
+            raise TypeError(f"a {found.get('type')} answers")
+        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except Exception as error:  # whatever is behind the address may answer anything
+        raise DatasetError("a scheduler that answers", f"none at {address!r} ({reason(error)})",
+                           "start one with `dask scheduler` and give its address, such as "
+                           "tcp://10.0.0.1:8786") from error
+
+
+def _has_workers(client: Client) -> bool:
+    """Whether the scheduler has a worker; not, if it does not answer."""
+    try:
+        return bool(client.nthreads(callback_timeout=ANSWER_SECONDS))
+    except (TimeoutError, OSError):
+        return False
+
+
+async def _identity(address: str, should_stop: Callable[[], bool]) -> dict[str, Any] | None:
+    """What answers at an address; None if stopped before."""
+    asked = asyncio.ensure_future(_ask(address))
+    begin = time.monotonic()
+    while not asked.done():
+        if should_stop() or time.monotonic() > begin + CONNECT_SECONDS:
+            asked.cancel()
+        await asyncio.wait([asked], timeout=POLL_SECONDS)
+    if asked.cancelled():
+        if should_stop():
+            return None
+        raise TimeoutError(f"no answer in {CONNECT_SECONDS:g} s")
+    return asked.result()
+
+
+async def _ask(address: str) -> dict[str, Any]:
+    arguments = Security().get_connection_args("client")
+    async with rpc(address, connection_args=arguments) as scheduler:
+        answer: dict[str, Any] = await scheduler.identity()
+        return answer

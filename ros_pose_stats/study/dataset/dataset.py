@@ -14,8 +14,7 @@ from ...records import Part
 from ...resting.poses import RestingPoses, resting_poses
 from ...shapes.random_polyhedra import RandomPolyhedron
 from ..errors.simulated_poses import SimulatedPoses
-from .archive import read_archive
-from .fields import Arrays
+from .archive import Arrays, read_archive
 from .spec import DatasetSpec
 
 Index = NDArray[np.int64]
@@ -137,3 +136,34 @@ def read_dataset(file: str | Path) -> Dataset:
 
 def _starts(lengths: NDArray[np.uint32]) -> Index:
     return np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+
+
+FOLDER = Path(__file__).resolve().parents[1] / "data"
+
+SHIPPED = ((0.0, "inertia"), (0.25, "inertia"), (0.65, "second"), (1.0, "inertia"))
+"""Shift scale and moment of each."""
+
+
+def shipped_file(shift: float, shift_moment: str) -> Path:
+    """Where a reference dataset lies.
+
+    Raises
+    ------
+    DatasetError
+        If none of that shift comes with the package.
+    """
+    if (shift, shift_moment) not in SHIPPED:
+        known = ", ".join(f"{one:g} ({moment})" for one, moment in SHIPPED)
+        raise DatasetError(f"a shift of {known}", f"{shift:g} ({shift_moment})",
+                           "make one with `ros_pose_stats dataset` and give it with --dataset")
+    return FOLDER / f"polyhedra_{abs(shift):g}_{shift_moment}.npz"  # of -0.0 too
+
+
+def shipped_dataset(shift: float = 0.0, shift_moment: str = "inertia") -> Dataset:
+    """A reference dataset: 1 057 bodies, 1 000 drops of each at restitution 0.2, 0.5, 0.8."""
+    return read_dataset(shipped_file(shift, shift_moment))
+
+
+def shipped_datasets() -> list[Dataset]:
+    """All of them, by rising shift."""
+    return [shipped_dataset(*one) for one in SHIPPED]

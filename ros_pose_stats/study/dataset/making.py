@@ -11,11 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ...errors import DatasetError, RequestError
+from ...records import DropScene
+from ...shapes.random_polyhedra import RandomPolyhedron, random_polyhedron
+from ...simulation.drop_body import PreparedBody, drop_body
+from ...simulation.drops import drop_rules, run
 from ...simulation.request import MOST_WORKERS
-from .archive import read_archive, write_archive
-from .chunk import make_chunk
-from .fields import Arrays
+from ...simulation.starts import random_starts
+from .archive import Arrays, read_archive, write_archive
 from .spec import DatasetSpec
 from .unfinished import Unfinished, clear_leftovers
 
@@ -133,26 +139,124 @@ def on_threads(workers: int | None = None) -> Maker:
 
     def make(spec: DatasetSpec, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[Made, None, None]:
+        ended = Event()
         with ThreadPoolExecutor(threads) as pool:
-            yield from _in_flight(pool, spec, pieces, should_stop, 2 * threads)
+            try:
+                yield from in_flight(
+                    lambda piece: pool.submit(make_chunk, spec, *piece, ended.is_set),
+                    lambda future, _: future.result(), pieces, should_stop, 2 * threads)
+            finally:
+                ended.set()
+                pool.shutdown(wait=False, cancel_futures=True)
 
     return make
 
 
-def _in_flight(pool: ThreadPoolExecutor, spec: DatasetSpec, pieces: Sequence[Piece],
-               should_stop: Callable[[], bool], most: int) -> Generator[Made, None, None]:
-    """Hand out a few pieces at a time; once stopped, those in hand are given up."""
+def in_flight(submit: Callable[[Piece], Future[Arrays]],
+              receive: Callable[[Future[Arrays], Piece], Arrays | None],
+              pieces: Sequence[Piece], should_stop: Callable[[], bool],
+              most: int) -> Generator[Made, None, None]:
+    """Hand out pieces, a few at a time, and give each as it is done.
+
+    Parameters
+    ----------
+    submit : callable
+        Hands out a piece, to a thread or to a cluster.
+    receive : callable
+        What came of it; None where it is to be handed out anew.
+    pieces : sequence of Piece
+    should_stop : callable
+        Asked some twenty times a second.
+    most : int
+        In hand at a time.
+    """
     waiting = list(reversed(pieces))
     busy: dict[Future[Arrays], Piece] = {}
-    ended = Event()
-    try:
-        while (waiting or busy) and not should_stop():
-            while waiting and len(busy) < most:
-                piece = waiting.pop()
-                busy[pool.submit(make_chunk, spec, *piece, ended.is_set)] = piece
-            for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
-                yield busy.pop(future), future.result()
-    finally:
-        ended.set()
-        for future in busy:
-            future.cancel()
+    while (waiting or busy) and not should_stop():
+        while waiting and len(busy) < most:
+            piece = waiting.pop()
+            busy[submit(piece)] = piece
+        for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
+            piece = busy.pop(future)
+            arrays = receive(future, piece)
+            if arrays is None:
+                waiting.append(piece)
+            else:
+                yield piece, arrays
+
+
+AT_ONCE = 1000
+"""Drops in one call of the kernel, which nothing can interrupt: about half a second."""
+
+
+class Stopped(Exception):  # noqa: N818 - no error
+    """A piece was given up because somebody asked for it."""
+
+
+def make_chunk(spec: DatasetSpec, first: int, count: int,
+               should_stop: Callable[[], bool] = lambda: False) -> Arrays:
+    """Draw bodies and drop them.
+
+    Parameters
+    ----------
+    spec : DatasetSpec
+    first, count : int
+        Bodies first ... first + count - 1.
+    should_stop : callable, optional
+        Asked about every half a second.
+
+    Returns
+    -------
+    dict of arrays
+        The fields of `fields.FIELDS` for these bodies alone. They depend on the arguments
+        and on nothing else, whoever computes them.
+
+    Raises
+    ------
+    Stopped
+        If `should_stop` says so.
+    """
+    bodies = [random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
+              for number in range(first, first + count)]
+    prepared = [drop_body(body.part(), 0.0) for body in bodies]
+    counts = [_counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)]
+    poses = [pose for one in prepared for pose in one.resting.poses]
+    return {
+        **_surfaces(bodies),
+        "redraws": np.array([body.redraws for body in bodies], dtype=np.uint32),
+        "poses": np.array([len(one.resting.poses) for one in prepared], dtype=np.uint32),
+        "down": np.array([pose.down for pose in poses]),
+        "height": np.array([pose.height for pose in poses]),
+        "count": np.concatenate(counts).astype(np.uint32),
+        "settled": np.stack([one.sum(axis=0) for one in counts]).astype(np.uint32),
+    }
+
+
+def _surfaces(bodies: list[RandomPolyhedron]) -> Arrays:
+    return {
+        "vertices": np.array([len(body.vertices) for body in bodies], dtype=np.uint32),
+        "triangles": np.array([len(body.triangles) for body in bodies], dtype=np.uint32),
+        "vertex": np.concatenate([body.vertices for body in bodies]),
+        "triangle": np.concatenate([body.triangles for body in bodies]).astype(np.uint32),
+        "center_of_mass": np.array([body.center_of_mass for body in bodies]),
+    }
+
+
+def _counts(spec: DatasetSpec, number: int, body: PreparedBody,
+            should_stop: Callable[[], bool]) -> NDArray[np.int64]:
+    """Drops in each pose, at each restitution, in each block (P, R, K)."""
+    ends = spec.block_ends
+    shape = len(body.resting.poses), len(spec.restitutions), len(ends)
+    counts = np.zeros(shape, dtype=np.int64)
+    for k, restitution in enumerate(spec.restitutions):
+        rules = drop_rules(DropScene(restitution, spec.drop_height, 0.0), body.radius)
+        seed = spec.drop_seed(number, restitution)
+        for start in range(0, spec.drops, AT_ONCE):
+            if should_stop():
+                raise Stopped
+            starts = random_starts(seed, start, min(AT_ONCE, spec.drops - start))
+            pose = run(body, rules, starts).pose
+            block = (start + np.arange(len(pose))) // spec.block
+            settled = pose >= 0
+            np.add.at(counts[:, k], (pose[settled], block[settled]), 1)
+    return counts

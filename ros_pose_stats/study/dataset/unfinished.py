@@ -15,8 +15,7 @@ from ...errors import DatasetError
 from ...recording.directory_lock import DirectoryLock
 from ...recording.run_names import HALF, LOCK
 from ...version import VERSION
-from .archive import reason, write_whole
-from .fields import FIELDS, Arrays, check_arrays
+from .archive import FIELDS, Arrays, check_arrays, reason, write_whole
 from .spec import DatasetSpec
 
 SPEC = "spec.json"

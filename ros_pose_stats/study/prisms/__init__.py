@@ -1,8 +1,7 @@
 """Square prisms: estimators and simulation against dice that were rolled (Fig. 5)."""
 
 from .dice import DICE, Die
-from .results import Misfit, PrismResults, SidesPoint
-from .run import prisms
-from .text import prisms_text
+from .prism_results import Misfit, PrismResults, SidesPoint, prisms_text
+from .prism_runs import prisms
 
 __all__ = ["DICE", "Die", "Misfit", "PrismResults", "SidesPoint", "prisms", "prisms_text"]

@@ -1,7 +1,7 @@
 """Table I and what belongs to it: errors by restitution, sensitivity, refits, outliers."""
 
-from .results import TableResults
-from .run import table
-from .text import table_text
+from .dataset_table import table
+from .table_results import TableResults
+from .table_text import table_text
 
 __all__ = ["TableResults", "table", "table_text"]

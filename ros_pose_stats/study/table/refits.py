@@ -20,7 +20,7 @@ from ...resting.poses import RestingPoses
 from ..errors.bootstrap import body_bootstrap
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses
-from .results import Refit
+from .table_results import Refit
 
 Array = NDArray[np.float64]
 

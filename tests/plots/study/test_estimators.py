@@ -7,7 +7,7 @@ import pytest
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.plots.files import save_figure
-from ros_pose_stats.plots.study.estimators import Panel, estimators_figure
+from ros_pose_stats.plots.study.probabilities import Panel, estimators_figure
 
 from ..synthetic import DROPS, ERRORS, panels
 from ..texts import clipped, figure_texts, overlapping

@@ -7,7 +7,7 @@ import pytest
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.plots.files import save_figure
-from ros_pose_stats.plots.study.noise import noise_figure
+from ros_pose_stats.plots.study.probabilities import noise_figure
 
 from ..synthetic import DROPS, counted, probabilities
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks.node.child import Child
+from benchmarks.node.processes import Child
 
 from .life import Life
 

@@ -11,9 +11,8 @@ from ros_pose_stats_msgs.action import SimulateDrops
 from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
-from benchmarks.node import meshes
 from benchmarks.node.jobs import DONE
-from benchmarks.node.mesh_to_estimate import CAD_TOPIC, PART_TOPIC
+from benchmarks.node.mesh_to_estimate import CAD_TOPIC, PART_TOPIC, rounded
 
 from ...fuzz.messages.message_seeds import HOSTILE, Seeds
 from ...fuzz.messages.messages import fuzzed
@@ -87,7 +86,7 @@ def goals(life: Life) -> Lane:
 
 def failing_jobs(life: Life) -> Lane:
     """A mesh that takes a while to be found bad, so that its job fails."""
-    body = meshes.rounded(2000)
+    body = rounded(2000)
     while True:
         yield 2.0
         request = srv.StartDropSimulation.Request(drops=10)

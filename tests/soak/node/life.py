@@ -13,9 +13,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
-from benchmarks.node.child import Child
 from benchmarks.node.client import OWN, Client
 from benchmarks.node.mesh_to_estimate import CAD_TOPIC, PART_TOPIC
+from benchmarks.node.processes import Child
 
 from .tally import Sample, Tally
 

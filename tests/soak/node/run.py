@@ -13,12 +13,10 @@ from unittest.mock import patch
 
 from ros_pose_stats_msgs import srv
 
-from benchmarks.command import DOCS
-from benchmarks.machine import machine
 from benchmarks.node import jobs
 from benchmarks.node.client import Client
-from benchmarks.node.surroundings import surroundings
-from benchmarks.report import table, write_page
+from benchmarks.node.processes import surroundings
+from benchmarks.report import DOCS, machine, table, write_page
 from benchmarks.results import Results, Section, save
 from ros_pose_stats import part_from_mesh
 

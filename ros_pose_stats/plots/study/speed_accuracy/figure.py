@@ -1,21 +1,19 @@
-"""The chart itself."""
+"""The chart of speed against accuracy, on two logarithmic axes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from ..cost import INK, REFERENCE
-from .axes import error_range, prepare, time_range
-from .front import stair
-from .labels import Array
-from .names import write_names
-from .points import KINDS, ChartPanel, ChartPoint, check, series_of
+from ...style import INK, REFERENCE, new_figure, open_axes
+from .labels import Array, write_names
+from .points import KINDS, ChartPanel, ChartPoint, check, series_of, stair
 
 SUBTITLE = (
     "Time: median over parts, one core. Error: root mean square over poses, pooled over the "
@@ -61,8 +59,7 @@ def speed_accuracy_figure(panels: Sequence[ChartPanel], level: float = 0.9,
     """
     check(panels)
     height = HEAD + PANEL * len(panels) - GAP + FOOT
-    figure = Figure(figsize=(WIDTH, height), dpi=160)
-    FigureCanvasAgg(figure)
+    figure = new_figure(WIDTH, height, dpi=160)
     figure.subplots_adjust(left=LEFT, right=RIGHT, top=1.0 - HEAD / height, bottom=FOOT / height,
                            hspace=GAP / (PANEL - GAP))
     points = [point for panel in panels for point in panel.points]
@@ -115,3 +112,58 @@ def _draw(axes: Axes, points: Sequence[ChartPoint]) -> tuple[Array, Array]:
                   marker=kind.marker, markersize=kind.size, color=kind.colour, zorder=4,
                   markeredgecolor="white", markeredgewidth=0.6)
     return corners
+
+
+Range = tuple[float, float]
+
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+STEPS = (1.0, 2.0, 5.0)
+ABOVE, BELOW = 1.25, 1.45
+"""Room over the highest bar and under the lowest point, as factors."""
+
+
+def time_range(points: Sequence[ChartPoint], width: float, left: float, right: float) -> Range:
+    """Limits in seconds with room for labels on both sides of the points.
+
+    Parameters
+    ----------
+    points : sequence of ChartPoint
+    width : float
+        Of the axes, in the unit of `left` and `right`.
+    left, right : float
+        Room between the axes' ends and the nearest point; together less than `width`.
+    """
+    ends = [math.log10(pick(point.seconds for point in points)) for pick in (min, max)]
+    decades = max(ends[1] - ends[0], 1.0)
+    per_width = decades / (width - left - right)
+    return (float(10.0 ** (ends[0] - left * per_width)),
+            float(10.0 ** (ends[0] + decades + right * per_width)))
+
+
+def error_range(points: Sequence[ChartPoint]) -> Range:
+    """Limits in percentage points: all points and the upper ends of their bars lie within."""
+    return (100.0 * min(point.error for point in points) / BELOW,
+            100.0 * max(max(point.error, point.high) for point in points) * ABOVE)
+
+
+def prepare(axes: Axes, seconds: Range, error: Range) -> None:
+    """Set scales, limits, ticks and grid."""
+    axes.set(xscale="log", yscale="log", xlim=seconds, ylim=error)
+    decades = range(math.ceil(math.log10(seconds[0])), math.floor(math.log10(seconds[1])) + 1)
+    axes.xaxis.set_major_locator(FixedLocator([10.0 ** k for k in decades]))
+    low, high = (math.floor(math.log10(value)) for value in error)
+    axes.yaxis.set_major_locator(FixedLocator(
+        [value for k in range(low, high + 1) for step in STEPS
+         if error[0] <= (value := step * 10.0 ** k) <= error[1]]))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: time_label(value)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
+    axes.tick_params(labelsize=10, labelcolor=INK)
+    open_axes(axes, "#e4e4e4", 0.7)
+
+
+def time_label(seconds: float) -> str:
+    """Such as "10 µs", "1 ms" or "100 s"."""
+    unit, name = next((each for each in UNITS if seconds >= each[0] * (1.0 - 1e-9)), UNITS[-1])
+    return f"{round(seconds / unit, 6):,g} {name}".replace(",", " ")

@@ -1,4 +1,4 @@
-"""What the chart is made of, and what it refuses."""
+"""What the chart is made of, what it refuses, and the points that no other one beats."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ....errors import RequestError
 
+Array = NDArray[np.float64]
 
 class Kind(NamedTuple):
     """How points of a kind are drawn.
@@ -120,3 +124,50 @@ def _check_point(point: ChartPoint, where: str) -> None:
     if not (math.isfinite(point.low) and math.isfinite(point.high) and point.low <= point.high):
         raise RequestError(f"finite bounds in order for {where}", f"{point.low} and {point.high}",
                            "give the error twice where there are no bounds")
+
+
+def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
+    """Find the points than which no other is both faster and more exact.
+
+    Parameters
+    ----------
+    points : sequence of ChartPoint
+        With `seconds` and `error` that are not NaN.
+
+    Returns
+    -------
+    list of int
+        Places in `points`, the fastest first and of equally fast ones the least exact first,
+        so that the errors never rise.
+    """
+    order = sorted(range(len(points)), key=lambda k: (points[k].seconds, -points[k].error))
+    front: list[int] = []
+    faster, seen, now = np.inf, np.inf, -np.inf  # smallest error before this time and up to it
+    for place in order:
+        if points[place].seconds > now:
+            faster, now = seen, points[place].seconds
+        if points[place].error <= faster:
+            front.append(place)
+        seen = min(seen, points[place].error)
+    return front
+
+
+def stair(points: Sequence[ChartPoint], slowest: float, worst: float) -> tuple[Array, Array]:
+    """Corners of the line below and left of which there is no point.
+
+    Parameters
+    ----------
+    points : sequence of ChartPoint
+        As for `pareto_front`, at least one.
+    slowest, worst : float
+        Where the line ends to the right and at the top, in the units of the points.
+
+    Returns
+    -------
+    seconds, error : (2 k + 1,) arrays
+        From the top over the k points of the front to the right.
+    """
+    front = [points[place] for place in pareto_front(points)]
+    seconds = np.repeat([point.seconds for point in front], 2)
+    error = np.repeat([point.error for point in front], 2)
+    return np.append(seconds, (slowest,)), np.concatenate(((worst,), error))

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from ros_pose_stats.plots.study.speed_accuracy import ChartPoint
-from ros_pose_stats.plots.study.speed_accuracy.axes import error_range, time_label, time_range
+from ros_pose_stats.plots.study.speed_accuracy.figure import error_range, time_label, time_range
 
 POINTS = [ChartPoint("fast", "outside", 1e-4, 0.02, -0.01, 0.03),
           ChartPoint("slow", "outside", 1.0, 0.004, 0.003, 0.005)]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ros_pose_stats.plots.study.speed_accuracy import pareto_front
-from ros_pose_stats.plots.study.speed_accuracy.front import stair
+from ros_pose_stats.plots.study.speed_accuracy.points import stair
 
 
 class Point(NamedTuple):

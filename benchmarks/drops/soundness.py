@@ -1,0 +1,217 @@
+"""Whether stopping and thresholds have a say in the answers, and what even starts are worth."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats import PoseStatistics, simulate
+from ros_pose_stats.kernels.drops.layout import DropRules
+
+from ..results import Row, Section
+from .dropper import RESTITUTIONS, Dropper
+
+Array = NDArray[np.float64]
+
+RESTITUTION = 0.5
+LONG_SEED = 1_000_000
+
+STOPPING_TIMED = (
+    "`simulate` until its expected error is down to {:.0%}, restitution {}, once for each of {} "
+    "seeds; the mean probability of each pose against that of one long run of {} random drops. "
+    "`largest bias`: of a pose, in points. `its errors`: the largest bias in units of its "
+    "standard error, that of the mean and of the long run together; `rms` is the root mean "
+    "square over the poses, 1 where there is no bias. `error / told`: root mean square "
+    "error of a run over the expected error that it tells at its end. Not times.")
+
+
+def stopping(droppers: Sequence[Dropper], target: float, seeds: int, drops: int) -> Section:
+    """A row for each body and sampling.
+
+    Parameters
+    ----------
+    droppers : sequence of Dropper
+    target : float
+    seeds : int
+        Runs that stop.
+    drops : int
+        Of the long run.
+    """
+    rows = []
+    for dropper in droppers:
+        long = simulate(dropper.part, drops, RESTITUTION, LONG_SEED)
+        known = _probabilities(long)
+        known_square = known * (1.0 - known) / drops
+        for sampling in ("random", "lattice"):
+            rows.append(_stopping_row(dropper, sampling, target, seeds, known, known_square))
+    return Section("drop_stopping", "Stopping at a wanted error",
+                   STOPPING_TIMED.format(target, RESTITUTION, seeds, drops), tuple(rows))
+
+
+def _stopping_row(dropper: Dropper, sampling: str, target: float, seeds: int, known: Array,
+         known_square: Array) -> Row:
+    run = partial(simulate, dropper.part, 100_000, RESTITUTION, target_error=target, workers=1,
+                  sampling=sampling)
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        runs = list(pool.map(lambda seed: run(seed=seed), range(seeds)))
+    found = np.array([_probabilities(each) for each in runs])
+    bias = found.mean(axis=0) - known
+    error = np.sqrt(found.var(axis=0, ddof=1) / seeds + known_square)
+    seen = error > 0.0
+    told = np.mean([each.expected_error**2 for each in runs]) ** 0.5
+    return Row(f"{dropper.vertices} vertices, {sampling}", {
+        "poses": len(known), "drops a run": float(np.mean([each.drops for each in runs])),
+        "largest bias, points": 100.0 * float(np.abs(bias).max()),
+        "its errors": float((np.abs(bias[seen]) / error[seen]).max(initial=0.0)),
+        "rms": float(np.mean((bias[seen] / error[seen]) ** 2) ** 0.5),
+        "error / told": float(np.mean((found - known) ** 2) ** 0.5 / told),
+    })
+
+
+def _probabilities(statistics: PoseStatistics) -> Array:
+    """By index."""
+    ranked = sorted(statistics.poses, key=lambda pose: pose.index)
+    return np.array([pose.probability for pose in ranked])
+
+
+FACTORS = (0.01, 10.0, 100.0)
+
+THRESHOLDS_TIMED = (
+    "`SLOW` (below which a series of impacts is cut off) and `TOUCHING` (within which a vertex "
+    "takes part) multiplied by the factor, `SOFT` (the energy that cutting off may cost) by its "
+    "square. Every body ({}) is dropped {} times from the same starts as with the thresholds as "
+    "they are. `ended otherwise`: share of drops that came to another pose. `largest change`: of "
+    "a pose's probability, in points. `its errors`: the largest change in units of its own "
+    "standard error, the root of the number of drops that came to or left the pose; the largest "
+    "of that many independent ones is about `by chance`. `rate`: over that with the thresholds "
+    "as they are.")
+
+
+class Change(NamedTuple):
+    """What a factor changed on one body: drops, largest change and the same in its errors."""
+
+    otherwise: int
+    largest: float
+    errors: float
+    compared: int
+    seconds: float
+    before: float
+
+
+def scaled(rules: DropRules, factor: float) -> DropRules:
+    """Rules with other thresholds."""
+    return rules._replace(slow=factor * rules.slow, touching=factor * rules.touching,
+                          soft=factor**2 * rules.soft)
+
+
+def thresholds(droppers: Sequence[Dropper], drops: int) -> Section:
+    """A row for each restitution and factor, over all bodies."""
+    rows = []
+    for restitution in RESTITUTIONS:
+        changes = [list(_changes(dropper, restitution, drops)) for dropper in droppers]
+        rows += [_thresholds_row(restitution, factor, [each[i] for each in changes], drops)
+                 for i, factor in enumerate(FACTORS)]
+    names = ", ".join(f"{dropper.name}, {dropper.vertices} vertices" for dropper in droppers)
+    return Section("drop_thresholds", "What the thresholds change",
+                   THRESHOLDS_TIMED.format(names, drops), tuple(rows))
+
+
+def _changes(dropper: Dropper, restitution: float, drops: int) -> Iterator[Change]:
+    rules = dropper.rules(restitution)
+    known, before = _timed(dropper, rules, drops)
+    for factor in FACTORS:
+        found, seconds = _timed(dropper, scaled(rules, factor), drops)
+        moved = found != known
+        came, left = (np.bincount(each[moved] + 1, minlength=dropper.poses + 1)
+                      for each in (found, known))
+        # One row more than poses: drops that did not settle count as a pose of their own.
+        change, error = (came - left) / drops, np.sqrt(came + left) / drops
+        seen = error > 0.0
+        yield Change(int(moved.sum()), float(np.abs(change).max()),
+                     float((np.abs(change)[seen] / error[seen]).max(initial=0.0)),
+                     int(seen.sum()), seconds, before)
+
+
+def _timed(dropper: Dropper, rules: DropRules, drops: int) -> tuple[NDArray[np.int64], float]:
+    begin = time.perf_counter()
+    pose = dropper.drop(rules, 1, drops).pose
+    return pose, time.perf_counter() - begin
+
+
+def _thresholds_row(restitution: float, factor: float, changes: Sequence[Change],
+                    drops: int) -> Row:
+    compared = sum(change.compared for change in changes)
+    return Row(f"restitution {restitution}, thresholds × {factor:g}", {
+        "ended otherwise": sum(each.otherwise for each in changes) / drops / len(changes),
+        "largest change, points": 100.0 * max(each.largest for each in changes),
+        "its errors": max(each.errors for each in changes),
+        "by chance": _largest_by_chance(compared), "poses": compared,
+        "rate": sum(each.before for each in changes) / sum(each.seconds for each in changes),
+    })
+
+
+def _largest_by_chance(number: int) -> float:
+    """Median of the largest of some normally distributed numbers, in absolute terms."""
+    if number == 0:
+        return 0.0
+    draws = np.random.default_rng(0).standard_normal((2000, number))
+    return float(np.median(np.abs(draws).max(axis=1)))
+
+
+HEIGHTS = (1.5, 5.0, 20.0)
+"""Of release, in radii."""
+
+LATTICE_TIMED = (
+    "Variance of the pose probabilities from n drops of a lattice over that from n independent "
+    "random starts: the mean square error over {} seeds, summed over the poses, over "
+    "p (1 - p) / n, averaged over {} bodies ({} vertices, cluster tolerance 0). p is the mean of "
+    "all seeds. Below 1 a lattice needs that many times fewer drops; errors are standard errors "
+    "from the scatter between the seeds. Not times.")
+
+
+def lattice(droppers: Sequence[Dropper], seeds: int, prefixes: Sequence[int]) -> Section:
+    """A row for each restitution and height of release, a column for each n of `prefixes`."""
+    rows = []
+    for restitution in RESTITUTIONS:
+        for height in HEIGHTS:
+            found = [_ratios(dropper, restitution, height, seeds, prefixes)
+                     for dropper in droppers]
+            ratio = np.mean([one for one, _ in found], axis=0).tolist()
+            error = (np.sqrt(np.sum([two**2 for _, two in found], axis=0))
+                     / len(droppers)).tolist()
+            cells = {}
+            for n, value, sure in zip(prefixes, ratio, error, strict=True):
+                cells |= {f"n = {n}": value, f"error, n = {n}": sure}
+            rows.append(Row(f"restitution {restitution}, released {height:g} radii up", cells))
+    corners = " and ".join(str(dropper.vertices) for dropper in droppers)
+    return Section("drop_lattice", "A lattice of starts against random ones",
+                   LATTICE_TIMED.format(seeds, len(droppers), corners), tuple(rows))
+
+
+def _ratios(dropper: Dropper, restitution: float, height: float, seeds: int,
+            prefixes: Sequence[int]) -> tuple[Array, Array]:
+    """Variance over that of random starts, and its error, for each prefix."""
+    rules = dropper.rules(restitution, height)
+
+    def poses(seed: int) -> NDArray[np.int64]:
+        return dropper.drop(rules, seed, max(prefixes), "lattice").pose
+
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        pose = np.array(list(pool.map(poses, range(seeds))))
+    hit = pose[:, :, None] == np.arange(dropper.poses)
+    p = hit.mean(axis=(0, 1))
+    found = []
+    for n in prefixes:
+        share = hit[:, :n].mean(axis=1)
+        square = ((share - share.mean(axis=0)) ** 2).sum(axis=1) * seeds / (seeds - 1)
+        ratio = square / ((p * (1.0 - p)).sum() / n)
+        found.append((ratio.mean(), ratio.std(ddof=1) / seeds**0.5))
+    values = np.array(found)
+    return values[:, 0], values[:, 1]

@@ -1,0 +1,163 @@
+"""From mesh arrays to all estimates, and estimates of polyhedra of the paper's size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import trimesh
+from scipy.spatial import ConvexHull
+from trimesh.poses import compute_stable_poses
+
+from ros_pose_stats import (
+    Part,
+    PoseStatistics,
+    estimate,
+    estimate_all,
+    part_from_mesh,
+    resting_poses,
+)
+from ros_pose_stats.kernels.body.equilibria import find_equilibria
+from ros_pose_stats.kernels.levels.splits import split_probabilities
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ros_pose_stats.resting.convex_body import convex_body
+
+from .bodies import Body
+from .results import Row, Section, Target
+from .timing import Contender, Pace, Timings, race
+
+TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
+HULLS_FROM = 2000
+"""Vertices from which on scipy's hull is the yardstick; below it fixed costs dominate."""
+FEW_POSES = 20
+MOST_HULLS = 5.0
+NEAR_SPHERE_SECONDS = 1.0
+
+TIMED = (
+    "`all`: `part_from_mesh` (checks, welding, winding, mass properties, hull) and "
+    "`estimate_all` on a new part each time, so nothing is remembered. `hull`: "
+    "`scipy.spatial.ConvexHull` of the same vertices and nothing else. `trimesh`: "
+    "`trimesh.poses.compute_stable_poses(mesh, n_samples=1)` on a new `Trimesh` of the same "
+    "arrays, whose construction is not timed. `stable` counts stable faces, `poses` what they "
+    "merge into at the row's cluster tolerance. Ratios are medians of the ratios round by round; "
+    "a contender stops after some seconds, so trimesh has one round on the largest sphere. The "
+    "garbage collector is off but for trimesh, whose copies would fill the memory.")
+
+
+def all_estimators(bodies: Sequence[Body], pace: Pace, name: str = "all_estimators",
+                   title: str = "All estimators from the mesh") -> Section:
+    """Rows for each body at both cluster tolerances, demanded to beat trimesh."""
+    rows = [row for body in bodies for row in _rows(body, pace)]
+    return Section(name, title, TIMED, tuple(rows))
+
+
+def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
+    """Rows for bodies with many stable poses, demanded to take less than a second."""
+    rows = [row for body in bodies for row in _rows(body, pace, NEAR_SPHERE_SECONDS)]
+    return Section("near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows))
+
+
+def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
+    """Part and the answers of all estimators, from the mesh arrays."""
+    part = part_from_mesh(body.vertices, body.triangles, unit="mm")
+    return part, estimate_all(part, cluster_tolerance=tolerance)
+
+
+def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
+    def mesh() -> trimesh.Trimesh:
+        return trimesh.Trimesh(body.vertices, body.triangles, process=False)
+
+    timings = race([
+        *(Contender(f"{tolerance:g}", lambda _, t=tolerance: answers(body, t))
+          for tolerance in TOLERANCES),
+        Contender("hull", lambda _: ConvexHull(body.vertices)),
+        Contender("trimesh", lambda made: compute_stable_poses(made, n_samples=1), mesh,
+                  collected=True),
+    ], pace)
+    part = part_from_mesh(body.vertices, body.triangles, unit="mm")
+    return [_row(body, part, tolerance, timings, seconds) for tolerance in TOLERANCES]
+
+
+def _row(body: Body, part: Part, tolerance: float, timings: Timings,
+         seconds: float | None) -> Row:
+    own = f"{tolerance:g}"
+    resting = resting_poses(part, tolerance)
+    stable = len(resting.equilibria.order)
+    hulls, trimeshes = timings.ratio(own, "hull"), timings.ratio(own, "trimesh")
+    targets = [Target("all / trimesh", trimeshes, 1.0)]
+    if stable <= FEW_POSES and len(body.vertices) >= HULLS_FROM:
+        targets.append(Target("all / hull", hulls, MOST_HULLS))
+    if seconds is not None:
+        targets.append(Target("all, s", timings.median(own), seconds))
+    return Row(f"{body.name}, {len(body.vertices)} vertices, tolerance {own}", {
+        "stable": stable,
+        "poses": len(resting.poses),
+        "all, ms": timings.milliseconds(own),
+        "hull, ms": timings.milliseconds("hull"),
+        "trimesh, ms": timings.milliseconds("trimesh"),
+        "all / hull": hulls,
+        "trimesh / all": timings.ratio("trimesh", own),
+    }, tuple(targets))
+
+
+KERNEL_MILLISECONDS = 0.1
+ESTIMATE_MILLISECONDS = 0.5
+SPLIT_MILLISECONDS = 1.0
+TOLERANCE = 0.0
+
+PAPER_TIMED = (
+    "`splits`: the kernel `split_probabilities` alone, on the arrays of body and merge tree. "
+    "`equilibria`: the kernel `find_equilibria` that makes the tree. `estimate`: "
+    "`estimate(part, 'meae')` with the convex body known and nothing else, so equilibria, "
+    "poses, symmetry groups, splits and records are all in it. `again`: the same with "
+    "the poses known too and only the split probabilities forgotten. `split`: "
+    "`estimate(part, 'split')` with the convex body known and nothing else. All of them tell "
+    "their expected errors, for which EAE, MEAE and QSE are compared. `hull`: "
+    "`scipy.spatial.ConvexHull`, for scale. Cluster tolerance 0.")
+
+
+def paper_size(bodies: Sequence[Body], pace: Pace) -> Section:
+    """A row for each body."""
+    return Section("paper_size", "MEAE and split of a paper-size polyhedron, the body ready",
+                   PAPER_TIMED, tuple(_paper_row(body, pace) for body in bodies))
+
+
+def _paper_row(body: Body, pace: Pace) -> Row:
+    known = part_from_mesh(body.vertices, body.triangles)
+    resting = resting_poses(known, TOLERANCE)
+    points, arrays = resting.body.points, resting.body.arrays
+    tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
+
+    def with_body() -> Part:
+        part = part_from_mesh(body.vertices, body.triangles)
+        convex_body(part)
+        return part
+
+    def without_splits() -> Part:
+        vars(resting).pop("passage_r", None)
+        return known
+
+    def meae(part: Part) -> object:
+        return estimate(part, "meae", cluster_tolerance=TOLERANCE)
+
+    timings = race([
+        Contender("splits", lambda _: split_probabilities(arrays, tree, wanted, False)),
+        Contender("equilibria", lambda _: find_equilibria(points, arrays)),
+        Contender("estimate", meae, with_body),
+        Contender("again", meae, without_splits),
+        Contender("split", lambda part: estimate(part, "split", cluster_tolerance=TOLERANCE),
+                  with_body),
+        Contender("hull", lambda _: ConvexHull(body.vertices)),
+    ], pace)
+    took = {name: timings.milliseconds(name) for name in timings.seconds}
+    return Row(f"{body.name}, {len(body.vertices)} vertices", {
+        "poses": len(resting.poses),
+        **{f"{name}, ms": value for name, value in took.items()},
+        "estimate / hull": timings.ratio("estimate", "hull"),
+    }, (
+        Target("splits, ms", took["splits"], KERNEL_MILLISECONDS),
+        Target("splits + equilibria, ms", took["splits"] + took["equilibria"],
+               KERNEL_MILLISECONDS),
+        Target("estimate, ms", took["estimate"], ESTIMATE_MILLISECONDS),
+        Target("again, ms", took["again"], ESTIMATE_MILLISECONDS),
+        Target("split, ms", took["split"], SPLIT_MILLISECONDS),
+    ))

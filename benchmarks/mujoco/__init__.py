@@ -1,1 +1,0 @@
-"""The settings of MuJoCo that the package compares itself with, tried out."""

@@ -1,0 +1,114 @@
+"""What figures share: colours, dashes, and labels that do not lie on each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+INK, REFERENCE = "#222222", "#767676"
+"""Of words and outlines, and of what stands behind: grids, notes, lines to compare with."""
+
+BLUE = "#0072B2"
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:
+    """A figure of so many inches, drawn by Agg whatever backend the user has chosen."""
+    figure = Figure(figsize=(width, height), **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def open_axes(axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y"] = "both"
+              ) -> None:
+    """Grid lines of a colour and a width behind the data; no frame above and to the right."""
+    axes.grid(which="major", axis=axis, color=grid, linewidth=width)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def apart(heights: Array, gap: float, low: float = -math.inf, high: float = math.inf) -> Array:
+    """Move heights as little as it takes to lie `gap` apart, in the same order.
+
+    Parameters
+    ----------
+    heights : (k,) array
+    gap : float
+        In the same unit.
+    low, high : float
+        Bounds of the moved heights. Where they leave too little room, `high` gives way.
+
+    Returns
+    -------
+    (k,) array
+        Smallest sum of squared moves; equal heights keep their order.
+    """
+    order = np.argsort(heights, kind="stable")
+    steps = gap * np.arange(len(heights))
+    rising = _nearest_rising(heights[order] - steps)
+    highest = high - gap * (len(heights) - 1)
+    placed = np.empty_like(heights)
+    placed[order] = np.maximum(np.minimum(rising, highest), low) + steps
+    return placed
+
+
+def _nearest_rising(values: Array) -> Array:
+    """Nearest sequence that never falls: neighbours that fall are pooled into their mean."""
+    pools: list[tuple[float, int]] = []
+    for value in values:
+        mean, size = float(value), 1
+        while pools and pools[-1][0] > mean:
+            before, count = pools.pop()
+            mean, size = (before * count + mean * size) / (count + size), count + size
+        pools.append((mean, size))
+    return np.array([mean for mean, size in pools for _ in range(size)])
+
+
+def in_digits(value: float, digits: int) -> str:
+    """A length with so many digits, never with an exponent where it is large."""
+    return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
+
+
+Curves = Sequence[tuple[str, ArrayLike]]
+
+EQUAL = 1e-9
+"""Curves closer than this everywhere are one line with both names."""
+
+# For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the dice's
+# vermilion. Neighbours have different dashes too, so that nothing hangs on the colour.
+LINES: tuple[tuple[str, object], ...] = (
+    ("#0072B2", "-"),
+    ("#E69F00", (0, (6, 1.6))),
+    ("#009E73", (0, (5, 1.4, 1, 1.4))),
+    ("#CC79A7", (0, (1.2, 1.0))),
+    ("#332288", "-"),
+    ("#999933", (0, (6, 1.6))),
+    ("#44AA99", (0, (5, 1.4, 1, 1.4))),
+    ("#882255", (0, (1.2, 1.0))),
+    ("#661100", "-"),
+    ("#88CCEE", (0, (6, 1.6))),
+    ("#117733", (0, (5, 1.4, 1, 1.4))),
+    ("#DDCC77", (0, (1.2, 1.0))),
+)
+
+
+def merged(curves: Curves) -> list[tuple[str, Array]]:
+    """Curves with equal ones under a common label, for one would hide the other."""
+    merged: list[tuple[str, Array]] = []
+    for label, given in curves:
+        values = np.asarray(given, dtype=np.float64)
+        for place, (names, known) in enumerate(merged):
+            if np.abs(values - known).max() < EQUAL:
+                merged[place] = f"{names} = {label}", known
+                break
+        else:
+            merged.append((label, values))
+    return merged

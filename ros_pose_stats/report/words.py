@@ -1,0 +1,133 @@
+"""Numbers and warnings in words, for the reader of a page."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+
+from ..text import listed
+
+SPACE = "\N{NO-BREAK SPACE}"
+UNIT = re.compile(r"(?<=\d) (?=%|mm\b)")
+"""The space between a number and its unit, where a line must not end."""
+
+WORDS = {
+    "UNIT_SUSPECT": ("Is the unit right?",
+                     "Lengths, heights and times are wrong if it is not; probabilities are not "
+                     "touched. Most CAD systems export millimetres."),
+    "OPEN_MESH": ("The mesh has holes",
+                  "The poses are right, but the centre of mass may be off: give it, or close "
+                  "the mesh."),
+    "BODIES_OVERLAP": ("Bodies reach into each other",
+                       "Material counts twice, which moves the centre of mass. Unite the bodies."),
+    "INERTIA_SUSPECT": ("The given inertia is too large for this part",
+                        "Check its unit: kg m² is meant."),
+    "CLUSTERED": ("Some poses stand for many facets",
+                  "A curve in the mesh is made of flat facets. They are taken as one pose."),
+    "MARGINAL_POSE": ("A pose hardly holds",
+                      "Do not plan a feeder on it: the slightest tilt ends it."),
+    "SHALLOW_POSE": ("A vibrating feeder empties some poses",
+                     "What is given for them holds on a plate at rest only."),
+    "NEAR_TIE": ("Two ways between poses are almost equally high",
+                 "The answer is still good, but parts may differ from piece to piece."),
+    "COARSE_CURVE": ("A curve is too coarse for the simulation",
+                     "The estimates are not touched by this: compare them."),
+    "METHODS_DISAGREE": ("The quick estimates disagree",
+                         "Trust the simulation more than any of them."),
+    "LOW_DROP": ("The part is released low",
+                 "The pose at release will come up more often than the estimates say; the "
+                 "simulation knows the height."),
+    "RELEASED_TOUCHING": ("The drop height is less than the part needs",
+                          "Orientations that do not fit were released touching the plate."),
+    "HEIGHT_SUSPECT": ("Is the drop height right?", "It is in metres."),
+    "TARGET_MISSED": ("The simulation ended above the wanted error", "Allow more drops."),
+    "UNSETTLED": ("Some drops did not come to rest",
+                  "They are left out of the probabilities."),
+    "TIME_LIMIT": ("The simulation ran out of time", "What was done counts."),
+    "NOT_RECORDED": ("The answer was not recorded", "Look after the disk of the log."),
+}
+"""By code: a heading, and what it means or what to do."""
+
+
+def in_words(warning: str) -> tuple[str, str, str]:
+    """Heading, what was found, and what it means.
+
+    Parameters
+    ----------
+    warning : str
+        `CODE: sentence`.
+    """
+    code, _, sentence = warning.partition(": ")
+    heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
+    return heading, sentence[:1].upper() + sentence[1:], meaning
+
+
+def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:
+    """Warnings of several methods; those that differ in the method's name only are one.
+
+    Parameters
+    ----------
+    by_method : iterable of (method, warnings)
+
+    Returns
+    -------
+    tuple of str
+        `CODE: sentence`, in the order of the methods.
+    """
+    told: dict[str, list[str]] = {}
+    for method, warnings in by_method:
+        for warning in warnings:
+            told.setdefault(warning, []).append(method)
+    alike: dict[str, list[str]] = {}
+    for warning, methods in told.items():
+        # A warning of several methods names none of them, whatever words it has.
+        bare = warning if len(methods) > 1 else warning.replace(f" {methods[0]} ", " {} ")
+        alike.setdefault(bare, []).extend(methods)
+    return tuple(bare if bare in told else bare.replace("{}", _methods(methods))
+                 for bare, methods in alike.items())
+
+
+def _methods(methods: Sequence[str]) -> str:
+    first, *others = methods
+    return f"{first} (likewise {listed(others)})" if others else first
+
+
+def units(text: str) -> str:
+    """Text in which numbers stay together with their units."""
+    return UNIT.sub(SPACE, text)
+
+
+def percent(share: float) -> str:
+    """A probability in percent; a dash where it is not known."""
+    return "\N{EN DASH}" if math.isnan(share) else f"{100.0 * share:.1f}{SPACE}%"
+
+
+def between(low: float, high: float) -> str:
+    """A 90 % interval in percent."""
+    if math.isnan(low) or math.isnan(high):
+        return "\N{EN DASH}"
+    digits = 1 if high >= 0.01 else 2
+    return f"{100.0 * low:.{digits}f} to {100.0 * high:.{digits}f}{SPACE}%"
+
+
+def millimetres(metres: float) -> str:
+    """A length; words where it has no bound."""
+    if not math.isfinite(metres):
+        return "no other pose"
+    return f"{in_millimetres(metres)}{SPACE}mm"
+
+
+def in_millimetres(metres: float) -> str:
+    """A length in millimetres without the unit, and never with an exponent."""
+    return f"{1e3 * metres:.4g}" if metres < 10.0 else f"{1e3 * metres:.0f}"
+
+
+def three_digits(value: float) -> str:
+    """A number with three digits, zeros included; all of them where it has more."""
+    return f"{value:#.3g}".rstrip(".") if value < 999.5 else f"{value:.0f}"
+
+
+def degrees(radians: float) -> str:
+    """An angle with three digits."""
+    return f"{math.degrees(radians):.3g}\N{DEGREE SIGN}"

@@ -1,0 +1,258 @@
+"""The stability study for people: a page, a figure a walk, and the numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...estimators.registry import ESTIMATORS
+from ...plots.study.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
+from ..output import markdown_table, points, write_page
+from ..paper import ERRORS
+from .jumps import spread
+from .walk_runs import COMBINED_DROPS, LEVEL, Curve, StabilityResults, WalkResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PAGE = Path("study") / "stability.md"
+
+
+def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
+    """Write `study/stability.md`, `figures/stability_*` and `benchmarks/stability.json`.
+
+    Parameters
+    ----------
+    found : StabilityResults
+    folder : Path
+        Created where it does not exist; other files in it stay.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    figures = {f"stability_{one.walk.name}": draw_walk(one) for one in found.walks}
+    return write_page(folder, PAGE, stability_page(found),
+                      {**figures, "stability_reliability": draw_reliability(found)},
+                      {"stability": as_dict(found)})
+
+
+def as_dict(found: StabilityResults) -> dict[str, Any]:
+    """Plain values for JSON."""
+    return {"walks": [_walk(one) for one in found.walks],
+            "reliability": {name: [one._asdict() for one in bins]
+                            for name, bins in found.reliability.items()}}
+
+
+def _walk(one: WalkResults) -> dict[str, Any]:
+    return {
+        "name": one.walk.name, "title": one.walk.title, "parameter": one.walk.parameter,
+        "logarithmic": one.walk.logarithmic, "watched": one.walk.quantity,
+        "cluster_tolerance": one.walk.cluster_tolerance, "values": one.values.tolist(),
+        "poses": one.poses.tolist(), "methods": [_method(one, curve) for curve in one.curves],
+        "simulation": {"probability": one.simulated.values.tolist(),
+                       "low": one.simulated.low.tolist(), "high": one.simulated.high.tolist(),
+                       "settled": one.simulated.settled.tolist()}}
+
+
+def _method(found: WalkResults, one: Curve) -> dict[str, Any]:
+    return {"method": one.method, "probability": one.values.tolist(), "slope": one.change.slope,
+            "slope_at": found.walk.value(one.change.slope_at),
+            "jumps": [{"at": found.walk.value(jump.place), "size": jump.size}
+                      for jump in one.change.jumps]}
+
+
+WIDTH = 99
+
+INTRODUCTION = """# Where methods fail
+
+Written by `ros_pose_stats benchmark stability -o docs`; edits here are lost.
+
+Each section walks a body, or the scene that it falls into, through one kind of trouble. The figure
+shows one probability along the walk by every estimator and by drop simulation at restitution
+0.5 (unless the walk changes it); crosses are jumps, found by halving the step until the change
+stays. In the tables
+
+- `jumps` is the number of jumps of at least 0.2 points, and the largest of them,
+- `slope` the largest change in points for a relative change of the parameter by one per cent
+  (for walks on a linear axis: for a change by 0.01), away from jumps, and where,
+- `off` the largest distance from the simulation, in points, and where; `beyond noise` counts the
+  values at which it is more than four standard errors of the simulation.
+"""
+
+
+RELIABILITY = """## Expected and true errors
+
+![Expected against true errors, parts in ten bins](../figures/stability_reliability.png)
+
+Every answer carries an `expected_error`. Here the parts of all reference datasets are sorted by
+it, for each method by itself, and put in ten bins; the table gives the root mean squares over
+each bin of what was expected and of what came true, in points. The last row is a simulation of
+100 drops, judged by the 900 others.
+"""
+
+
+def stability_page(found: StabilityResults) -> str:
+    """The whole page, Markdown."""
+    parts = [INTRODUCTION]
+    for one in found.walks:
+        name = one.walk.name
+        picture = f"![{one.walk.title}](../figures/stability_{name}.png)"
+        parts += [f"## {one.walk.title}\n", f"{picture}\n",
+                  *wrap(LESSONS[name], WIDTH), "", walk_text(one), ""]
+    return "\n".join([*parts, RELIABILITY, reliability_text(found), ""])
+
+
+def stability_text(found: StabilityResults) -> str:
+    """All tables."""
+    parts = [f"### {one.walk.title}\n\n{walk_text(one)}" for one in found.walks]
+    return "\n\n".join([*parts, f"### Expected errors\n\n{reliability_text(found)}"])
+
+
+def reliability_text(found: StabilityResults) -> str:
+    """A row a method: expected and true error in every bin of parts."""
+    bins = len(next(iter(found.reliability.values())))
+    head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
+    rows = [[ESTIMATORS[name].title if name in ESTIMATORS else name,
+             *(f"{points(one.expected)} / {points(one.true)}" for one in some)]
+            for name, some in found.reliability.items()]
+    return markdown_table(head, rows)
+
+
+def walk_text(found: WalkResults) -> str:
+    """Where methods part company, a line, and a table with a row a method."""
+    curves = {one.method: one.values for one in found.curves}
+    place, apart = spread(list(curves.values()))
+    at = {name: float(values[place]) for name, values in curves.items()}
+    low, high = min(at, key=at.__getitem__), max(at, key=at.__getitem__)
+    steps = np.abs(np.diff(found.simulated.values))
+    noise = _noise(found)
+    said = (f"Watched: {found.walk.quantity}; {found.poses.min()} to {found.poses.max()} stable "
+            f"poses. The methods are farthest apart at {found.values[place]:.3g}: {_title(low)} "
+            f"{points(at[low])} %, {_title(high)} {points(at[high])} %, {points(apart)} points. "
+            f"The simulation's standard error is at most {points(noise.max(), 2)} points, its "
+            f"largest step between neighbouring values {points(steps.max())}.")
+    head = ("method", "jumps", "largest jump, points", "slope, points a per cent", "at",
+            "off, points", "at", "beyond noise")
+    rows = markdown_table(head, [_row(found, one) for one in found.curves])
+    return "\n".join([*wrap(said, WIDTH), "", rows])
+
+
+def _row(found: WalkResults, one: Curve) -> tuple[str, ...]:
+    away = np.abs(one.values - found.simulated.values)
+    worst = int(np.argmax(away))
+    sizes = [abs(jump.size) for jump in one.change.jumps]
+    far = int((away > 4.0 * _noise(found)).sum())
+    return (_title(one.method), str(len(sizes)), points(max(sizes)) if sizes else "",
+            points(0.01 * one.change.slope, 3),
+            f"{found.walk.value(one.change.slope_at):.3g}" if one.change.slope else "",
+            points(float(away[worst])), f"{found.values[worst]:.3g}",
+            f"{far} of {len(found.values)}")
+
+
+def _noise(found: WalkResults) -> NDArray[np.float64]:
+    """Standard error of the simulation at each value, never 0."""
+    n = found.simulated.settled
+    q = (found.simulated.values * n + 0.5) / (n + 1.0)
+    return np.asarray(np.sqrt(q * (1.0 - q) / n))
+
+
+def _title(name: str) -> str:
+    return ESTIMATORS[name].title
+
+
+LESSONS: Final = {
+    "marginal_face": (
+        "A face that is about to stop being stable still gets its full share from the area, the "
+        "centroid solid angle and what is built on them, up to the moment when it gets nothing. "
+        "EAE and MEAE fade it out, and so do drops. The warning MARGINAL_POSE says when a part is "
+        "here: the real part, off by a tenth of a millimetre, may be on either side."),
+    "coplanar_faces": (
+        "Two faces that are nearly one change nothing for drops. Estimators share out the same "
+        "total between them, but for NQSE, whose curve is taken of every pose by itself, and the "
+        "combined estimator with it: they change where the faces merge. Cluster tolerance 0 "
+        "shows it; at the default the two are one pose long before."),
+    "cylinder_sides": (
+        "To the estimators of the paper a cylinder of 32 sides is as good as one of 512. Drops "
+        "see a difference: a polygon that rolls loses energy at every edge and comes to rest on "
+        "its side, a round part rolls on until it falls on an end or stops for other reasons. "
+        "Simulate round parts with fine facets; COARSE_CURVE warns of coarse ones. NQSE has a "
+        "spike where the facets are not yet gathered into one pose. `split` knows how finely a "
+        "body is divided and goes with the drops up to some hundred sides; of still finer ones "
+        "it can tell no more, but a hundred drops together with it begin to."),
+    "heavy_sphere": (
+        "With hundreds of shallow poses the older estimators do not see that the heavy side "
+        "pulls: most facets stay stable, so most share in the probability. Drops roll to the "
+        "heavy side once the offset beats the facets. EAE, MEAE and `split` follow in kind, not "
+        "in number. "
+        "Expect little of any estimator for a part that is nearly a ball, and simulate."),
+    "needle": (
+        "All methods agree on plates and needles, and on the cube by symmetry. In between they "
+        "part company, most at thick plates and short bars, which many parts are: see the dice in "
+        "accuracy.md."),
+    "broken_symmetry": (
+        "A cube whose corners are off by a millionth has faces of two triangles each, and one "
+        "triangle of a face may hold the foot of the centre of mass alone. Estimators that add up "
+        "faces count the stable triangle only. QSE lets the other one topple onto it, EAE and "
+        "MEAE see one valley: these hardly move. Drops do not move at all."),
+    "vertex_noise": (
+        "Noise of the vertices up to a thousandth of the radius changes no method; at a "
+        "hundredth faces begin to appear and vanish, and estimators that jump there jump."),
+    "restitution": (
+        "None of the paper's estimators knows the plate. The simulation's probability changes by "
+        "far more than its noise between soft and hard plates, and not steadily: no single "
+        "estimate is right for all of them. `split` knows the restitution and goes with the "
+        "drops, but for the ups and downs on soft plates: give it, and simulate if they matter."),
+    "rocking": (
+        "Two neighbouring faces, a ridge of less than a hundred-thousandth of the radius between "
+        "the higher one and the lower. Whether the part rocks itself to rest on the higher face "
+        "or over the ridge is decided by a few impacts, and changes within a few hundredths of "
+        "the restitution. No estimator that is smooth in the scene and in the shape follows that; "
+        "the largest deviations of all methods are of this kind. At cluster "
+        "tolerance 0, as here, MARGINAL_POSE and SHALLOW_POSE warn of it; at the default the two "
+        "are one pose. Where it matters, simulate with the restitution of the real ground."),
+    "drop_height": (
+        "Released low, the part stays where it is put: the simulation then follows the starting "
+        "poses. Above a few radii the height hardly matters, and the paper's estimators are "
+        "made for that. Feeder lips are one to three radii high, where LOW_DROP warns. `split` "
+        "knows the height from one radius on, but smooths over what happens below three: simulate "
+        "with the real height, or let `hybrid` add drops."),
+}
+"""By the walk's name."""
+
+
+PAPER = "the paper's estimators and those before it"
+
+
+def draw_walk(found: WalkResults) -> Figure:
+    """The paper's on the left, those that know the scene on the right, the simulation in both."""
+    walk, simulated = found.walk, found.simulated
+    paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
+    ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
+    ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
+    drops = int(simulated.settled.max())
+    return walk_figure(
+        found.values, [WalkPanel(PAPER, paper),
+                       WalkPanel("split, and drops with it", ours, paper, "those on the left")],
+        np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
+        walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
+        f"{walk.cluster_tolerance:g}.")
+
+
+def draw_reliability(found: StabilityResults) -> Figure:
+    """Expected against true errors, a panel a method."""
+    return reliability_figure([
+        (ESTIMATORS[name].title if name in ESTIMATORS else name,
+         np.array([(one.expected, one.true, one.error) for one in bins]))
+        for name, bins in found.reliability.items()])
+
+
+def _curve(found: WalkResults, one: Curve) -> WalkCurve:
+    jumps = [(found.walk.value(jump.place), jump.size) for jump in one.change.jumps]
+    return WalkCurve(ESTIMATORS[one.method].title, one.values, jumps)

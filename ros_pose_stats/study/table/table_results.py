@@ -1,0 +1,171 @@
+"""What the comparison of the estimators with a dataset found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..dataset import DatasetSpec
+from ..errors.calibration import Calibration
+from ..errors.partition import Accuracy, Noise
+from ..output import plain
+
+Array = NDArray[np.float64]
+
+Range = tuple[int, int]
+
+
+class Shapes(NamedTuple):
+    """What the bodies are like: ranges as (least, most)."""
+
+    values: int
+    mean_poses: float
+    poses: Range
+    vertices: Range
+    faces: Range
+    redraws: int
+    unsettled: int
+    largest_probability: float
+
+
+class Row(NamedTuple):
+    """One estimator.
+
+    Attributes
+    ----------
+    name, title : str
+    pooled : Accuracy
+        Over all restitutions and drops.
+    by_restitution : dict of float to Accuracy
+    first : Accuracy
+        Pooled, from the first drops alone, as in the paper.
+    """
+
+    name: str
+    title: str
+    pooled: Accuracy
+    by_restitution: dict[float, Accuracy]
+    first: Accuracy
+
+
+class CombinedRow(NamedTuple):
+    """Estimate and the first drops together, against all other drops; as in `Row`."""
+
+    title: str
+    pooled: Accuracy
+    by_restitution: dict[float, Accuracy]
+
+
+class Refit(NamedTuple):
+    """Coefficients fitted to the dataset.
+
+    Attributes
+    ----------
+    name : str
+        `NQSE` (Eq. 6), `combined` (Eq. 9), with the restitution where it is for one alone, or
+        `PQSE` (this project's reading).
+    published, fitted, standard_error : tuple of float
+        The error by a bootstrap over bodies.
+    error : float
+        sigma(e, p) with the fitted ones, on the same drops; `published_error` with the
+        published.
+    """
+
+    name: str
+    published: tuple[float, ...]
+    fitted: tuple[float, ...]
+    standard_error: tuple[float, ...]
+    published_error: float
+    error: float
+
+
+class Outlier(NamedTuple):
+    """One of the largest deviations of the combined estimator, and what more drops say.
+
+    Attributes
+    ----------
+    body, pose : int
+        Numbers in the dataset; the pose's within the body.
+    restitution, estimate : float
+    first : float
+        Simulated probability after the first drops, by which it was found.
+    again : tuple of (drops, probability)
+        From fresh drops, independent of those and of each other.
+    """
+
+    body: int
+    pose: int
+    restitution: float
+    estimate: float
+    first: float
+    again: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TableResults:
+    """Everything that stands in the table of one dataset.
+
+    Attributes
+    ----------
+    spec : DatasetSpec
+    shapes : Shapes
+    rows : tuple of Row
+        In the registry's order.
+    first : int
+        How many the first drops are, by which the largest deviations are told: 100 as in the
+        paper, unless the dataset counted others together.
+    noise : dict of float to Noise
+        Of the paper's 100 drops, by restitution.
+    pooled_noise : Noise
+        The same over all restitutions.
+    sensitivity : Accuracy or None
+        Of the lowest restitution's probabilities against the highest's.
+    combined : CombinedRow or None
+        Of hybrid with the first drops, against all others; None where there are no others.
+    calibration : dict of float to Calibration
+        The first drops against all others; empty where there are no others.
+    refits : tuple of Refit
+        Empty where there are too few bodies to fit anything to.
+    outliers : tuple of Outlier
+    estimates : dict of float to dict of str to (P,) array
+        Behind the rows, by restitution.
+    seconds : float
+    """
+
+    spec: DatasetSpec
+    shapes: Shapes
+    rows: tuple[Row, ...]
+    first: int
+    noise: dict[float, Noise]
+    pooled_noise: Noise
+    sensitivity: Accuracy | None
+    combined: CombinedRow | None
+    calibration: dict[float, Calibration]
+    refits: tuple[Refit, ...]
+    outliers: tuple[Outlier, ...]
+    estimates: dict[float, dict[str, Array]]
+    seconds: float
+
+    def row(self, name: str) -> Row:
+        """The row of an estimator."""
+        return next(row for row in self.rows if row.name == name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON, the estimates left out."""
+        return {
+            "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
+            "estimators": [_row(row) for row in self.rows], "first_drops": self.first,
+            "combined": plain(self.combined),
+            "noise_of_100": plain(self.noise), "pooled_noise_of_100": plain(self.pooled_noise),
+            "sensitivity": plain(self.sensitivity),
+            "calibration_of_first": plain(self.calibration), "refits": plain(self.refits),
+            "outliers": plain(self.outliers), "seconds": self.seconds,
+        }
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {"name": row.name, "pooled": plain(row.pooled), "pooled_of_first": plain(row.first),
+            "by_restitution": plain(row.by_restitution)}
