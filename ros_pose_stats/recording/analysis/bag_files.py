@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from ...errors import BagError
-from ..reader.bag_input import files_of_bag
+from ..reader.raw_reader import files_of_bag
 
 SQLITE: Final = ".db3"
 PACKED_SQLITE: Final = ".db3.zstd"

@@ -360,7 +360,7 @@ class TestRefusals:
         def refused(*_args, **_options):
             raise PermissionError(13, "Permission denied")
 
-        monkeypatch.setattr("ros_pose_stats.recording.reader.raw_reader.opened", refused)
+        monkeypatch.setattr("ros_pose_stats.recording.reader.raw_reader._opened", refused)
         with pytest.raises(BagError, match="Permission denied"):
             read_bags(run)
 
