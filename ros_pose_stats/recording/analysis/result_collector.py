@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .copies import fingerprint
-from .decoding import SECOND, field
+from .decoding import SECOND, fingerprint, read_field
 from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
@@ -29,8 +28,8 @@ class ResultCollector:
     """
 
     def __init__(self, first: Any) -> None:
-        self.cluster_tolerance = float(field(first, "cluster_tolerance", math.nan))
-        self.radius = float(field(first, "radius", math.nan))
+        self.cluster_tolerance = float(read_field(first, "cluster_tolerance", math.nan))
+        self.radius = float(read_field(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
         self.warnings: dict[str, None] = {}
         self._rows: dict[bytes, int] = {}
@@ -53,7 +52,7 @@ class ResultCollector:
         key = fingerprint(time, found.scene, found.restitution, found.drops, found.unsettled,
                           found.seed, found.job_id, found.final, found.probability, found.count)
         row = self._rows.setdefault(key, len(self._rows))
-        self.warnings.update(dict.fromkeys(field(message, "warnings", ())))
+        self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
         if row < len(self._flags["final"]):
             self._flags["latched"][row] |= latched
             return
@@ -95,34 +94,34 @@ def _pose_table(poses: Sequence[Any]) -> PoseTable:
     return PoseTable(
         np.array([pose.index for pose in poses], dtype=np.int64),
         # Without groups every pose is a group of its own.
-        np.array([field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array([read_field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
         np.array(down, dtype=np.float64).reshape(-1, 3),
         **{name: _numbers(poses, name) for name in POSE_NUMBERS})
 
 
 def _numbers(poses: Sequence[Any], name: str) -> Array:
-    return np.array([field(pose, name, math.nan) for pose in poses], dtype=np.float64)
+    return np.array([read_field(pose, name, math.nan) for pose in poses], dtype=np.float64)
 
 
 def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
-    spent = field(message, "compute_time", None)
+    spent = read_field(message, "compute_time", None)
     return Prediction(
-        method=str(field(message, "method", "")),
-        restitution=float(field(message, "restitution", math.nan)),
-        drop_height=float(field(message, "drop_height", math.nan)),
-        plate=str(field(message, "plate", "")),
+        method=str(read_field(message, "method", "")),
+        restitution=float(read_field(message, "restitution", math.nan)),
+        drop_height=float(read_field(message, "drop_height", math.nan)),
+        plate=str(read_field(message, "plate", "")),
         time=time,
-        drops=int(np.int64(field(message, "drops", 0))),
-        unsettled=int(np.int64(field(message, "unsettled", 0))),
-        seed=int(field(message, "seed", 0)),
-        expected_error=float(field(message, "expected_error", math.nan)),
-        plate_error=float(field(message, "plate_error", math.nan)),
+        drops=int(np.int64(read_field(message, "drops", 0))),
+        unsettled=int(np.int64(read_field(message, "unsettled", 0))),
+        seed=int(read_field(message, "seed", 0)),
+        expected_error=float(read_field(message, "expected_error", math.nan)),
+        plate_error=float(read_field(message, "plate_error", math.nan)),
         seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
-        job_id=str(field(message, "job_id", "")),
-        version=str(field(message, "version", "")),
-        final=bool(field(message, "final", True)),
+        job_id=str(read_field(message, "job_id", "")),
+        version=str(read_field(message, "version", "")),
+        final=bool(read_field(message, "final", True)),
         probability=_numbers(poses, "probability"),
         probability_low=_numbers(poses, "probability_low"),
         probability_high=_numbers(poses, "probability_high"),
         standard_error=_numbers(poses, "standard_error"),
-        count=np.array([field(pose, "count", 0) for pose in poses], dtype=np.int64))
+        count=np.array([read_field(pose, "count", 0) for pose in poses], dtype=np.int64))
