@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ...recording.analysis import (
     Comparison,
     CountComparison,
-    PartRecord,
     Prediction,
     ResultHistory,
     SimulationComparison,
@@ -53,7 +52,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
     yield from _tests(found.estimates, labels)
 
 
-def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[str]:
+def count_lines(found: CountComparison) -> Iterator[str]:
     """What cameras counted, and the predictions beside it."""
     counts = found.counts
     plate = f" on plate {shortened(printable(counts.plate), 40)}" if counts.plate else ""
@@ -64,8 +63,7 @@ def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[s
            "UTC")
     yield (f"  unclassified: {counts.unclassified} of {total}, "
            f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} %)")
-    history = None if record is None or found.problem else next(
-        each for each in record.histories if each.cluster_tolerance == found.cluster_tolerance)
+    history = found.history
     if history is None:
         yield from _wrapped(f"not compared: {found.problem}")
         yield from columns((Column("pose"), Column("counted")), (
@@ -133,11 +131,12 @@ def _counted(found: CountComparison, history: ResultHistory,
              labels: dict[Prediction, str]) -> Iterator[str]:
     poses = history.poses
     order = np.argsort(-found.count, kind="stable")[:MOST_POSES]
+    share, (low, high) = found.share, found.bounds
     yield from _beside(
         (Column("pose"), Column("group"), Column("counted"), Column("share", "%"),
          Column("90 % interval", "%")),
-        [(str(poses.index[k]), str(poses.group[k]), str(found.count[k]), percent(found.share[k]),
-          interval(found.low[k], found.high[k])) for k in order],
+        [(str(poses.index[k]), str(poses.group[k]), str(found.count[k]), percent(share[k]),
+          interval(low[k], high[k])) for k in order],
         [(labels[each], each.probability[order]) for each in history.predictions])
 
 

@@ -34,10 +34,11 @@ class ResultCollector:
         self.warnings: dict[str, None] = {}
         self._rows: dict[bytes, int] = {}
         self._methods: dict[str, int] = {}
-        self._predictions: dict[Any, Prediction] = {}
+        self._scenes: dict[Any, int] = {}
+        self._predictions: dict[int, Prediction] = {}
         self._numbers = {name: array(code) for name, code in (
-            ("time", "q"), ("method", "q"), ("restitution", "d"), ("drop_height", "d"),
-            ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
+            ("time", "q"), ("method", "q"), ("prediction", "q"), ("restitution", "d"),
+            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
         self._flags = {"final": bytearray(), "latched": bytearray()}
         self._probability = array("d")
 
@@ -58,13 +59,15 @@ class ResultCollector:
             return
         self._flags["final"].append(found.final)
         self._flags["latched"].append(latched)
-        method = self._methods.setdefault(found.method, len(self._methods))
+        scene = self._scenes.setdefault(found.scene, len(self._scenes))
+        numbers = {"method": self._methods.setdefault(found.method, len(self._methods)),
+                   "prediction": scene}
         for name, column in self._numbers.items():
-            column.append(method if name == "method" else getattr(found, name))
+            column.append(numbers[name] if name in numbers else getattr(found, name))
         self._probability.frombytes(found.probability.tobytes())
-        known = self._predictions.get(found.scene)
+        known = self._predictions.get(scene)
         if known is None or found.knows_more_than(known):
-            self._predictions[found.scene] = found
+            self._predictions[scene] = found
 
     def history(self) -> ResultHistory:
         """Everything so far, by time."""
