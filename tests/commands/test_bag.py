@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import subprocess
 import sys
+import time
 
 import pytest
 
 from ros_pose_stats.cli import main
+from ros_pose_stats.commands import progress_bar
 from tests.recording.analysis.bags import run_of_a_node, write_recorded, write_run
 from tests.recording.analysis.messages import counts, event, result
 from tests.running import ROOT, command, strict_json
@@ -92,6 +95,26 @@ class TestReport:
         text = printed(capsys, tmp_path)
         assert "clamp: camera counts alone" in text
         assert "no result of this part" in text
+
+
+class TestProgress:
+    def test_a_terminal_is_told_and_wiped(self, log, capsys, monkeypatch):
+        monkeypatch.setattr(progress_bar, "FIRST_AFTER", -1.0)
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+        assert main(["bag", str(log)]) == 0
+        shown = capsys.readouterr()
+        assert "0 of 0 MB read, " in shown.err and " left" in shown.err
+        assert shown.err.endswith(" \r")
+        assert "\r" not in shown.out
+
+    def test_sizes_and_time_left(self, monkeypatch):
+        stream = io.StringIO()
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+        bar = progress_bar.ProgressBar(stream)
+        monkeypatch.setattr(bar, "_next", 0.0)
+        monkeypatch.setattr(bar, "_begin", time.monotonic() - 9.5)
+        bar.show_bytes(100_400_000, 500_000_000)
+        assert stream.getvalue() == "\r[####....................] 100 of 500 MB read, 38 s left"
 
 
 class TestJson:

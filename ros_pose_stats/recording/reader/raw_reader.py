@@ -22,6 +22,7 @@ from ..writer.contents import NODE_KEY
 from .scan import UNREADABLE, frames
 
 _PACKED: Final = ".zstd"
+_STEP: Final = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
     on_damage : callable, optional
         Told of every place that had to be passed over.
     on_read : callable, optional
-        Told after every record which fraction of its file has been read.
+        Told after every megabyte which fraction of its file has been read.
 
     Raises
     ------
@@ -110,8 +111,11 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
     schemas: dict[int, Schema] = {}
     channels: dict[int, tuple[str, str, str, str]] = {}
     size = os.fstat(file.fileno()).st_size
+    next_told = 0
     for frame in frames(file, damaged):
-        on_read(min(1.0, frame.end / size))
+        if frame.end > next_told:
+            on_read(min(1.0, frame.end / size))
+            next_told = frame.end + _STEP
         try:
             record = frame.record()
             records = [record] if not isinstance(record, Chunk) else _unpacked(record)
