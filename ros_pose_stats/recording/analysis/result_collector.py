@@ -14,6 +14,10 @@ from .decoding import SECOND, fingerprint, read_field
 from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
+TEXTS = ("method", "plate", "job_id", "version")
+NUMBERS = ("restitution", "drop_height", "expected_error", "plate_error")
+COUNTS = ("drops", "unsettled")
+PROBABILITIES = ("probability", "probability_low", "probability_high", "standard_error")
 
 
 class ResultCollector:
@@ -108,23 +112,14 @@ def _numbers(poses: Sequence[Any], name: str) -> Array:
 
 def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
     spent = read_field(message, "compute_time", None)
+    told: dict[str, Any] = {
+        **{name: str(read_field(message, name, "")) for name in TEXTS},
+        **{name: float(read_field(message, name, math.nan)) for name in NUMBERS},
+        **{name: int(np.int64(read_field(message, name, 0))) for name in COUNTS},
+        **{name: _numbers(poses, name) for name in PROBABILITIES}}
     return Prediction(
-        method=str(read_field(message, "method", "")),
-        restitution=float(read_field(message, "restitution", math.nan)),
-        drop_height=float(read_field(message, "drop_height", math.nan)),
-        plate=str(read_field(message, "plate", "")),
-        time=time,
-        drops=int(np.int64(read_field(message, "drops", 0))),
-        unsettled=int(np.int64(read_field(message, "unsettled", 0))),
+        **told, time=time,
         seed=int(read_field(message, "seed", 0)),
-        expected_error=float(read_field(message, "expected_error", math.nan)),
-        plate_error=float(read_field(message, "plate_error", math.nan)),
         seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
-        job_id=str(read_field(message, "job_id", "")),
-        version=str(read_field(message, "version", "")),
         final=bool(read_field(message, "final", True)),
-        probability=_numbers(poses, "probability"),
-        probability_low=_numbers(poses, "probability_low"),
-        probability_high=_numbers(poses, "probability_high"),
-        standard_error=_numbers(poses, "standard_error"),
         count=np.array([read_field(pose, "count", 0) for pose in poses], dtype=np.int64))

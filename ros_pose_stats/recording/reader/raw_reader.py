@@ -154,13 +154,7 @@ def files_of_bag(bag: Path) -> list[Path]:
 
 
 def _opened(path: Path) -> BinaryIO:
-    """A bag's file, seekable; one that was compressed as a whole is unpacked for that.
-
-    Raises
-    ------
-    OSError
-        It cannot be read.
-    """
+    """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
     if path.suffix != _PACKED:
         return path.open("rb")
     unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
@@ -178,13 +172,7 @@ def _opened(path: Path) -> BinaryIO:
 
 
 def _unpacked(chunk: Chunk) -> list[McapRecord]:
-    """The records of a chunk.
-
-    Raises
-    ------
-    McapError
-        It is damaged, or compressed in an unknown way.
-    """
+    """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
     try:
         return breakup_chunk(chunk, validate_crc=True)
     except Exception as error:  # each compression has errors of its own
