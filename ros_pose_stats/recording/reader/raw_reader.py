@@ -110,6 +110,17 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
 
     schemas: dict[int, Schema] = {}
     channels: dict[int, tuple[str, str, str, str]] = {}
+
+    def describe(record: McapRecord | None) -> None:
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            schema = schemas.get(record.schema_id)
+            channels[record.id] = (
+                record.topic, schema.name if schema else "",
+                schema.data.decode(errors="replace") if schema else "",
+                record.metadata.get(NODE_KEY, ""))
+
     size = os.fstat(file.fileno()).st_size
     next_told = 0
     for frame in frames(file, damaged):
@@ -123,19 +134,13 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
             damaged(frame.start, frame.end, str(error))
             continue
         for one in records:
-            if isinstance(one, Message) and one.channel_id in channels:
+            if not isinstance(one, Message):
+                describe(one)
+            elif one.channel_id in channels:
                 topic, type_name, definition, node = channels[one.channel_id]
                 yield RawMessage(topic, type_name, one.data, one.log_time, definition, node)
-            elif isinstance(one, Message):
+            else:
                 damaged(frame.start, frame.end, f"no channel {one.channel_id}")
-            elif isinstance(one, Schema):
-                schemas[one.id] = one
-            elif isinstance(one, Channel):
-                schema = schemas.get(one.schema_id)
-                channels[one.id] = (
-                    one.topic, schema.name if schema else "",
-                    schema.data.decode(errors="replace") if schema else "",
-                    one.metadata.get(NODE_KEY, ""))
 
 
 def files_of_bag(bag: Path) -> list[Path]:
