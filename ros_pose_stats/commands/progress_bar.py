@@ -1,4 +1,4 @@
-"""A line on the terminal that says how far a run of drops is."""
+"""A line on the terminal that says how far a run of drops, or a bag that is read, is."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIRST_AFTER = 0.3
 
 
 class ProgressBar:
-    """Drops done, rate, time left and present error; silent where nobody watches.
+    """A bar and what is done so far; silent where nobody watches.
 
     Parameters
     ----------
@@ -32,7 +32,8 @@ class ProgressBar:
         self._stream = stream
         self._watched = stream.isatty()
         self._drawn = 0
-        self._next = time.monotonic() + FIRST_AFTER
+        self._begin = time.monotonic()
+        self._next = self._begin + FIRST_AFTER
 
     def __enter__(self) -> ProgressBar:
         return self
@@ -52,6 +53,12 @@ class ProgressBar:
     def show(self, progress: DropProgress) -> None:
         """Draw the state of a run of drops, at most ten times a second."""
         self.draw(*drops_done(progress))
+
+    def show_bytes(self, done: int, total: int) -> None:
+        """Draw how many bytes of files have been read, at most ten times a second."""
+        left = (time.monotonic() - self._begin) * (total / max(done, 1) - 1.0)
+        self.draw(done / max(total, 1), f"{done / 1e6:.0f} of {total / 1e6:.0f} MB read, "
+                  f"{duration(left)} left")
 
     def draw(self, share: float, text: str) -> None:
         """Draw a bar, filled from 0 to 1, and a text; at most ten times a second."""

@@ -6,17 +6,18 @@ import os
 import re
 import struct
 import zlib
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, McapRecord, MetadataIndex, Schema, Statistics
+from mcap.records import MetadataIndex, Statistics
+from mcap.stream_reader import StreamReader
 
-from .reader.decoding import UNREADABLE, decode
+from .reader.scan import UNREADABLE
 from .run_names import METADATA, bag_files
-from .writer.bag_metadata import Files
-from .writer.contents import Contents
-from .writer.mcap_layout import FOOTER_LENGTH, MAGIC, RECORD
+from .writer.contents import Contents, Files
+from .writer.mcap_layout import FOOTER_LENGTH, MAGIC
 
 _FOOTER = struct.Struct("<BQQQI")
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
@@ -37,8 +38,15 @@ def finished_contents(path: Path) -> Contents | None:
     contents = Contents()
     found_statistics = False
     try:
-        for record in _records(summary):
-            found_statistics |= _take_in(record, contents)
+        for record in StreamReader(BytesIO(summary), skip_magic=True).records:
+            if isinstance(record, MetadataIndex):
+                contents.metadata.append(record)
+            elif isinstance(record, Statistics):
+                found_statistics = True
+                contents.counts = record.channel_message_counts
+                contents.start, contents.end = record.message_start_time, record.message_end_time
+            else:
+                contents.describe(record)
     except UNREADABLE:
         return None
     known = all(channel.schema_id in contents.schemas for channel in contents.channels.values())
@@ -81,7 +89,7 @@ def is_finished(directory: Path) -> bool:
 
 
 def _summary(file: BinaryIO) -> bytes | None:
-    """The bytes of a file's summary, if its checksum holds."""
+    """The bytes from a file's summary to its end, if the checksum holds."""
     size = file.seek(0, os.SEEK_END)
     end = size - len(MAGIC) - _FOOTER.size
     if end < len(MAGIC):
@@ -97,32 +105,4 @@ def _summary(file: BinaryIO) -> bytes | None:
     summary = file.read(end - start)
     if check not in (0, zlib.crc32(tail[:_FOOTER.size - 4], zlib.crc32(summary))):
         return None
-    return summary
-
-
-def _records(summary: bytes) -> list[McapRecord]:
-    records = []
-    position = 0
-    while position < len(summary):
-        opcode, length = RECORD.unpack_from(summary, position)
-        position += RECORD.size
-        record = decode(opcode, summary[position:position + length])
-        if record is not None:
-            records.append(record)
-        position += length
-    return records
-
-
-def _take_in(record: McapRecord, contents: Contents) -> bool:
-    """Enter a record of the summary; return whether it was the statistics."""
-    if isinstance(record, Schema):
-        contents.schemas[record.id] = record
-    elif isinstance(record, Channel):
-        contents.channels[record.id] = record
-    elif isinstance(record, MetadataIndex):
-        contents.metadata.append(record)
-    elif isinstance(record, Statistics):
-        contents.counts = record.channel_message_counts
-        contents.start, contents.end = record.message_start_time, record.message_end_time
-        return True
-    return False
+    return summary + tail

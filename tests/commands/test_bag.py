@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import subprocess
 import sys
+import time
 
 import pytest
 
 from ros_pose_stats.cli import main
+from ros_pose_stats.commands import progress_bar
 from tests.recording.analysis.bags import run_of_a_node, write_recorded, write_run
 from tests.recording.analysis.messages import counts, event, result
 from tests.running import ROOT, command, strict_json
@@ -94,6 +97,26 @@ class TestReport:
         assert "no result of this part" in text
 
 
+class TestProgress:
+    def test_a_terminal_is_told_and_wiped(self, log, capsys, monkeypatch):
+        monkeypatch.setattr(progress_bar, "FIRST_AFTER", -1.0)
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+        assert main(["bag", str(log)]) == 0
+        shown = capsys.readouterr()
+        assert "0 of 0 MB read, " in shown.err and " left" in shown.err
+        assert shown.err.endswith(" \r")
+        assert "\r" not in shown.out
+
+    def test_sizes_and_time_left(self, monkeypatch):
+        stream = io.StringIO()
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+        bar = progress_bar.ProgressBar(stream)
+        monkeypatch.setattr(bar, "_next", 0.0)
+        monkeypatch.setattr(bar, "_begin", time.monotonic() - 9.5)
+        bar.show_bytes(100_400_000, 500_000_000)
+        assert stream.getvalue() == "\r[####....................] 100 of 500 MB read, 38 s left"
+
+
 class TestJson:
     def test_strict_and_complete(self, log, capsys):
         found = strict_json(printed(capsys, log, "--json"))
@@ -130,15 +153,23 @@ class TestJson:
 
 class TestCsv:
     @pytest.fixture
-    def tables(self, log, tmp_path, capsys):
-        folder = tmp_path / "new" / "tables"
-        text = printed(capsys, log, "--csv", folder)
-        found = {}
-        for path in folder.iterdir():
-            assert str(path) in text.splitlines()
-            with path.open(newline="", encoding="utf-8") as stream:
-                found[path.name] = list(csv.DictReader(stream))
-        return found
+    def written(self, tmp_path, capsys):
+        """Writes the tables of a log directory and reads them."""
+        def write(log):
+            folder = tmp_path / "new" / "tables"
+            text = printed(capsys, log, "--csv", folder)
+            found = {}
+            for path in folder.iterdir():
+                assert str(path) in text.splitlines()
+                with path.open(newline="", encoding="utf-8") as stream:
+                    found[path.name] = list(csv.DictReader(stream))
+            return found
+
+        return write
+
+    @pytest.fixture
+    def tables(self, written, log):
+        return written(log)
 
     def test_the_files(self, tables):
         assert set(tables) == {"files.csv", "poses.csv", "answers.csv", "jobs.csv", "counts.csv",
@@ -148,7 +179,9 @@ class TestCsv:
         assert [float(row["probability"]) for row in tables["poses.csv"][:5]] == [
             0.55, 0.25, 0.12, 0.06, 0.02]
         assert [row["height_m"] for row in tables["poses.csv"][:2]] == ["0.005", "0.006"]
-        assert [row["drops"] for row in tables["answers.csv"]] == ["0", "100", "0", "2000"]
+        answers = tables["answers.csv"][::5]  # of five poses
+        assert [row["result"] for row in answers] == ["1", "2", "3", "4"]
+        assert [row["drops"] for row in answers] == ["0", "100", "0", "2000"]
         assert tables["answers.csv"][0]["time_utc"] == "2026-02-02T02:40:00.000000000Z"
         assert tables["answers.csv"][0]["expected_error"] == ""
         assert [row["state"] for row in tables["jobs.csv"]] == ["done", "running"]
@@ -159,6 +192,32 @@ class TestCsv:
                  for row in tables["comparison.csv"]}
         assert ("camera", "simulation", "group") in kinds
         assert ("simulation", "meae", "pose") in kinds
+
+    def test_answers_join_poses(self, written, tmp_path):
+        simulated = {"method": "simulation", "count": (5, 3, 2, 0, 0)}
+        write_run(tmp_path, [("pose_statistics", one) for one in (
+            result(1.0), result(1.0, method="meae"), result(2.0, (0.5, 0.3, 0.1, 0.1, 0.0)),
+            result(3.0, **simulated), result(4.0, **simulated, restitution=0.2),
+            result(5.0, method="simulation", count=(50, 30, 20, 0, 0)),
+            result(6.0, (0.7, 0.3), cluster_tolerance=0.01), result(6.0, part_digest="b" * 64),
+            result(7.0, method="meae", drop_height=float("nan"), restitution=0.1),
+            result(8.0, method="meae", drop_height=float("nan"), restitution=0.3))])
+        tables = written(tmp_path)
+        columns = ("part_id", "part_digest", "cluster_tolerance_radii", "prediction", "pose")
+        poses = {tuple(row[name] for name in columns): row for row in tables["poses.csv"]}
+        assert len(poses) == len(tables["poses.csv"])
+        answers = {tuple(row[name] for name in (*columns, "result")): row
+                   for row in tables["answers.csv"]}
+        assert len(answers) == len(tables["answers.csv"]) == 9 * 5 + 2
+        joined = [(row, poses[key[:-1]]) for key, row in answers.items()]
+        assert {tuple(row[name] for name in columns) for row, _ in joined} == poses.keys()
+        for answer, pose in joined:
+            assert (answer["method"], answer["drop_height_m"]) == (
+                pose["method"], pose["drop_height_m"])
+        # Of every prediction the answer that knows most is among those joined to it.
+        told = {key: [one["probability"] for one, other in joined if other is pose]
+                for key, pose in poses.items()}
+        assert all(pose["probability"] in told[key] for key, pose in poses.items())
 
     def test_again_replaces(self, log, tmp_path, capsys):
         folder = tmp_path / "tables"

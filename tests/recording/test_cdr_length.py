@@ -11,9 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_pose_stats.recording.reader.cdr_length import CdrLength
-from ros_pose_stats.recording.writer.definitions import SEPARATOR
-from ros_pose_stats.recording.writer.message_types import MessageType, message_type
+from ros_pose_stats.recording.writer.message_types import (
+    SEPARATOR,
+    CdrLength,
+    MessageType,
+    message_type,
+)
 from tests.recording.bags import string
 
 SHARE = Path(sys.prefix) / "share"

@@ -10,7 +10,12 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from ros_pose_stats import part_from_mesh, resting_poses
-from ros_pose_stats.recording.writer.drop_film import BODY, ENERGY, REACH, TF, write_film
+from ros_pose_stats.recording.writer.drop_film import BODY, ENERGY, REACH, TF, TYPES, write_film
+from ros_pose_stats.recording.writer.message_types import (
+    fields,
+    message_type,
+    split_definition,
+)
 from ros_pose_stats.resting.orientation import rotation_matrices
 from ros_pose_stats.shapes.closed_forms import box
 from ros_pose_stats.simulation.frames import drop_frames, watchable_drop
@@ -74,11 +79,7 @@ def test_energy_falls_and_words_go_with_it(film):
 
 
 def test_definitions_are_those_of_the_installed_interfaces():
-    from ros_pose_stats.recording.writer.definitions import fields, split_definition
-    from ros_pose_stats.recording.writer.film_types import MARKERS, NUMBER, WORDS
-    from ros_pose_stats.recording.writer.message_types import message_type
-
-    for ours in (MARKERS, NUMBER, WORDS):
+    for ours in (TYPES[topic] for topic in (BODY, ENERGY, REACH)):
         theirs = split_definition(ours.name, message_type(
             ours.name, lambda package: SHARE / package).definition)
         mine = split_definition(ours.name, ours.definition)

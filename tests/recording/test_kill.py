@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from ros_pose_stats.recording.finished import is_finished
-from ros_pose_stats.recording.reader.raw_reader import newest_run
+from ros_pose_stats.recording.reader.raw_reader import finished_runs
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.run_names import runs
 from tests.recording.bags import ANSWERS, RUN, data_of, let_die, new_log, numbered, undamaged
@@ -61,7 +61,7 @@ class TestWriter:
         unrepaired = [data for run in runs(tmp_path) for data in data_of(run)]
         assert acknowledged <= digests(unrepaired)
         if acknowledged:
-            assert newest_run(tmp_path) == runs(tmp_path)[-1]
+            assert finished_runs(tmp_path) == runs(tmp_path)
         repairs = repair_bags(tmp_path)
         assert not any(repair.problem for repair in repairs)
         assert all(is_finished(run) for run in runs(tmp_path))
@@ -113,13 +113,13 @@ class TestTwoProcesses:
             [directory] = runs(tmp_path)
             files = {file: file.stat().st_ino for file in directory.glob("*.mcap")}
             assert repair_bags(tmp_path) == []
-            assert newest_run(tmp_path) is None
+            assert finished_runs(tmp_path) == []
             log = new_log(tmp_path, max_log_bytes=1)
             log.write(ANSWERS, numbered(7), durable=True)
             assert (log.over_bound, log.bytes_left, log.deleted_runs) == (True, 0, [])
             assert {file: file.stat().st_ino for file in files} == files
             log.close()
-            assert newest_run(tmp_path) == log.directory
+            assert finished_runs(tmp_path) == [log.directory]
             lines += [process.stdout.readline() for _ in range(20)]
             process.kill()
             lines += process.stdout.read().splitlines()

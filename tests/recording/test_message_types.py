@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ros_pose_stats.recording.writer.definitions import SEPARATOR
-from ros_pose_stats.recording.writer.message_types import message_type
+from ros_pose_stats.recording.writer.message_types import SEPARATOR, message_type
 
 SHARE = Path(sys.prefix) / "share"
 

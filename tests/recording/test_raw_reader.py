@@ -6,7 +6,7 @@ import pytest
 import zstandard
 from mcap.writer import CompressionType, Writer
 
-from ros_pose_stats.recording.reader.raw_reader import finished_runs, newest_run, raw_messages
+from ros_pose_stats.recording.reader.raw_reader import finished_runs, raw_messages
 from tests.recording.bags import (
     ANSWERS,
     LATER_RUN,
@@ -128,26 +128,13 @@ def test_a_missing_bag(tmp_path, name):
         list(raw_messages(tmp_path / name))
 
 
-class TestRuns:
-    def test_none(self, tmp_path):
-        assert finished_runs(tmp_path / "missing") == []
-        assert newest_run(tmp_path) is None
-
-    def test_the_newest_that_nobody_holds(self, tmp_path):
-        first = finished_bag(tmp_path, MESSAGES[:1], RUN)
-        second, _ = unfinished_bag(tmp_path, MESSAGES[:2], LATER_RUN)
-        living = new_log(tmp_path)
-        living.write(ANSWERS, MESSAGES[0], durable=True)
-        finished_bag(tmp_path, MESSAGES[:1], "zzz")
-        assert finished_runs(tmp_path) == [first, second]
-        assert newest_run(tmp_path) == second
-        living.close()
-        assert newest_run(tmp_path) == living.directory
-
-    def test_a_run_without_a_message_is_passed_over(self, tmp_path):
-        first = finished_bag(tmp_path, MESSAGES[:1], RUN)
-        later = tmp_path / LATER_RUN
-        later.mkdir()
-        assert newest_run(tmp_path) == first
-        (later / f"{LATER_RUN}_0.mcap").touch()
-        assert newest_run(tmp_path) == first
+def test_runs_that_nobody_holds(tmp_path):
+    assert finished_runs(tmp_path / "missing") == finished_runs(tmp_path) == []
+    first = finished_bag(tmp_path, MESSAGES[:1], RUN)
+    second, _ = unfinished_bag(tmp_path, MESSAGES[:2], LATER_RUN)
+    living = new_log(tmp_path)
+    living.write(ANSWERS, MESSAGES[0], durable=True)
+    finished_bag(tmp_path, MESSAGES[:1], "zzz")
+    assert finished_runs(tmp_path) == [first, second]
+    living.close()
+    assert finished_runs(tmp_path) == [first, second, living.directory]

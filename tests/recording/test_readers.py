@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from ros_pose_stats.recording.reader.cdr_length import CdrLength
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.run_names import bag_files
-from ros_pose_stats.recording.writer.message_types import message_type
+from ros_pose_stats.recording.writer.message_types import CdrLength, message_type
 from ros_pose_stats.recording.writer.run_log import RunLog
 from tests.matching import same
 from tests.recording.bags import let_die

@@ -12,9 +12,9 @@ import pytest
 from ros_pose_stats.recording.directory_lock import is_locked
 from ros_pose_stats.recording.finished import is_finished
 from ros_pose_stats.recording.reader.raw_reader import raw_messages
-from ros_pose_stats.recording.recording_error import RecordingError
 from ros_pose_stats.recording.run_names import bag_files
 from ros_pose_stats.recording.writer import bag_file, run_log
+from ros_pose_stats.recording.writer.run_log import RecordingError
 from tests.recording.bags import (
     ANSWERS,
     EVENTS,

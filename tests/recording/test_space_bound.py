@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ros_pose_stats.recording.directory_lock import DirectoryLock
-from ros_pose_stats.recording.repair import space_bound
+from ros_pose_stats.recording.repair import removal
 from ros_pose_stats.recording.run_names import runs
 from tests.recording.bags import (
     ANSWERS,
@@ -87,25 +87,25 @@ def test_what_is_held_unfinished_or_somebody_elses_stays(tmp_path, old_runs):
 
 def test_what_others_did_is_noticed_in_time(tmp_path, old_runs, monkeypatch):
     now = [1000.0]
-    monkeypatch.setattr(space_bound.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(removal.time, "monotonic", lambda: now[0])
     log = new_log(tmp_path, max_log_bytes=500_000)
     write(log, 10)
     later = [finished_bag(tmp_path, [numbered(0, 100_000)], f"{name(9)}{number}")
              for number in range(3)]
     write(log, 10)
     assert len(runs(tmp_path)) == 9
-    now[0] += space_bound.RESCAN
+    now[0] += removal.RESCAN
     write(log, 10)
     assert runs(tmp_path) == [*old_runs[3:], *later, log.directory]
 
 
 def test_a_run_that_gets_free_goes_later(tmp_path, old_runs, monkeypatch):
     now = [1000.0]
-    monkeypatch.setattr(space_bound.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(removal.time, "monotonic", lambda: now[0])
     log = new_log(tmp_path, max_log_bytes=50_000)
     with DirectoryLock.take(old_runs[0]):
         write(log, 10)
         assert log.over_bound and runs(tmp_path) == [old_runs[0], log.directory]
-    now[0] += space_bound.RESCAN
+    now[0] += removal.RESCAN
     write(log, 10)
     assert not log.over_bound and runs(tmp_path) == [log.directory]

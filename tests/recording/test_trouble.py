@@ -15,9 +15,9 @@ import pytest
 
 from ros_pose_stats.recording.directory_lock import is_locked
 from ros_pose_stats.recording.finished import is_finished
-from ros_pose_stats.recording.recording_error import RecordingError
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.run_names import runs
+from ros_pose_stats.recording.writer.run_log import RecordingError
 from tests.recording.bags import (
     ANSWERS,
     RUN,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from ...errors import BagError
+from ..progress_bar import ProgressBar
 from ..running import print_json
 
 
@@ -31,7 +33,8 @@ def run(options: argparse.Namespace) -> int:
     if folder is not None and folder.exists() and not folder.is_dir():
         raise BagError("a directory for the CSV files", f"{folder}, which is a file",
                        "name a directory; it is created if it is missing")
-    found = analyse_bags(options.bags)
+    with ProgressBar(sys.stderr) as bar:
+        found = analyse_bags(options.bags, bar.show_bytes)
     written: list[Path] = []
     if folder is not None:
         from .csv_files import write_csv

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ...recording.analysis import (
     Comparison,
     CountComparison,
-    PartRecord,
     Prediction,
     ResultHistory,
     SimulationComparison,
@@ -53,7 +52,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
     yield from _tests(found.estimates, labels)
 
 
-def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[str]:
+def count_lines(found: CountComparison) -> Iterator[str]:
     """What cameras counted, and the predictions beside it."""
     counts = found.counts
     plate = f" on plate {shortened(printable(counts.plate), 40)}" if counts.plate else ""
@@ -64,8 +63,7 @@ def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[s
            "UTC")
     yield (f"  unclassified: {counts.unclassified} of {total}, "
            f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} %)")
-    history = None if record is None or found.problem else next(
-        each for each in record.histories if each.cluster_tolerance == found.cluster_tolerance)
+    history = found.history
     if history is None:
         yield from _wrapped(f"not compared: {found.problem}")
         yield from columns((Column("pose"), Column("counted")), (
@@ -77,10 +75,6 @@ def count_lines(found: CountComparison, record: PartRecord | None) -> Iterator[s
         if labels[one] != one.method or one.drops:
             yield from _wrapped(f"{labels[one]}: {_scene(one)}")
     yield from _counted(found, history, labels)
-    groups = np.unique(history.poses.group)
-    if 1 < groups.size < history.poses.index.size:
-        yield ""
-        yield from _by_group(found, history, labels, groups)
     yield ""
     yield from _tests(found.predictions, labels)
     for remark in found.remarks:
@@ -131,31 +125,33 @@ def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
 
 def _counted(found: CountComparison, history: ResultHistory,
              labels: dict[Prediction, str]) -> Iterator[str]:
+    """Counts by pose, and by group where groups have several poses."""
     poses = history.poses
-    order = np.argsort(-found.count, kind="stable")[:MOST_POSES]
-    yield from _beside(
-        (Column("pose"), Column("group"), Column("counted"), Column("share", "%"),
-         Column("90 % interval", "%")),
-        [(str(poses.index[k]), str(poses.group[k]), str(found.count[k]), percent(found.share[k]),
-          interval(found.low[k], found.high[k])) for k in order],
-        [(labels[each], each.probability[order]) for each in history.predictions])
+    yield from _shares(
+        ("pose", "group"), (poses.index, poses.group), found.count,
+        [(labels[each], each.probability) for each in history.predictions])
+    groups, place = np.unique(poses.group, return_inverse=True)
+    if 1 < groups.size < poses.index.size:
+        yield ""
+        yield from _shares(
+            ("group", "poses"), (groups, np.bincount(place)),
+            np.bincount(place, found.count).astype(np.int64),
+            [(labels[each], np.bincount(place, each.probability).astype(np.float64))
+             for each in history.predictions])
 
 
-def _by_group(found: CountComparison, history: ResultHistory, labels: dict[Prediction, str],
-              groups: NDArray[np.int64]) -> Iterator[str]:
-    place = np.searchsorted(groups, history.poses.group)
-    counts, total = np.bincount(place, found.count).astype(np.int64), found.count.sum()
+def _shares(names: Sequence[str], numbers: Sequence[NDArray[np.int64]], counts: NDArray[np.int64],
+            others: Sequence[tuple[str, NDArray[np.float64]]]) -> list[str]:
+    """What was counted, most first, with its share; probabilities beside it."""
+    total = counts.sum()
     low, high = jeffreys_interval(counts, total)
     order = np.argsort(-counts, kind="stable")[:MOST_POSES]
-    members = np.bincount(place)
-    beside = [(labels[each], np.bincount(place, each.probability)[order].astype(np.float64))
-              for each in history.predictions]
-    yield from _beside(
-        (Column("group"), Column("poses"), Column("counted"), Column("share", "%"),
+    return _beside(
+        (*map(Column, names), Column("counted"), Column("share", "%"),
          Column("90 % interval", "%")),
-        [(str(groups[k]), str(members[k]), str(counts[k]),
+        [(*(str(column[k]) for column in numbers), str(counts[k]),
           percent(counts[k] / total if total else math.nan), interval(low[k], high[k]))
-         for k in order], beside)
+         for k in order], [(label, values[order]) for label, values in others])
 
 
 def _tests(found: Sequence[Comparison], labels: dict[Prediction, str]) -> Iterator[str]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from ...recording.analysis import BagAnalysis, Comparison, CountComparison, PartAnalysis
+from ...recording.analysis import BagAnalysis, PartAnalysis, Prediction, ResultHistory
 from ...recording.durable import replace_file
 from ...text import SECOND
+
+Rows = Iterator[Sequence[Any]]
 
 PART = ("part_id", "part_digest", "cluster_tolerance_radii")
 PREDICTION = ("method", "restitution", "drop_height_m", "drops")
@@ -20,9 +22,10 @@ HEADS: dict[str, tuple[str, ...]] = {
     "files": ("bag", "file", "state", "note", "messages"),
     "poses": (*PART, *PREDICTION, "pose", "group", "height_m", "top_m", "margin_rad", "barrier_m",
               "spread_rad", "down_x", "down_y", "down_z", "probability", "probability_low",
-              "probability_high", "standard_error", "count"),
+              "probability_high", "standard_error", "count", "prediction"),
     "answers": (*PART, "time_utc", "method", "restitution", "drop_height_m", "drops", "unsettled",
-                "expected_error", "largest_change", "final", "latched"),
+                "expected_error", "largest_change", "final", "latched", "result", "prediction",
+                "pose", "probability"),
     "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
              "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
              "drop_height_m", "cluster_tolerance_radii", "target_error", "max_seconds_s",
@@ -71,43 +74,55 @@ def _utc(nanoseconds: int) -> str:
     return f"{second:%Y-%m-%dT%H:%M:%S}.{nanoseconds % SECOND:09d}Z"
 
 
-def _files(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+def _columns(*columns: Any) -> Rows:
+    """Rows of plain values out of arrays of equal length."""
+    return zip(*(column.tolist() for column in columns), strict=True)
+
+
+def _name(part: PartAnalysis, history: ResultHistory) -> tuple[Any, ...]:
+    return part.record.part_id, part.record.part_digest, history.cluster_tolerance
+
+
+def _about(one: Prediction) -> tuple[Any, ...]:
+    return one.method, one.restitution, one.drop_height, one.drops
+
+
+def _histories(found: BagAnalysis) -> Iterator[tuple[ResultHistory, tuple[Any, ...]]]:
+    """Every numbering of every part, and what its rows begin with."""
+    for part in found.parts:
+        for history in part.record.histories:
+            yield history, _name(part, history)
+
+
+def _files(found: BagAnalysis) -> Rows:
     for file in found.contents.files:
         yield file.bag, file.path, file.state, file.note, file.messages
 
 
-def _name(part: PartAnalysis, tolerance: float) -> tuple[Any, ...]:
-    return part.record.part_id, part.record.part_digest, tolerance
+def _poses(found: BagAnalysis) -> Rows:
+    for history, head in _histories(found):
+        poses = history.poses
+        for number, one in enumerate(history.predictions):
+            for row in _columns(poses.index, poses.group, poses.height, poses.top, poses.margin,
+                                poses.barrier, poses.spread, *poses.down.T, one.probability,
+                                one.probability_low, one.probability_high, one.standard_error,
+                                one.count):
+                yield *head, *_about(one), *row, number
 
 
-def _poses(found: BagAnalysis) -> Iterator[Sequence[Any]]:
-    for part in found.parts:
-        for history in part.record.histories:
-            poses = history.poses
-            geometry = (poses.index, poses.group, poses.height, poses.top, poses.margin,
-                        poses.barrier, poses.spread, *poses.down.T)
-            for one in history.predictions:
-                values = (one.probability, one.probability_low, one.probability_high,
-                          one.standard_error, one.count)
-                head = (*_name(part, history.cluster_tolerance), one.method, one.restitution,
-                        one.drop_height, one.drops)
-                for row in zip(*(column.tolist() for column in (*geometry, *values)), strict=True):
-                    yield *head, *row
+def _answers(found: BagAnalysis) -> Rows:
+    for history, head in _histories(found):
+        poses = history.poses.index.tolist()
+        rows = _columns(history.time, history.method, history.restitution, history.drop_height,
+                        history.drops, history.unsettled, history.expected_error,
+                        history.largest_change, history.final, history.latched,
+                        history.prediction, history.probability)
+        for number, (time, *row, prediction, probabilities) in enumerate(rows, start=1):
+            for pose, probability in zip(poses, probabilities, strict=True):
+                yield *head, _utc(time), *row, number, prediction, pose, probability
 
 
-def _answers(found: BagAnalysis) -> Iterator[Sequence[Any]]:
-    for part in found.parts:
-        for history in part.record.histories:
-            name = _name(part, history.cluster_tolerance)
-            values = (history.method, history.restitution, history.drop_height, history.drops,
-                      history.unsettled, history.expected_error, history.largest_change,
-                      history.final, history.latched)
-            lists = (column.tolist() for column in values)
-            for time, *row in zip(history.time.tolist(), *lists, strict=True):
-                yield *name, _utc(time), *row
-
-
-def _jobs(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+def _jobs(found: BagAnalysis) -> Rows:
     for part in found.parts:
         for job in part.record.jobs:
             yield (part.record.part_id, part.record.part_digest, job.job_id, job.state,
@@ -116,44 +131,34 @@ def _jobs(found: BagAnalysis) -> Iterator[Sequence[Any]]:
                    job.cluster_tolerance, job.target_error, job.max_seconds, job.message)
 
 
-def _all_counts(found: BagAnalysis) -> Iterable[CountComparison]:
-    return [*(one for part in found.parts for one in part.counts), *found.strays]
-
-
-def _counts(found: BagAnalysis) -> Iterator[Sequence[Any]]:
-    for one in _all_counts(found):
+def _counts(found: BagAnalysis) -> Rows:
+    for one in (*(each for part in found.parts for each in part.counts), *found.strays):
         of = one.counts
         head = (of.part_id, of.part_digest, of.cluster_tolerance, of.plate, of.drop_height,
                 _utc(of.begin), _utc(of.end))
-        shares = {int(pose): k for k, pose in enumerate(one.index)}
-        counted = dict(zip(of.index.tolist(), of.count.tolist(), strict=True))
-        for pose in shares or counted:
-            k = shares.get(pose)
-            known = ("", "", "") if k is None else (one.share[k], one.low[k], one.high[k])
-            yield *head, pose, counted.get(pose, 0), *known, one.problem
+        if one.history is None:
+            for pose, count in _columns(of.index, of.count):
+                yield *head, pose, count, "", "", "", one.problem
+        else:
+            for row in _columns(one.history.poses.index, one.count, one.share, *one.bounds):
+                yield *head, *row, one.problem
         yield *head, "unclassified", of.unclassified, of.unclassified_share, "", "", one.problem
 
 
-def _comparison(found: BagAnalysis) -> Iterator[Sequence[Any]]:
+def _comparison(found: BagAnalysis) -> Rows:
     for part in found.parts:
-        for history, simulations in zip(part.record.histories, part.simulations, strict=True):
-            for one in simulations:
-                for each in one.estimates:
-                    yield from _tests(_name(part, history.cluster_tolerance), "simulation",
-                                      int(one.simulation.count.sum()), each)
-        for counts in part.counts:
-            for each in counts.predictions:
-                yield from _tests(_name(part, counts.cluster_tolerance), "camera",
-                                  counts.counts.classified, each)
-
-
-def _tests(head: Sequence[Any], of: str, counted: int,
-           one: Comparison) -> Iterator[Sequence[Any]]:
-    about = one.prediction
-    for by, test in (("pose", one.by_pose), ("group", one.by_group)):
-        yield (*head, of, counted, about.method, about.restitution, about.drop_height, about.drops,
-               one.rms, one.largest, one.largest_pose, by, test.statistic,
-               test.degrees_of_freedom, test.p_value, test.bins, test.pooled, one.unforeseen)
+        compared = [("simulation", int(one.simulation.count.sum()), each, history)
+                    for history, simulations in zip(part.record.histories, part.simulations,
+                                                    strict=True)
+                    for one in simulations for each in one.estimates]
+        compared += [("camera", counts.counts.classified, each, counts.history)
+                     for counts in part.counts if counts.history for each in counts.predictions]
+        for of, counted, one, history in compared:
+            for by, test in (("pose", one.by_pose), ("group", one.by_group)):
+                yield (*_name(part, history), of, counted, *_about(one.prediction), one.rms,
+                       one.largest, one.largest_pose, by, test.statistic,
+                       test.degrees_of_freedom, test.p_value, test.bins, test.pooled,
+                       one.unforeseen)
 
 
 ROWS = {"files": _files, "poses": _poses, "answers": _answers, "jobs": _jobs, "counts": _counts,

@@ -37,7 +37,7 @@ def bag_report(found: BagAnalysis) -> str:
         lines += ["", *_part(part)]
     for stray in found.strays:
         lines += ["", _rule(f"{stray.counts.part_id or stray.counts.part_digest[:12]}: camera "
-                            "counts alone"), *count_lines(stray, None)]
+                            "counts alone"), *count_lines(stray)]
     return "\n".join(lines)
 
 
@@ -81,7 +81,7 @@ def _part(part: PartAnalysis) -> Iterator[str]:
                     f"average {log.impacts / log.drops:.1f} impacts and "
                     f"{log.seconds / log.drops:.3g} s")
     for counts in part.counts:
-        yield from ("", *count_lines(counts, record))
+        yield from ("", *count_lines(counts))
     if record.warnings:
         yield ""
         for line in record.warnings:

@@ -1,10 +1,17 @@
 """Bags read and analysed, whoever recorded them."""
 
-from .analyse import BagAnalysis, PartAnalysis, analyse, analyse_bags
 from .bag_contents import BagContents, BagFile, PartRecord
 from .bag_reader import read_bags
 from .camera_counts import CameraCounts
-from .comparisons import Comparison, CountComparison, SimulationComparison
+from .comparisons import (
+    BagAnalysis,
+    Comparison,
+    CountComparison,
+    PartAnalysis,
+    SimulationComparison,
+    analyse,
+    analyse_bags,
+)
 from .jobs import Job
 from .results import PoseTable, Prediction, ResultHistory
 

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .camera_counts import CameraCounts
-from .drop_log import DropLog
-from .jobs import Job
+from .jobs import DropLog, Job
 from .results import ResultHistory
 
 Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"

@@ -1,78 +1,75 @@
-"""Which bags lie under the paths that a user names."""
+"""Which bags lie under the paths that a user names, and the messages in each of their files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import os
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
 from ...errors import BagError
-from ..reader.bag_input import files_of_bag
+from ..reader.raw_reader import Damage, RawMessage, files_of_bag, raw_messages
+from .decoding import CONVERT, is_ours
 
 SQLITE: Final = ".db3"
 PACKED_SQLITE: Final = ".db3.zstd"
-ENDINGS: Final = (".mcap", ".mcap.zstd", SQLITE)
-CONVERT: Final = "`ros2 bag convert` makes a plain MCAP bag of it"
+ENDINGS: Final = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
+
+TOPICS: Final = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
+DEFINITIONS: Final = "SELECT topic_type, encoded_message_definition FROM message_definitions"
+MESSAGES: Final = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
+                  "ORDER BY timestamp, id"
+
+OnRead = Callable[[float], None]
+"""Told which fraction of a file has been read."""
 
 
-@dataclass(frozen=True)
-class Bag:
-    """One recording.
-
-    Attributes
-    ----------
-    path : Path
-        Its directory, or the file itself where a file was named.
-    files : tuple of Path
-        In the order of recording.
-    """
-
-    path: Path
-    files: tuple[Path, ...]
-
-
-def find_bags(paths: Iterable[Path]) -> tuple[Bag, ...]:
-    """All bags under the paths, each file once.
+def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
+    """Files of all bags under the paths, each file once, in the order of recording.
 
     Parameters
     ----------
     paths : iterable of Path
         Bag directories, directories of many bags, or single files.
 
+    Returns
+    -------
+    dict
+        Its keys are the bags: directories, or the file itself where a file was named.
+
     Raises
     ------
     BagError
         If a path does not exist, or there is no bag under it.
     """
-    bags: list[Bag] = []
+    bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
     for path in paths:
-        for bag in _bags_under(path):
-            files = tuple(file for file in bag.files if file.resolve() not in known)
-            known.update(file.resolve() for file in files)
-            if files:
-                bags.append(Bag(bag.path, files))
+        for bag, files in _bags_under(path):
+            new = [file for file in files if file.resolve() not in known]
+            known.update(file.resolve() for file in new)
+            if new:
+                bags.setdefault(bag, []).extend(new)
     if not bags:
         raise BagError("at least one bag", "none", "name a bag directory or a directory of bags")
-    return tuple(bags)
+    return bags
 
 
-def _bags_under(path: Path) -> list[Bag]:
+def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
     if not path.exists():
         raise BagError("a bag directory or file", f"{path}, which does not exist",
                        "check the path")
     if path.is_file():
-        _refuse_packed(path)
-        return [Bag(path, (path,))]
+        return [(path, _readable([path]))]
     try:
         folders = sorted({file.parent for file in path.rglob("*")
                           if _is_bag_file(file.relative_to(path))})
-        bags = [Bag(folder, tuple(_files_in(folder))) for folder in folders]
+        bags = [(folder, _files_in(folder)) for folder in folders]
     except OSError as error:
         raise BagError("a readable directory", f"{path}: {error.strerror or error}",
                        "check its permissions") from error
-    if not any(bag.files for bag in bags):
+    if not any(files for _, files in bags):
         raise BagError("a directory with *.mcap files", f"none under {path}",
                        "name a bag directory or a directory of bags")
     return bags
@@ -81,16 +78,115 @@ def _bags_under(path: Path) -> list[Bag]:
 def _is_bag_file(below: Path) -> bool:
     # A hidden directory is a run on its way in or out.
     hidden = any(part.startswith(".") for part in below.parts)
-    return not hidden and below.name.endswith((*ENDINGS, PACKED_SQLITE))
+    return not hidden and below.name.endswith(ENDINGS)
 
 
 def _files_in(folder: Path) -> list[Path]:
-    for file in folder.glob(f"*{PACKED_SQLITE}"):
-        _refuse_packed(file)
+    _readable(folder.glob(f"*{PACKED_SQLITE}"))
     files = [*files_of_bag(folder), *sorted(folder.glob(f"*{SQLITE}"))]
     return [file for file in files if file.is_file()]
 
 
-def _refuse_packed(file: Path) -> None:
-    if file.name.endswith(PACKED_SQLITE):
-        raise BagError("an MCAP bag, or SQLite that is not compressed", f"{file}", CONVERT)
+def _readable(files: Iterable[Path]) -> list[Path]:
+    """The same files; compressed SQLite is refused."""
+    files = list(files)
+    for file in files:
+        if file.name.endswith(PACKED_SQLITE):
+            raise BagError("an MCAP bag, or SQLite that is not compressed", f"{file}", CONVERT)
+    return files
+
+
+class FileMessages:
+    """Goes through a file once.
+
+    Parameters
+    ----------
+    file : Path
+        MCAP, or SQLite in rosbag2's layout.
+    on_read : callable
+        Told now and then which fraction of the file has been read.
+
+    Attributes
+    ----------
+    state : str
+        `whole`; `open` (never closed, but every record is whole); `cut` (it ends inside a
+        record); `damaged`; or `unreadable`. Known once the messages are through.
+    note : str
+        The same for people; empty where it is whole.
+    """
+
+    def __init__(self, file: Path, on_read: OnRead) -> None:
+        self._file = file
+        self._on_read = on_read
+        self.state = "whole"
+        self.note = ""
+
+    def __iter__(self) -> Iterator[RawMessage]:
+        """Messages in the order of the file.
+
+        Raises
+        ------
+        BagError
+            If the file cannot be read.
+        """
+        try:
+            if self._file.suffix == SQLITE:
+                yield from self._sqlite_messages()
+            else:
+                yield from raw_messages(self._file, self._damaged, self._on_read)
+        except OSError as error:
+            raise BagError("a readable bag file", f"{self._file}: {error.strerror or error}",
+                           "check its permissions and the disk") from error
+
+    def _set(self, state: str, note: str) -> None:
+        """Remember what was found; what comes after the first only makes it `damaged`."""
+        if self.state == "whole":
+            self.state, self.note = state, note
+        elif state != "open":
+            self.state = "damaged"
+            self.note = "is damaged in several places: what is whole was read"
+
+    def _damaged(self, damage: Damage) -> None:
+        size = self._file.stat().st_size
+        if damage.start == damage.end:
+            self._set(*(("open", "was never closed: its recorder is still running or was stopped "
+                         "hard; all its records are whole") if size else ("cut", "is empty")))
+        elif damage.start == 0 and damage.end >= size:
+            self._set("unreadable", "is not an MCAP file")
+        elif damage.end >= size:
+            self._set("cut", f"is cut off or damaged from byte {damage.start} on: what stands "
+                      "before it was read")
+        else:
+            self._set("damaged", f"is damaged in bytes {damage.start} to {damage.end} "
+                      f"({damage.reason}): the rest was read")
+
+    def _sqlite_messages(self) -> Iterator[RawMessage]:
+        """Messages of this package's types, by the time of recording."""
+        with self._file.open("rb") as stream:
+            size = stream.seek(0, os.SEEK_END)
+        if not size:
+            self._set("cut", "is empty")
+            return
+        base = sqlite3.connect(f"{self._file.resolve().as_uri()}?mode=ro", uri=True)
+        read = 0
+        try:
+            topics = {number: (name, kind) for number, name, kind in base.execute(TOPICS)
+                      if is_ours(kind)}
+            texts = self._definitions(base) if topics else {}
+            query = MESSAGES.format(", ".join("?" * len(topics)))
+            for number, time, data in base.execute(query, tuple(topics)):
+                name, kind = topics[number]
+                read += len(data)
+                self._on_read(min(1.0, read / size))
+                yield RawMessage(name, kind, bytes(data), time, texts.get(kind, ""))
+        except sqlite3.DatabaseError as error:
+            self._set("damaged", f"is damaged ({error}): what could be read was")
+        finally:
+            base.close()
+
+    def _definitions(self, base: sqlite3.Connection) -> dict[str, str]:
+        try:
+            return dict(base.execute(DEFINITIONS))
+        except sqlite3.OperationalError as error:  # from before ROS 2 Iron
+            raise BagError("a bag that holds its message definitions",
+                           f"{self._file}, which does not", CONVERT) from error

@@ -5,32 +5,39 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ...errors import BagError
 from ..reader.raw_reader import RawMessage
 from . import decoding
-from .bag_contents import BagContents, BagFile, Paths
-from .bag_files import Bag, find_bags
+from .bag_contents import BagContents, BagFile, PartRecord, Paths
+from .bag_files import FileMessages, OnRead, find_bags
 from .camera_counts import CountCollector
-from .decoding import Decoders, field, is_ours, kind_of, stamp_of
-from .drop_log import DropCollector
-from .file_messages import FileMessages
-from .jobs import JobCollector
-from .part_records import PartKey, part_records
+from .decoding import Decoders, is_ours, kind_of, read_field, stamp_of
+from .jobs import DropCollector, DropLog, Job, JobCollector
 from .result_collector import ResultCollector
 
 ANSWERS = "answers"
+PartKey = tuple[str, str]
+"""Name and digest."""
+
+OnProgress = Callable[[int, int], None]
+"""Told how many bytes have been read, and of how many."""
 
 
-def read_bags(paths: Paths) -> BagContents:
+def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
     """Read bags.
 
     Parameters
     ----------
     paths : path or iterable of path
         Bag directories, directories of many bags, or single files.
+    on_progress : callable, optional
+        Told now and then how many bytes have been read, and of how many.
 
     Raises
     ------
@@ -38,10 +45,11 @@ def read_bags(paths: Paths) -> BagContents:
         If there is no bag, a named file cannot be read, or no message of this package's types
         is in any of them.
     """
-    return BagReader().read(paths)
+    named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    return _BagReader().read(find_bags(map(Path, named)), on_progress or (lambda done, all: None))
 
 
-class BagReader:
+class _BagReader:
     """Reads once; see `read_bags`."""
 
     def __init__(self) -> None:
@@ -56,33 +64,34 @@ class BagReader:
         self._drops = DropCollector()
         self._notes: Counter[str] = Counter()
 
-    def read(self, paths: Paths) -> BagContents:
+    def read(self, bags: Mapping[Path, Sequence[Path]], on_progress: OnProgress) -> BagContents:
         """Read all of it."""
-        named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-        bags = find_bags(map(Path, named))
-        for bag in bags:
-            self._read_bag(bag, by_name=bag.path.is_file())
+        sizes = {file: _size(file) for files in bags.values() for file in files}
+        done, total = 0, sum(sizes.values())
+        for bag, files in bags.items():
+            for file in files:
+                self._read_file(bag, file, partial(_tell, on_progress, done, sizes[file], total))
+                done += sizes[file]
         if not self._messages:
             self._refuse(bags)
         return BagContents(
             tuple(self._files), dict(sorted(self._messages.items())),
             min(self._times), max(self._times),
-            part_records(self._results, self._jobs, self._drops),
+            _part_records(self._results, self._jobs, self._drops),
             tuple(self._counts.counts()), tuple(self._remarks()))
 
-    def _read_bag(self, bag: Bag, by_name: bool) -> None:
-        for file in bag.files:
-            messages, seen = FileMessages(file), 0
-            for message in messages:
-                if is_ours(message.type_name):
-                    seen += 1
-                    self._take(message, bag)
-            if by_name and messages.state == "unreadable":
-                raise BagError("an MCAP file or a bag directory",
-                               f"{file}, which {messages.note}", "check the path")
-            self._files.append(BagFile(bag.path, file, messages.state, messages.note, seen))
+    def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
+        messages, seen = FileMessages(file, on_read), 0
+        for message in messages:
+            if is_ours(message.type_name):
+                seen += 1
+                self._take(message, bag)
+        if bag == file and messages.state == "unreadable":
+            raise BagError("an MCAP file or a bag directory",
+                           f"{file}, which {messages.note}", "check the path")
+        self._files.append(BagFile(bag, file, messages.state, messages.note, seen))
 
-    def _take(self, raw: RawMessage, bag: Bag) -> None:
+    def _take(self, raw: RawMessage, bag: Path) -> None:
         kind = kind_of(raw.type_name)
         self._messages[kind] += 1
         self._times[:] = ([min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
@@ -97,24 +106,24 @@ class BagReader:
             # A definition of another kind under our name, or numbers that cannot be.
             self._decoders.failed += 1
 
-    def _hand_over(self, kind: str, message: Any, raw: RawMessage, bag: Bag) -> None:
+    def _hand_over(self, kind: str, message: Any, raw: RawMessage, bag: Path) -> None:
         stamp = stamp_of(message)
         if kind == decoding.POSE_STATISTICS:
             self._take_result(message, stamp or raw.log_time, raw.topic)
         elif kind == decoding.JOB_EVENT:
             self._jobs.add(message, stamp or raw.log_time)
         elif kind == decoding.POSE_COUNTS:
-            source = self._sources.setdefault((bag.path, raw.topic), len(self._sources))
+            source = self._sources.setdefault((bag, raw.topic), len(self._sources))
             self._counts.add(message, source, stamp, raw.log_time)
         elif kind == decoding.DROP_RECORDS:
             self._drops.add(message)
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
-        if not field(message, "poses", ()):
+        if not read_field(message, "poses", ()):
             self._notes["{} left out, without poses: result"] += 1
             return
-        key = str(field(message, "part_id", "")), str(field(message, "part_digest", ""))
-        tolerance = round(float(field(message, "cluster_tolerance", math.nan)), 12)
+        key = str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", ""))
+        tolerance = round(float(read_field(message, "cluster_tolerance", math.nan)), 12)
         collector = self._results.get(key, {}).get(tolerance) or ResultCollector(message)
         if not collector.fits(message):
             self._notes["{} left out, numbering other poses than the first one of the same part "
@@ -140,10 +149,49 @@ class BagReader:
                 notes.append(said.format(f"{count} {noun}{'s'[:count > 1]}"))
         return notes
 
-    def _refuse(self, bags: tuple[Bag, ...]) -> None:
+    def _refuse(self, bags: Mapping[Path, Sequence[Path]]) -> None:
         unread = [file for file in self._files if file.state != "whole"]
         said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
         raise BagError(
-            f"messages of {decoding.PACKAGE} in {', '.join(str(bag.path) for bag in bags[:3])}",
+            f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
             f"none in {len(self._files)} file{'s'[:len(self._files) > 1]}{said}",
             "name a bag of the node, or one recorded with its topics")
+
+
+def _size(file: Path) -> int:
+    with suppress(OSError):  # reading it will tell
+        return file.stat().st_size
+    return 0
+
+
+def _tell(on_progress: OnProgress, done: int, size: int, total: int, share: float) -> None:
+    on_progress(done + round(share * size), total)
+
+
+def _part_records(results: Mapping[PartKey, Mapping[float, ResultCollector]], jobs: JobCollector,
+                 drops: DropCollector) -> tuple[PartRecord, ...]:
+    """A record a part, in the order of first appearance: in results, then in jobs."""
+    jobs_of: dict[PartKey, list[Job]] = {}
+    for job in jobs.jobs.values():
+        jobs_of.setdefault((job.part_id, job.part_digest), []).append(job)
+    keys = dict.fromkeys((*results, *jobs_of, *jobs.forgotten))
+    return tuple(
+        _record(key, list(results.get(key, {}).values()), jobs_of.get(key, ()),
+                tuple(sorted(jobs.forgotten.get(key, ()))), drops.logs.get(key[1], DropLog()))
+        for key in keys)
+
+
+def _record(key: PartKey, found: Sequence[ResultCollector], jobs: Sequence[Job],
+            forgotten: tuple[int, ...], drop_log: DropLog) -> PartRecord:
+    histories = sorted((one.history() for one in found), key=lambda one: -len(one.time))
+    plates = (each.plate for one in histories for each in one.predictions)
+    return PartRecord(
+        *key,
+        radius=found[0].radius if found else math.nan,
+        histories=tuple(histories),
+        jobs=tuple(sorted(jobs, key=lambda job: (job.queued or job.started or job.ended,
+                                                 job.job_id))),
+        forgotten=forgotten,
+        warnings=tuple(dict.fromkeys(line for one in found for line in one.warnings)),
+        plates=tuple(dict.fromkeys(name for name in plates if name)),
+        drop_log=drop_log)

@@ -1,20 +1,24 @@
-"""What cameras counted, added up."""
+"""What cameras counted, added up, each message once however often it was recorded."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from bisect import bisect_left, insort
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .copies import Copies, fingerprint
-from .decoding import field
+from .decoding import fingerprint, read_field
 
 Index = NDArray[np.int64]
 MOST = 1 << 48
 """Parts that no camera counts; a number beyond it is damage."""
+
+WITHIN = 1_000_000_000
+"""Two recorders write down a message without a stamp at most this far apart [ns]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +71,14 @@ class CameraCounts:
 
 
 @dataclass
-class _About:
-    """What messages add up to beside the poses."""
+class _Sum:
+    """What messages add up to."""
 
     begin: int
     end: int
     messages: int = 0
     unclassified: int = 0
+    of_pose: Counter[int] = field(default_factory=Counter)
 
 
 class CountCollector:
@@ -81,6 +86,8 @@ class CountCollector:
 
     Attributes
     ----------
+    copies : Copies
+        Knows the messages so far.
     refused : int
         Messages whose arrays were not of one length.
     """
@@ -88,16 +95,15 @@ class CountCollector:
     def __init__(self) -> None:
         self.copies = Copies()
         self.refused = 0
-        self._sums: dict[tuple[Any, ...], dict[int, int]] = {}
-        self._about: dict[tuple[Any, ...], _About] = {}
+        self._sums: dict[tuple[Any, ...], _Sum] = {}
 
     def add(self, message: Any, source: int, stamp: int, log_time: int) -> None:
         """Take in a PoseCounts; see `Copies.is_copy`."""
-        index, count = list(field(message, "index", ())), list(field(message, "count", ()))
+        index, count = (list(read_field(message, name, ())) for name in ("index", "count"))
         if len(index) != len(count):
             self.refused += 1
             return
-        unclassified = int(field(message, "unclassified", 0))
+        unclassified = int(read_field(message, "unclassified", 0))
         if max(count, default=0) > MOST or unclassified > MOST:
             raise OverflowError(f"more than {MOST} parts")
         of = _what_was_counted(message)
@@ -105,31 +111,75 @@ class CountCollector:
                                log_time):
             return
         time = stamp or log_time
-        sums = self._sums.setdefault(of, {})
+        known = self._sums.setdefault(of, _Sum(time, time))
+        known.begin, known.end = min(known.begin, time), max(known.end, time)
+        known.messages += 1
+        known.unclassified += unclassified
         for pose, parts in zip(index, count, strict=True):
-            sums[pose] = sums.get(pose, 0) + parts
-        about = self._about.setdefault(of, _About(time, time))
-        about.messages += 1
-        about.begin, about.end = min(about.begin, time), max(about.end, time)
-        about.unclassified += unclassified
+            known.of_pose[pose] += parts
 
     def counts(self) -> list[CameraCounts]:
         """Everything so far."""
-        return [self._one(of, sums, self._about[of]) for of, sums in self._sums.items()]
-
-    @staticmethod
-    def _one(of: tuple[Any, ...], sums: dict[int, int], about: _About) -> CameraCounts:
-        part_id, digest, tolerance, plate, height = of
-        index = np.array(sorted(sums), dtype=np.int64)
-        count = np.array([sums[pose] for pose in index.tolist()], dtype=np.int64)
-        return CameraCounts(part_id, digest, tolerance, plate,
-                            math.nan if height is None else height, about.messages,
-                            about.begin, about.end, index, count, about.unclassified)
+        found = []
+        for (part_id, digest, tolerance, plate, height), known in self._sums.items():
+            index = np.array(sorted(known.of_pose), dtype=np.int64)
+            count = np.array([known.of_pose[pose] for pose in index.tolist()], dtype=np.int64)
+            found.append(CameraCounts(
+                part_id, digest, tolerance, plate, math.nan if height is None else height,
+                known.messages, known.begin, known.end, index, count, known.unclassified))
+        return found
 
 
 def _what_was_counted(message: Any) -> tuple[Any, ...]:
-    height = float(field(message, "drop_height", -1.0))
-    return (str(field(message, "part_id", "")), str(field(message, "part_digest", "")),
-            round(float(field(message, "cluster_tolerance", -1.0)), 12),
-            str(field(message, "plate", "")),
+    height = float(read_field(message, "drop_height", -1.0))
+    return (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
+            round(float(read_field(message, "cluster_tolerance", -1.0)), 12),
+            str(read_field(message, "plate", "")),
             round(height, 9) if math.isfinite(height) and height >= 0.0 else None)
+
+
+@dataclass(order=True)
+class _Seen:
+    time: int
+    sources: set[int] = field(compare=False)
+
+
+class Copies:
+    """Tells copies apart from messages that merely say the same.
+
+    Within one recording every message counts: two parts may land alike in one picture. A
+    message of another recording is a copy if an equal one at the same time has no partner there
+    yet.
+    """
+
+    def __init__(self) -> None:
+        self._seen: dict[bytes, list[_Seen]] = {}
+        self.found = 0
+        self.unstamped = 0
+
+    def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
+        """Whether this message has been met in another recording; it is remembered.
+
+        Parameters
+        ----------
+        content : bytes
+            Fingerprint of everything but the time.
+        source : int
+            Number of the topic of a bag.
+        stamp : int
+            Nanoseconds; 0 where the sender gave none. Then the time of recording decides.
+        log_time : int
+            Nanoseconds.
+        """
+        self.unstamped += not stamp
+        time, window = (stamp, 0) if stamp else (log_time, WITHIN)
+        known = self._seen.setdefault(content, [])
+        place = bisect_left(known, _Seen(time - window, set()))
+        while place < len(known) and known[place].time <= time + window:
+            if source not in known[place].sources:
+                known[place].sources.add(source)
+                self.found += 1
+                return True
+            place += 1
+        insort(known, _Seen(time, {source}))
+        return False

@@ -1,10 +1,10 @@
-"""Predictions beside each other, and beside what cameras counted."""
+"""Bags analysed: predictions beside each other, and beside what cameras counted."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ...statistics.chi_square import ChiSquare, goodness_of_fit, homogeneity
 from ...statistics.errors import root_mean_square
 from ...statistics.intervals import jeffreys_interval
+from .bag_contents import BagContents, PartRecord, Paths
+from .bag_reader import OnProgress, read_bags
 from .camera_counts import CameraCounts
 from .results import Array, Index, PoseTable, Prediction, ResultHistory
 
@@ -61,32 +63,141 @@ class CountComparison:
     Attributes
     ----------
     counts : CameraCounts
-    cluster_tolerance : float
-        Of the poses; NaN where the counts cannot be compared.
-    index, count : (K,) arrays of int
-        Poses in the order of the pose table; empty where the counts cannot be compared.
-    share, low, high : (K,) arrays
-        Fraction of all counts in stable poses, and the bounds of its 90 % interval.
-    predictions : tuple of Comparison
     problem : str
         Why the counts cannot be compared; empty where they can.
+    history : ResultHistory or None
+        The results that number the poses alike; None where the counts cannot be compared.
+    count : (K,) array of int
+        Parts in each pose, in the order of the pose table; empty without one.
+    predictions : tuple of Comparison
     remarks : tuple of str
         What to bear in mind.
     """
 
     counts: CameraCounts
-    cluster_tolerance: float
-    index: Index
-    count: Index
-    share: Array
-    low: Array
-    high: Array
-    predictions: tuple[Comparison, ...]
     problem: str
-    remarks: tuple[str, ...]
+    history: ResultHistory | None = None
+    count: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    predictions: tuple[Comparison, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def share(self) -> Array:
+        """Fraction of all counts in stable poses, (K,)."""
+        return _shares(self.count)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Bounds of the 90 % interval of each share."""
+        return jeffreys_interval(self.count, self.count.sum())
 
 
-def compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable) -> Comparison:
+@dataclass(frozen=True, eq=False)
+class PartAnalysis:
+    """One part.
+
+    Attributes
+    ----------
+    record : PartRecord
+    simulations : tuple of tuple of SimulationComparison
+        Of each of the record's histories.
+    counts : tuple of CountComparison
+        One a plate, drop height and numbering.
+    """
+
+    record: PartRecord
+    simulations: tuple[tuple[SimulationComparison, ...], ...]
+    counts: tuple[CountComparison, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BagAnalysis:
+    """All parts.
+
+    Attributes
+    ----------
+    contents : BagContents
+    parts : tuple of PartAnalysis
+    strays : tuple of CountComparison
+        Camera counts of parts that no result is about.
+    """
+
+    contents: BagContents
+    parts: tuple[PartAnalysis, ...]
+    strays: tuple[CountComparison, ...]
+
+
+def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnalysis:
+    """Read bags and compare estimates, simulations and camera counts in them.
+
+    Parameters
+    ----------
+    paths : path or iterable of path
+        Bag directories (of the node, or recorded by `ros2 bag record`), directories of many
+        bags, or single files.
+    on_progress : callable, optional
+        Told now and then how many bytes have been read, and of how many.
+
+    Returns
+    -------
+    BagAnalysis
+        Its `parts` hold numpy arrays in the order of each part's pose table.
+
+    Raises
+    ------
+    BagError
+        If there is no bag, a named file cannot be read, or no message of this package's types
+        is in any of them.
+    """
+    return analyse(read_bags(paths, on_progress))
+
+
+def analyse(contents: BagContents) -> BagAnalysis:
+    """The same for bags that have been read."""
+    compared: dict[int, list[CountComparison]] = {}
+    for counts in contents.counts:
+        place, comparison = _compared(counts, contents.parts)
+        compared.setdefault(place, []).append(comparison)
+    parts = tuple(
+        PartAnalysis(record, tuple(tuple(_simulation_comparisons(history))
+                                   for history in record.histories),
+                     tuple(compared.get(place, ())))
+        for place, record in enumerate(contents.parts))
+    return BagAnalysis(contents, parts, tuple(compared.get(-1, ())))
+
+
+def _compared(counts: CameraCounts,
+              parts: tuple[PartRecord, ...]) -> tuple[int, CountComparison]:
+    """Which part (-1: none) counts belong to, and what they are compared with."""
+    fitting = _parts_of(counts, parts)
+    if not fitting:
+        return -1, CountComparison(counts, "no result of this part is in the bags")
+    place = fitting[0]
+    digests = {parts[each].part_digest for each in fitting}
+    if len(digests) > 1:
+        return -1, CountComparison(
+            counts, f"the counts carry no digest, and {len(digests)} parts are called "
+            f"{counts.part_id}")
+    histories = parts[place].histories
+    for history in histories:
+        if np.isclose(history.cluster_tolerance, counts.cluster_tolerance, rtol=1e-9, atol=0.0):
+            return place, _count_comparison(counts, history)
+    known = ", ".join(f"{each.cluster_tolerance:g}" for each in histories) or "none"
+    return place, CountComparison(
+        counts, f"counted at cluster tolerance {counts.cluster_tolerance:g}, results are at "
+        f"{known}: the same index is not the same pose")
+
+
+def _parts_of(counts: CameraCounts, parts: tuple[PartRecord, ...]) -> list[int]:
+    """Parts with the counts' digest, or without one their name; the same name first."""
+    fitting = [place for place, part in enumerate(parts) if (
+        part.part_digest == counts.part_digest if counts.part_digest
+        else part.part_id == counts.part_id)]
+    return sorted(fitting, key=lambda place: (parts[place].part_id != counts.part_id,
+                                              not parts[place].histories))
+
+
+def _compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable) -> Comparison:
     """Set a prediction against counts (K,) in the order of the pose table."""
     share = _shares(counts)
     apart = np.abs(prediction.probability - share)
@@ -115,32 +226,29 @@ def _test(prediction: Prediction, counts: Index, bins: Index) -> ChiSquare:
     return goodness_of_fit(observed, probability)
 
 
-def simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
+def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
     """Every simulation beside all methods that are not counted."""
     estimates = [one for one in history.predictions if not one.counted]
     for simulation in history.predictions:
         if simulation.counted and estimates:
             yield SimulationComparison(simulation, tuple(
-                compare(one, simulation.count, history.poses) for one in estimates))
+                _compare(one, simulation.count, history.poses) for one in estimates))
 
 
-def count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComparison:
+def _count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComparison:
     """Counts beside every prediction of the poses that they number."""
     index = history.poses.index
+    unknown = counts.index[~np.isin(counts.index, index)]
+    if unknown.size:
+        return CountComparison(
+            counts, f"pose {unknown[0]} was counted, which the part does not have: the poses are "
+            "numbered differently")
     aligned = np.zeros(index.shape, dtype=np.int64)
     aligned[np.searchsorted(index, counts.index)] = counts.count
-    low, high = jeffreys_interval(aligned, aligned.sum())
     return CountComparison(
-        counts, history.cluster_tolerance, index, aligned, _shares(aligned), low, high,
-        tuple(compare(one, aligned, history.poses) for one in history.predictions), "",
+        counts, "", history, aligned,
+        tuple(_compare(one, aligned, history.poses) for one in history.predictions),
         tuple(_remarks(counts, history)))
-
-
-def incomparable(counts: CameraCounts, problem: str) -> CountComparison:
-    """Counts that no prediction of the bags is about."""
-    none, nothing = np.empty(0, dtype=np.int64), np.empty(0)
-    return CountComparison(counts, math.nan, none, none, nothing, nothing, nothing, (), problem,
-                           ())
 
 
 def _remarks(counts: CameraCounts, history: ResultHistory) -> Iterator[str]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from hashlib import blake2b
 from typing import Any, Final
 
+import numpy as np
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from ...errors import BagError
 from ..reader.raw_reader import RawMessage
-from .bag_files import CONVERT
 
 PACKAGE: Final = "ros_pose_stats_msgs"
 PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
     "PartMesh", "PoseStatistics", "JobEvent", "PoseCounts", "DropRecords")
+CONVERT: Final = "`ros2 bag convert` makes a plain MCAP bag of it"
 KINDS: Final = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
 SECOND: Final = 1_000_000_000
 PACKED: Final = b"\x28\xb5\x2f\xfd"
@@ -79,7 +81,7 @@ def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
         return None  # a definition that does not parse
 
 
-def field(message: Any, name: str, default: Any) -> Any:
+def read_field(message: Any, name: str, default: Any) -> Any:
     """A field by name; the default where an older definition does not have it."""
     return getattr(message, name, default)
 
@@ -88,3 +90,12 @@ def stamp_of(message: Any) -> int:
     """Time stamp of a message's header, nanoseconds since 1970; 0 where there is none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     return 0 if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def fingerprint(*values: Any) -> bytes:
+    """Sixteen bytes that stand for plain values and numpy arrays."""
+    digest = blake2b(digest_size=16)
+    for value in values:
+        digest.update(value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode())
+        digest.update(b"\0")
+    return digest.digest()

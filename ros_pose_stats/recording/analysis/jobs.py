@@ -1,4 +1,4 @@
-"""What became of each drop simulation, told by its events."""
+"""What became of each drop simulation, told by its events, and of drops recorded one by one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
-from . import decoding
+import numpy as np
+
+from .decoding import read_field
 
 FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
 STATES: Final = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
@@ -74,7 +76,7 @@ class Job:
         self.latest, self.state = rank, name
         for one in fields(self):
             if one.name in _TOLD:
-                setattr(self, one.name, decoding.field(event, one.name, getattr(self, one.name)))
+                setattr(self, one.name, read_field(event, one.name, getattr(self, one.name)))
 
 
 _TOLD: Final = frozenset((
@@ -91,9 +93,50 @@ class JobCollector:
 
     def add(self, event: Any, time: int) -> None:
         """Take in a JobEvent."""
-        kind = int(decoding.field(event, "event", -1))
+        kind = int(read_field(event, "event", -1))
         if kind == FORGOTTEN:
-            part = (str(event.part_id), str(decoding.field(event, "part_digest", "")))
+            part = (str(event.part_id), str(read_field(event, "part_digest", "")))
             self.forgotten.setdefault(part, set()).add(time)
         elif kind in STATES and event.job_id:
             self.jobs.setdefault(event.job_id, Job(event.job_id)).tell(event, time)
+
+
+@dataclass
+class DropLog:
+    """Drops of one part that were recorded one by one.
+
+    Attributes
+    ----------
+    drops, unsettled : int
+    impacts : int
+        Of all these drops together.
+    seconds : float
+        From release to the end, of all these drops together.
+    """
+
+    drops: int = 0
+    unsettled: int = 0
+    impacts: int = 0
+    seconds: float = 0.0
+
+
+class DropCollector:
+    """Gathers drop records by the digest of their part."""
+
+    def __init__(self) -> None:
+        self.logs: dict[str, DropLog] = {}
+        self._seen: set[tuple[str, int, int]] = set()
+
+    def add(self, records: Any) -> None:
+        """Take in a DropRecords, unless another bag held the same drops of the same job."""
+        poses = np.asarray(read_field(records, "pose_index", ()), dtype=np.int64)
+        piece = (str(read_field(records, "job_id", "")), int(read_field(records, "first_drop", 0)),
+                 poses.size)
+        if piece in self._seen:
+            return
+        self._seen.add(piece)
+        log = self.logs.setdefault(str(read_field(records, "part_digest", "")), DropLog())
+        log.drops += poses.size
+        log.unsettled += int(np.count_nonzero(poses < 0))
+        log.impacts += int(np.sum(read_field(records, "impacts", ()), dtype=np.int64))
+        log.seconds += float(np.sum(read_field(records, "seconds", ()), dtype=np.float64))

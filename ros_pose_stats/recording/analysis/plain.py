@@ -9,8 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from .analyse import BagAnalysis, PartAnalysis
-from .comparisons import Comparison, CountComparison, SimulationComparison
+from .comparisons import (
+    BagAnalysis,
+    Comparison,
+    CountComparison,
+    PartAnalysis,
+    SimulationComparison,
+)
 from .decoding import SECOND
 from .jobs import TERMINAL, Job
 from .results import Prediction, ResultHistory
@@ -33,7 +38,7 @@ def as_dict(analysis: BagAnalysis) -> Plain:
         "messages": contents.messages,
         **_fields(contents, ("begin", "end", "notes")),
         "parts": [_part(part) for part in analysis.parts],
-        "stray_counts": [_counts(one, ()) for one in analysis.strays],
+        "stray_counts": [_counts(one) for one in analysis.strays],
     })
     return found
 
@@ -79,15 +84,8 @@ def _part(part: PartAnalysis) -> Plain:
         "jobs": [_job(job) for job in record.jobs],
         "numberings": [_history(history, simulations) for history, simulations
                        in zip(record.histories, part.simulations, strict=True)],
-        "counts": [_counts(one, _predictions(part, one)) for one in part.counts],
+        "counts": [_counts(one) for one in part.counts],
     }
-
-
-def _predictions(part: PartAnalysis, counts: CountComparison) -> tuple[Prediction, ...]:
-    for history in part.record.histories:
-        if history.cluster_tolerance == counts.cluster_tolerance:
-            return history.predictions
-    return ()
 
 
 def _job(job: Job) -> Plain:
@@ -126,14 +124,15 @@ def _comparison(one: Comparison, predictions: Sequence[Prediction]) -> Plain:
             **_fields(one, ("rms", "largest", "largest_pose", "unforeseen")), **tests}
 
 
-def _counts(one: CountComparison, predictions: Sequence[Prediction]) -> Plain:
-    counts = one.counts
+def _counts(one: CountComparison) -> Plain:
+    counts, predictions = one.counts, one.history.predictions if one.history else ()
+    low, high = one.bounds
     return {
         **_fields(counts, ("part_id", "part_digest", "cluster_tolerance", "plate", "drop_height",
                            "messages", "begin", "end", "index", "count", "unclassified")),
         "unclassified_share": counts.unclassified_share,
         "compared": not one.problem,
         **_fields(one, ("problem", "remarks")),
-        "share": one.share, "share_low": one.low, "share_high": one.high,
+        "share": one.share, "share_low": low, "share_high": high,
         "predictions": [_comparison(each, predictions) for each in one.predictions],
     }

@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .copies import fingerprint
-from .decoding import SECOND, field
+from .decoding import SECOND, fingerprint, read_field
 from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
+TEXTS = ("method", "plate", "job_id", "version")
+NUMBERS = ("restitution", "drop_height", "expected_error", "plate_error")
+COUNTS = ("drops", "unsettled")
+PROBABILITIES = ("probability", "probability_low", "probability_high", "standard_error")
 
 
 class ResultCollector:
@@ -29,16 +32,17 @@ class ResultCollector:
     """
 
     def __init__(self, first: Any) -> None:
-        self.cluster_tolerance = float(field(first, "cluster_tolerance", math.nan))
-        self.radius = float(field(first, "radius", math.nan))
+        self.cluster_tolerance = float(read_field(first, "cluster_tolerance", math.nan))
+        self.radius = float(read_field(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
         self.warnings: dict[str, None] = {}
         self._rows: dict[bytes, int] = {}
         self._methods: dict[str, int] = {}
-        self._predictions: dict[Any, Prediction] = {}
+        self._scenes: dict[Any, int] = {}
+        self._predictions: dict[int, Prediction] = {}
         self._numbers = {name: array(code) for name, code in (
-            ("time", "q"), ("method", "q"), ("restitution", "d"), ("drop_height", "d"),
-            ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
+            ("time", "q"), ("method", "q"), ("prediction", "q"), ("restitution", "d"),
+            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
         self._flags = {"final": bytearray(), "latched": bytearray()}
         self._probability = array("d")
 
@@ -53,19 +57,21 @@ class ResultCollector:
         key = fingerprint(time, found.scene, found.restitution, found.drops, found.unsettled,
                           found.seed, found.job_id, found.final, found.probability, found.count)
         row = self._rows.setdefault(key, len(self._rows))
-        self.warnings.update(dict.fromkeys(field(message, "warnings", ())))
+        self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
         if row < len(self._flags["final"]):
             self._flags["latched"][row] |= latched
             return
         self._flags["final"].append(found.final)
         self._flags["latched"].append(latched)
-        method = self._methods.setdefault(found.method, len(self._methods))
+        scene = self._scenes.setdefault(found.scene, len(self._scenes))
+        numbers = {"method": self._methods.setdefault(found.method, len(self._methods)),
+                   "prediction": scene}
         for name, column in self._numbers.items():
-            column.append(method if name == "method" else getattr(found, name))
+            column.append(numbers[name] if name in numbers else getattr(found, name))
         self._probability.frombytes(found.probability.tobytes())
-        known = self._predictions.get(found.scene)
+        known = self._predictions.get(scene)
         if known is None or found.knows_more_than(known):
-            self._predictions[found.scene] = found
+            self._predictions[scene] = found
 
     def history(self) -> ResultHistory:
         """Everything so far, by time."""
@@ -95,34 +101,25 @@ def _pose_table(poses: Sequence[Any]) -> PoseTable:
     return PoseTable(
         np.array([pose.index for pose in poses], dtype=np.int64),
         # Without groups every pose is a group of its own.
-        np.array([field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array([read_field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
         np.array(down, dtype=np.float64).reshape(-1, 3),
         **{name: _numbers(poses, name) for name in POSE_NUMBERS})
 
 
 def _numbers(poses: Sequence[Any], name: str) -> Array:
-    return np.array([field(pose, name, math.nan) for pose in poses], dtype=np.float64)
+    return np.array([read_field(pose, name, math.nan) for pose in poses], dtype=np.float64)
 
 
 def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
-    spent = field(message, "compute_time", None)
+    spent = read_field(message, "compute_time", None)
+    told: dict[str, Any] = {
+        **{name: str(read_field(message, name, "")) for name in TEXTS},
+        **{name: float(read_field(message, name, math.nan)) for name in NUMBERS},
+        **{name: int(np.int64(read_field(message, name, 0))) for name in COUNTS},
+        **{name: _numbers(poses, name) for name in PROBABILITIES}}
     return Prediction(
-        method=str(field(message, "method", "")),
-        restitution=float(field(message, "restitution", math.nan)),
-        drop_height=float(field(message, "drop_height", math.nan)),
-        plate=str(field(message, "plate", "")),
-        time=time,
-        drops=int(np.int64(field(message, "drops", 0))),
-        unsettled=int(np.int64(field(message, "unsettled", 0))),
-        seed=int(field(message, "seed", 0)),
-        expected_error=float(field(message, "expected_error", math.nan)),
-        plate_error=float(field(message, "plate_error", math.nan)),
+        **told, time=time,
+        seed=int(read_field(message, "seed", 0)),
         seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
-        job_id=str(field(message, "job_id", "")),
-        version=str(field(message, "version", "")),
-        final=bool(field(message, "final", True)),
-        probability=_numbers(poses, "probability"),
-        probability_low=_numbers(poses, "probability_low"),
-        probability_high=_numbers(poses, "probability_high"),
-        standard_error=_numbers(poses, "standard_error"),
-        count=np.array([field(pose, "count", 0) for pose in poses], dtype=np.int64))
+        final=bool(read_field(message, "final", True)),
+        count=np.array([read_field(pose, "count", 0) for pose in poses], dtype=np.int64))

@@ -127,6 +127,8 @@ class ResultHistory:
         Fraction; NaN where unknown.
     final, latched : (n,) arrays of bool
         Whether it was a job's last word; whether subscribers got it or a caller alone.
+    prediction : (n,) array of int
+        Which of the predictions speaks for its method and scene.
     probability : (n, K) array
     predictions : tuple of Prediction
         One a method and scene, in the order of first appearance.
@@ -143,6 +145,7 @@ class ResultHistory:
     expected_error: Array
     final: Flags
     latched: Flags
+    prediction: Index
     probability: Array
     predictions: tuple[Prediction, ...]
 

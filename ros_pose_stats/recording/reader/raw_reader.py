@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, Final, cast
 
+import zstandard
+from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import breakup_chunk
 
 from ..directory_lock import is_locked
 from ..run_names import runs
-from ..writer.mcap_layout import NODE_KEY
-from .bag_input import files_of_bag, opened, unpacked_chunk
-from .decoding import UNREADABLE, decode
-from .scan import frames
+from ..writer.contents import NODE_KEY
+from .scan import UNREADABLE, frames
+
+_PACKED: Final = ".zstd"
+_STEP: Final = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,7 @@ class Damage:
 
 
 def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
-                 ) -> Iterator[RawMessage]:
+                 on_read: Callable[[float], None] | None = None) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
     Parameters
@@ -74,6 +82,8 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
         `ros2 bag record` has compressed as a whole (`.mcap.zstd`) too.
     on_damage : callable, optional
         Told of every place that had to be passed over.
+    on_read : callable, optional
+        Told after every megabyte which fraction of its file has been read.
 
     Raises
     ------
@@ -81,8 +91,9 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
         There is no such file, or it cannot be read.
     """
     for path in files_of_bag(bag):
-        with opened(path) as file:
-            yield from _Messages(path, on_damage or (lambda damage: None)).read(file)
+        with _opened(path) as file:
+            yield from _messages(path, file, on_damage or (lambda damage: None),
+                                 on_read or (lambda share: None))
 
 
 def finished_runs(log_directory: Path) -> list[Path]:
@@ -90,53 +101,84 @@ def finished_runs(log_directory: Path) -> list[Path]:
     return [run for run in runs(log_directory) if not is_locked(run)]
 
 
-def newest_run(log_directory: Path) -> Path | None:
-    """The newest run that no living process holds and that has a message; None without one."""
-    for run in reversed(finished_runs(log_directory)):
-        try:
-            if next(raw_messages(run), None) is not None:
-                return run
-        except OSError:
-            continue
-    return None
-
-
-class _Messages:
-    """Puts topics and types to the messages of one file."""
-
-    def __init__(self, path: Path, on_damage: Callable[[Damage], None]) -> None:
-        self._path = path
-        self._on_damage = on_damage
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, tuple[str, str, str, str]] = {}
-
-    def read(self, file: BinaryIO) -> Iterator[RawMessage]:
-        """The whole messages of the file, opened by the caller."""
-        for frame in frames(file, self._damaged):
-            try:
-                record = decode(frame.opcode, frame.body)
-                records = [record] if not isinstance(record, Chunk) else unpacked_chunk(record)
-            except UNREADABLE as error:
-                self._damaged(frame.start, frame.end, str(error))
-                continue
-            for one in records:
-                if isinstance(one, Message) and one.channel_id in self._channels:
-                    topic, type_name, definition, node = self._channels[one.channel_id]
-                    yield RawMessage(topic, type_name, one.data, one.log_time, definition, node)
-                elif isinstance(one, Message):
-                    self._damaged(frame.start, frame.end, f"no channel {one.channel_id}")
-                else:
-                    self._note(one)
-
-    def _note(self, record: McapRecord | None) -> None:
-        if isinstance(record, Schema):
-            self._schemas[record.id] = record
-        elif isinstance(record, Channel):
-            schema = self._schemas.get(record.schema_id)
-            definition = schema.data.decode(errors="replace") if schema else ""
-            self._channels[record.id] = (record.topic, schema.name if schema else "", definition,
-                                         record.metadata.get(NODE_KEY, ""))
-
-    def _damaged(self, start: int, end: int, reason: str = "") -> None:
+def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
+              on_read: Callable[[float], None]) -> Iterator[RawMessage]:
+    """The whole messages of one file, each with its topic and type."""
+    def damaged(start: int, end: int, reason: str = "") -> None:
         reason = reason or ("no whole record" if end > start else "no footer")
-        self._on_damage(Damage(self._path, start, end, reason))
+        on_damage(Damage(path, start, end, reason))
+
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, tuple[str, str, str, str]] = {}
+
+    def describe(record: McapRecord | None) -> None:
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            schema = schemas.get(record.schema_id)
+            channels[record.id] = (
+                record.topic, schema.name if schema else "",
+                schema.data.decode(errors="replace") if schema else "",
+                record.metadata.get(NODE_KEY, ""))
+
+    size = os.fstat(file.fileno()).st_size
+    next_told = 0
+    for frame in frames(file, damaged):
+        if frame.end > next_told:
+            on_read(min(1.0, frame.end / size))
+            next_told = frame.end + _STEP
+        try:
+            record = frame.record()
+            records = [record] if not isinstance(record, Chunk) else _unpacked(record)
+        except UNREADABLE as error:
+            damaged(frame.start, frame.end, str(error))
+            continue
+        for one in records:
+            if not isinstance(one, Message):
+                describe(one)
+            elif one.channel_id in channels:
+                topic, type_name, definition, node = channels[one.channel_id]
+                yield RawMessage(topic, type_name, one.data, one.log_time, definition, node)
+            else:
+                damaged(frame.start, frame.end, f"no channel {one.channel_id}")
+
+
+def files_of_bag(bag: Path) -> list[Path]:
+    """The MCAP files of a bag directory in the order of their numbers; a file is its own bag.
+
+    Raises
+    ------
+    OSError
+        There is no such bag.
+    """
+    if not bag.is_dir():
+        return [bag]
+    return sorted((path for path in bag.iterdir() if path.name.endswith((".mcap", ".mcap.zstd"))),
+                  key=lambda path: [(int(part), "") if part.isdigit() else (0, part)
+                                    for part in re.split(r"(\d+)", path.name)])
+
+
+def _opened(path: Path) -> BinaryIO:
+    """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
+    if path.suffix != _PACKED:
+        return path.open("rb")
+    unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
+    try:
+        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(
+                file, read_across_frames=True) as reader:
+            shutil.copyfileobj(cast(Any, reader), unpacked)
+    except zstandard.ZstdError:
+        pass  # what came out before is as good as a file that was cut
+    except OSError:
+        unpacked.close()
+        raise
+    unpacked.seek(0)
+    return unpacked
+
+
+def _unpacked(chunk: Chunk) -> list[McapRecord]:
+    """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
+    try:
+        return breakup_chunk(chunk, validate_crc=True)
+    except Exception as error:  # each compression has errors of its own
+        raise McapError(f"unreadable chunk: {error}") from error

@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import os
+import struct
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from typing import BinaryIO, Final
 
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 
 from ..writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
 
 OnDamage = Callable[[int, int], None]
 """Told begin and end of bytes that are no whole record; equal where just the footer is missing."""
 
+UNREADABLE: Final = (struct.error, McapError, UnicodeDecodeError)
+"""What reading a record out of the wrong bytes raises."""
+
+_READERS: Final[dict[int, Callable[[ReadDataStream], McapRecord]]] = {
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.CHUNK: Chunk.read,
+    Opcode.METADATA: Metadata.read,
+}
 _BLOCK: Final = 1 << 20
 _FIRST_PRIVATE: Final = 0x80
 
@@ -42,6 +56,20 @@ class Frame:
     def length(self) -> int:
         """Bytes of the record without the checksum record."""
         return RECORD.size + len(self.body)
+
+    def record(self) -> McapRecord | None:
+        """The record itself, of a message the only copy; None for a kind that is not needed.
+
+        Raises
+        ------
+        One of UNREADABLE
+            The bytes are no such record.
+        """
+        if self.opcode == Opcode.MESSAGE:
+            channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
+            return Message(channel, log_time, self.body[MESSAGE.size:], publish_time, number)
+        read = _READERS.get(self.opcode)
+        return None if read is None else read(ReadDataStream(BytesIO(self.body)))
 
 
 def frames(file: BinaryIO, on_damage: OnDamage) -> Iterator[Frame]:

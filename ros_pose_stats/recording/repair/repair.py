@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO, Final
+
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Message, Metadata, MetadataIndex
 
 from ..directory_lock import DirectoryLock
-from ..finished import is_finished
-from ..run_names import bag_files, runs
-from .mending import mend
+from ..durable import replace_file, sync_directory
+from ..finished import finished_contents, is_described, is_finished
+from ..reader.scan import UNREADABLE, Frame, frames
+from ..run_names import HALF, METADATA, bag_files, runs
+from ..writer.contents import Contents, metadata_yaml
+from ..writer.mcap_layout import closing, magic_and_header
 from .removal import sweep
+
+_BLOCK: Final = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -64,13 +78,144 @@ def _repair(run: Path) -> Repair | None:
         if lock is None:
             return None
         with lock:
-            if is_finished(run):
-                return None
-            done = mend(run)
+            return None if is_finished(run) else mend(run)
     except OSError as error:
         return Repair(run, problem=_problem(run, error))
-    return Repair(run, done.kept, done.cut_bytes)
 
 
 def _problem(directory: Path, error: OSError) -> str:
     return f"cannot mend {directory}: {error.strerror or error}"
+
+
+def mend(directory: Path) -> Repair:
+    """Finish all files of a run and describe them anew. The caller has its lock.
+
+    Every step leaves either the old file or the new one, so that this may be killed and
+    repeated.
+
+    Raises
+    ------
+    OSError
+        It cannot be done now; nothing is lost.
+    """
+    files: dict[str, Contents] = {}
+    cut_bytes = 0
+    for path in bag_files(directory):
+        contents = finished_contents(path)
+        if contents is None:
+            contents, cut = _mend_file(path)
+            cut_bytes += cut
+        files[path.name] = contents
+    if files and not is_described(directory, files):
+        replace_file(directory / METADATA, metadata_yaml(files).encode())
+    for name in (*files, METADATA):
+        with suppress(OSError):
+            (directory / (name + HALF)).unlink()
+    return Repair(directory, sum(contents.messages for contents in files.values()), cut_bytes)
+
+
+def _mend_file(path: Path) -> tuple[Contents, int]:
+    """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
+    half = path.with_name(path.name + HALF)
+    try:
+        with path.open("rb") as old, half.open("wb") as new:
+            sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
+            for frame in frames(old, sound.on_damage):
+                if frame.opcode == Opcode.DATA_END:
+                    break
+                sound.keep(frame)
+            new.write(sound.start)
+            for begin, end in sound.ranges:
+                _copy(old, new, begin, end)
+            new.write(closing(path.name, sound.contents, sound.size))
+            new.flush()
+            os.fsync(new.fileno())
+        shutil.copymode(path, half)
+        half.replace(path)
+        sync_directory(path.parent)
+    except OSError:
+        with suppress(OSError):
+            half.unlink()
+        raise
+    return sound.contents, sound.cut_bytes
+
+
+def _copy(old: BinaryIO, new: BinaryIO, begin: int, end: int) -> None:
+    old.seek(begin)
+    while begin < end:
+        block = old.read(min(_BLOCK, end - begin))
+        if not block:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        begin += new.write(block)
+
+
+class _SoundPart:
+    """The records of a damaged file that are worth keeping, gathered one by one.
+
+    Parameters
+    ----------
+    time : int
+        Of the file [ns], where it has no message.
+
+    Attributes
+    ----------
+    start : bytes
+        What the mended file begins with: magic and header. The header is written anew, since
+        it is the one record without a checksum.
+    ranges : list of (int, int)
+        Begin and end of the stretches to be copied behind it.
+    size : int
+        Bytes of the start and all stretches.
+    contents : Contents
+        Of the mended file.
+    cut_bytes : int
+        Bytes between and behind the stretches.
+    """
+
+    def __init__(self, time: int) -> None:
+        self.start = magic_and_header()
+        self.ranges: list[tuple[int, int]] = []
+        self.size = len(self.start)
+        self.contents = Contents(start=time, end=time)
+        self.cut_bytes = 0
+
+    def on_damage(self, begin: int, end: int) -> None:
+        """Count what is no whole record."""
+        self.cut_bytes += end - begin
+
+    def keep(self, frame: Frame) -> None:
+        """Take in a record.
+
+        Raises
+        ------
+        OSError
+            It is a message whose channel or type got lost. Leaving it out would be worse than
+            leaving the file as it is.
+        """
+        if frame.opcode == Opcode.HEADER:
+            return
+        try:
+            self._enter(frame)
+        except UNREADABLE:
+            self.on_damage(frame.start, frame.end)
+            return
+        if self.ranges and self.ranges[-1][1] == frame.start:
+            self.ranges[-1] = (self.ranges[-1][0], frame.end)
+        else:
+            self.ranges.append((frame.start, frame.end))
+        self.size += frame.end - frame.start
+
+    def _enter(self, frame: Frame) -> None:
+        """Note what a record adds to the contents; one of UNREADABLE if it is better left out."""
+        record = frame.record()
+        if isinstance(record, Metadata):
+            place = self.size + (frame.end - frame.start) - frame.length
+            self.contents.metadata.append(MetadataIndex(place, frame.length, record.name))
+        elif isinstance(record, Message):
+            if record.channel_id not in self.contents.channels:
+                raise OSError("the description of a topic in it is damaged")
+            self.contents.count(record.channel_id, record.log_time)
+        elif isinstance(record, Channel) and record.schema_id not in self.contents.schemas:
+            raise McapError(f"no schema {record.schema_id}")
+        else:
+            self.contents.describe(record)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
-from ..repair.mending import mend
-from ..run_names import bag_file
-from .bag_directory import BagDirectory
+from ..directory_lock import DirectoryLock
+from ..durable import make_directories, replace_file, sync_directory
+from ..repair.removal import remove_empty
+from ..repair.repair import mend
+from ..run_names import METADATA, bag_file, being_made
 from .bag_file import BagFile
-from .contents import Contents
+from .contents import Contents, metadata_yaml
 from .mcap_layout import message_size
 from .message_types import MessageType
 
@@ -38,7 +41,8 @@ class Bag:
 
     def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
                  node: str = "") -> None:
-        self._directory = BagDirectory(path)
+        self._path = path
+        self._lock = _locked_directory(path)
         self._types = types
         self._node = node
         self._max_bytes = max_bytes
@@ -60,8 +64,8 @@ class Bag:
         return self._file
 
     def is_gone(self) -> bool:
-        """Whether the directory was deleted or moved away."""
-        return self._directory.is_gone()
+        """Whether the directory, or the lock in it, was deleted, moved or replaced."""
+        return not self._lock.holds(self._path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> tuple[BagFile, int]:
         """Write a message; return the file and the number that its `sync` takes.
@@ -89,18 +93,21 @@ class Bag:
             if self._file is not None and not self._drop_broken():
                 self._finish_file()
             if self._abandoned:
-                mend(self._directory.path)
+                mend(self._path)
             else:
                 self._describe()
         finally:
             self.abandon()
 
     def abandon(self) -> None:
-        """Let go of the bag as it is."""
+        """Let go of the bag as it is; a directory without a file in it goes."""
         if self._file is not None:
             self._file.abandon(OSError(errno.ENOENT, os.strerror(errno.ENOENT)))
             self._file = None
-        self._directory.release()
+        with suppress(OSError):
+            if not self.is_gone():
+                remove_empty(self._path)
+        self._lock.release()
 
     def _file_for(self, record: int) -> BagFile:
         """The file for a record of so many bytes."""
@@ -109,9 +116,9 @@ class Bag:
         if file is not None and file.written and file.size_with(record) > self._max_bytes:
             self._finish_file()
         if self._file is None:
-            while bag_file(self._directory.path, self._next_number).exists():
+            while bag_file(self._path, self._next_number).exists():
                 self._next_number += 1
-            path = bag_file(self._directory.path, self._next_number)
+            path = bag_file(self._path, self._next_number)
             self._file = BagFile(path, self._types, self._node)
             self._described = False
         return self._file
@@ -137,9 +144,39 @@ class Bag:
 
     def _describe(self) -> None:
         files = {name: contents for name, contents in self._finished.items()
-                 if (self._directory.path / name).exists()}
+                 if (self._path / name).exists()}
         if self._file is not None:
             files[self._file.path.name] = self._file.contents
         if files:
-            self._directory.describe(files)
+            replace_file(self._path / METADATA, metadata_yaml(files).encode())
         self._described = True
+
+
+def _locked_directory(path: Path) -> DirectoryLock:
+    """Make a directory that is locked from the moment it has its name.
+
+    Another node that starts at this moment sees no directory, or one that is locked. It may
+    remove what has not got its name yet; then this fails and is tried again.
+
+    Raises
+    ------
+    OSError
+        It could not be made; nothing is left of it.
+    """
+    make_directories(path.parent)
+    made = being_made(path)
+    made.mkdir(exist_ok=True)
+    lock = None
+    try:
+        lock = DirectoryLock.take(made)
+        if lock is None:
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+        made.rename(path)
+        made = path
+        sync_directory(path.parent)
+    except OSError:
+        remove_empty(made)
+        if lock is not None:
+            lock.release()
+        raise
+    return lock

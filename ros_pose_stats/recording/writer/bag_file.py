@@ -164,12 +164,8 @@ class BagFile:
         try:
             return write_all(self._number, buffers, self.size)
         except OSError:
-            self._cut()
+            try:
+                os.ftruncate(self._number, self.size)  # half a record goes
+            except OSError as error:
+                self.broken = error
             raise
-
-    def _cut(self) -> None:
-        """Take half a record away again."""
-        try:
-            os.ftruncate(self._number, self.size)
-        except OSError as error:
-            self.broken = error

@@ -16,22 +16,18 @@ from typing import Final
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
-    Channel,
     DataEnd,
     Footer,
     Header,
     McapRecord,
     Metadata,
     MetadataIndex,
-    Schema,
     SummaryOffset,
 )
 
 from ...version import VERSION
-from .bag_metadata import metadata_record
-from .contents import Contents
+from .contents import Contents, metadata_record
 from .message_types import MessageType
-from .topics import described
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 PROFILE: Final = "ros2"
@@ -48,13 +44,15 @@ RECORD: Final = struct.Struct("<BQ")
 MESSAGE: Final = struct.Struct("<HIQQ")
 """Channel, number within the channel, log time and publish time [ns]; then the data."""
 
-NODE_KEY: Final = "node"
-"""In the metadata of a channel: the name of the node that recorded."""
-
 FOOTER_LENGTH: Final = 20
 
 _METADATA_NAME: Final = "rosbag2"
 _WHOLE_HEAD: Final = CHECK.size + RECORD.size + MESSAGE.size
+
+
+def magic_and_header() -> bytes:
+    """What every file begins with."""
+    return MAGIC + _encoded([Header(PROFILE, LIBRARY)])
 
 
 def message_size(data: memoryview) -> int:
@@ -85,17 +83,8 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
         Name of the node that records, kept with every topic.
     """
     contents = Contents(start=now, end=now)
-    numbers: dict[str, int] = {}
-    for topic in described(types):
-        kind = types[topic.name]
-        schema = numbers.setdefault(kind.name, len(numbers) + 1)
-        contents.schemas[schema] = Schema(schema, kind.definition.encode(), "ros2msg", kind.name)
-        channel = len(contents.channels) + 1
-        contents.channels[channel] = Channel(
-            channel, topic.name, "cdr",
-            {"offered_qos_profiles": topic.qos, "topic_type_hash": topic.type_hash,
-             NODE_KEY: node}, schema)
-    start = MAGIC + encoded([Header(PROFILE, LIBRARY)])
+    contents.add_topics(types, node)
+    start = magic_and_header()
     metadata, index = _metadata(name, contents, len(start))
     contents.metadata.append(index)
     start += metadata + _checked([*contents.schemas.values(), *contents.channels.values()])
@@ -116,7 +105,7 @@ def closing(name: str, contents: Contents, offset: int) -> bytes:
     """
     metadata, index = _metadata(name, contents, offset)
     contents = replace(contents, metadata=[*contents.metadata, index])
-    data_end = metadata + encoded([DataEnd(0)])
+    data_end = metadata + _encoded([DataEnd(0)])
     start = offset + len(data_end)
     groups: list[tuple[Opcode, Iterable[McapRecord]]] = [
         (Opcode.SCHEMA, contents.schemas.values()),
@@ -127,18 +116,18 @@ def closing(name: str, contents: Contents, offset: int) -> bytes:
     summary = b""
     offsets: list[McapRecord] = []
     for opcode, records in groups:
-        group = encoded(records)
+        group = _encoded(records)
         if group:
             offsets.append(SummaryOffset(opcode, start + len(summary), len(group)))
         summary += group
     offsets_start = start + len(summary)
-    summary += encoded(offsets)
-    footer = encoded([Footer(start, offsets_start, 0)])[:-4]
+    summary += _encoded(offsets)
+    footer = _encoded([Footer(start, offsets_start, 0)])[:-4]
     check = zlib.crc32(footer, zlib.crc32(summary))
     return data_end + summary + footer + struct.pack("<I", check) + MAGIC
 
 
-def encoded(records: Iterable[McapRecord]) -> bytes:
+def _encoded(records: Iterable[McapRecord]) -> bytes:
     """Records one after the other."""
     builder = RecordBuilder()
     for record in records:
@@ -148,7 +137,7 @@ def encoded(records: Iterable[McapRecord]) -> bytes:
 
 def _checked(records: Iterable[McapRecord]) -> bytes:
     """Records, each behind its checksum."""
-    parts = map(encoded, ([record] for record in records))
+    parts = map(_encoded, ([record] for record in records))
     return b"".join(CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(part)) + part for part in parts)
 
 

@@ -1,17 +1,36 @@
-"""What a bag says about a message type: its name, its definition as text, and its hash.
-
-Everything is read from the interface packages' share folders, so that a bag describes
-exactly the messages that the node was built with.
-"""
+"""What a message type looks like: its definition, its hash, and its bytes in CDR."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import re
+import struct
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from .definitions import PRIMITIVES, SEPARATOR, STRINGS, fields
+SEPARATOR: Final = "=" * 80
+"""Stands between the definitions of a type and of those that it uses."""
+
+PRIMITIVES: Final = {
+    "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
+    "uint32": 4, "float32": 4, "int64": 8, "uint64": 8, "float64": 8,
+}
+"""Bytes of the types of fixed size."""
+
+STRINGS: Final = frozenset(("string", "wstring"))
+SINGLE: Final = 0
+SEQUENCE: Final = -1
+HEADER: Final = b"\0\1"
+"""Of plain CDR with the least significant byte first; other encodings are not looked into."""
+
+_FIELD = re.compile(r"\s*(?P<type>[A-Za-z][\w/]*)(<=\d+)?"
+                    r"(?P<array>\[(?P<size>(<=)?\d*)\])?\s+[A-Za-z]\w*\s*(?P<constant>=)?")
+_HEADER_SIZE: Final = 4
+_COUNT = struct.Struct("<I")
+_CYCLE: Final = 8
+"""Alignments repeat after so many bytes."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +53,24 @@ class MessageType:
     type_hash: str
 
 
+@dataclass(frozen=True)
+class Field:
+    """A field of a message.
+
+    Attributes
+    ----------
+    kind : str
+        A primitive type, a string type, or the full name of a message.
+    count : int
+        SINGLE, SEQUENCE, or the number of elements of a fixed array.
+    """
+
+    kind: str
+    count: int
+
+
 def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
-    """Read a type from the packages that define it.
+    """Read a type from the packages that define it: exactly what the node was built with.
 
     Parameters
     ----------
@@ -49,33 +84,162 @@ def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
     OSError
         No such message in the package's share folder.
     """
-    texts = {name: _text(name, share)}
+    def read(type_name: str, suffix: str = ".msg") -> str:
+        package, _, short = type_name.split("/")
+        return (Path(share(package)) / "msg" / f"{short}{suffix}").read_text(encoding="utf-8")
+
+    text = definition(name, read)
+    try:
+        hashes = {one["type_name"]: str(one["hash_string"])
+                  for one in json.loads(read(name, ".json"))["type_hashes"]}
+    except (FileNotFoundError, json.JSONDecodeError):
+        hashes = {}
+    return MessageType(name, text, hashes.get(name, ""))
+
+
+def definition(name: str, read: Callable[[str], str]) -> str:
+    """The text of a type and those of all that it uses, each of which `read` gives by name."""
+    texts = {name: read(name)}
     waiting = [name]
     while waiting:
         used = waiting.pop(0)
         for field in fields(texts[used], used.partition("/")[0]):
             if field.kind not in PRIMITIVES and field.kind not in STRINGS | texts.keys():
-                texts[field.kind] = _text(field.kind, share)
+                texts[field.kind] = read(field.kind)
                 waiting.append(field.kind)
     parts = [texts.pop(name)]
     parts += [f"{SEPARATOR}\nMSG: {other.replace('/msg/', '/')}\n{text}"
               for other, text in texts.items()]
-    return MessageType(name, "\n".join(parts), _type_hash(name, share))
+    return "\n".join(parts)
 
 
-def _file(name: str, share: Callable[[str], Path], suffix: str) -> Path:
-    package, _, short = name.split("/")
-    return Path(share(package)) / "msg" / f"{short}{suffix}"
+def fields(text: str, package: str) -> Iterator[Field]:
+    """The fields of a definition in their order, without constants.
+
+    Parameters
+    ----------
+    text : str
+        Of the one definition.
+    package : str
+        Where the types without a package are defined.
+    """
+    for line in text.splitlines():
+        field = _FIELD.match(line.partition("#")[0])
+        if field is None or field["constant"]:
+            continue
+        kind = field["type"]
+        if kind not in PRIMITIVES and kind not in STRINGS:
+            parts = kind.split("/")
+            kind = f"{parts[0] if len(parts) > 1 else package}/msg/{parts[-1]}"
+        count = SINGLE
+        if field["array"]:
+            count = int(field["size"]) if field["size"].isdigit() else SEQUENCE
+        yield Field(kind, count)
 
 
-def _text(name: str, share: Callable[[str], Path]) -> str:
-    return _file(name, share, ".msg").read_text(encoding="utf-8")
+def split_definition(name: str, definition: str) -> dict[str, str]:
+    """The texts that a definition is put together from, by the full names of their types."""
+    first, *others = definition.split(SEPARATOR + "\n")
+    texts = {name: first}
+    for other in others:
+        head, _, text = other.partition("\n")
+        package, _, short = head.removeprefix("MSG: ").strip().partition("/")
+        texts[f"{package}/msg/{short}"] = text
+    return texts
 
 
-def _type_hash(name: str, share: Callable[[str], Path]) -> str:
-    try:
-        described = json.loads(_file(name, share, ".json").read_text(encoding="utf-8"))
-    except (FileNotFoundError, json.JSONDecodeError):
-        return ""
-    hashes = {one["type_name"]: str(one["hash_string"]) for one in described["type_hashes"]}
-    return hashes.get(name, "")
+Skip = Callable[[memoryview, int], int]
+"""From the place where a value may begin to the place behind it."""
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """How to pass over a value; whether its size depends on nothing but where it begins."""
+
+    skip: Skip
+    fixed: bool
+
+
+class CdrLength:
+    """Tells where the messages of one type end.
+
+    `rclpy.serialization.serialize_message` estimates the length of what it returns. It puts
+    padding in front of empty sequences that the message has not got, so that up to a few bytes
+    for each of them, from somewhere in the memory, follow the message. Some readers refuse that.
+    """
+
+    def __init__(self, kind: MessageType) -> None:
+        self._skip: Skip | None
+        try:
+            self._skip = _message(kind.name, split_definition(kind.name, kind.definition)).skip
+        except KeyError:  # a type that is not defined, or a wstring
+            self._skip = None
+
+    def trimmed(self, data: bytes) -> memoryview:
+        """The message without what follows it; all of it where that cannot be told."""
+        view = memoryview(data)
+        if self._skip is None or not data.startswith(HEADER):
+            return view
+        try:
+            end = self._skip(view[_HEADER_SIZE:], 0)
+        except struct.error:
+            return view
+        return view[:_HEADER_SIZE + end]
+
+
+def _message(name: str, texts: dict[str, str]) -> _Kind:
+    parts = [_field(field, texts) for field in fields(texts[name], name.partition("/")[0])]
+    steps = [part.skip for part in parts] or [_primitive(1)]
+
+    def skip(data: memoryview, place: int) -> int:
+        for step in steps:
+            place = step(data, place)
+        return place
+
+    return _Kind(skip, all(part.fixed for part in parts))
+
+
+def _field(field: Field, texts: dict[str, str]) -> _Kind:
+    if field.kind in PRIMITIVES:
+        one = _Kind(_primitive(PRIMITIVES[field.kind]), True)
+    elif field.kind == "string":
+        one = _Kind(_skip_string, False)
+    else:
+        one = _message(field.kind, texts)
+    if field.count == SINGLE:
+        return one
+    if field.count != SEQUENCE:
+        return _Kind(lambda data, place: _repeat(one, field.count, data, place), one.fixed)
+
+    def skip_sequence(data: memoryview, place: int) -> int:
+        place += -place % 4
+        count = _COUNT.unpack_from(data, place)[0]
+        return _repeat(one, count, data, place + 4)
+
+    return _Kind(skip_sequence, False)
+
+
+def _primitive(size: int) -> Skip:
+    return lambda data, place: place + -place % size + size
+
+
+def _skip_string(data: memoryview, place: int) -> int:
+    place += -place % 4
+    return place + 4 + int(_COUNT.unpack_from(data, place)[0])
+
+
+def _repeat(one: _Kind, count: int, data: memoryview, place: int) -> int:
+    """Pass over so many values, those of fixed size by multiplying."""
+    met: dict[int, tuple[int, int]] = {}
+    while count:
+        if one.fixed and place % _CYCLE in met:
+            before, count_before = met.pop(place % _CYCLE)
+            rounds = count // (count_before - count)
+            count -= rounds * (count_before - count)
+            place += rounds * (place - before)
+            met.clear()
+            continue
+        met[place % _CYCLE] = place, count
+        place = one.skip(data, place)
+        count -= 1
+    return place

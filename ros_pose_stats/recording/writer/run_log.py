@@ -7,13 +7,36 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-from ..reader.cdr_length import CdrLength
-from ..recording_error import RecordingError
-from ..repair.space_bound import SpaceBound
+from ..repair.removal import SpaceBound
 from ..run_names import new_run_name
 from .bag import Bag
 from .mcap_layout import message_size, opening
-from .message_types import MessageType
+from .message_types import CdrLength, MessageType
+
+
+class RecordingError(OSError):
+    """A record, or what belongs to it, could not be made safe.
+
+    Nothing is broken for good: the next write tries again.
+
+    Parameters
+    ----------
+    directory : Path
+        The bag that was written to.
+    cause : Exception or str
+        What the operating system said, or what was wrong.
+    """
+
+    def __init__(self, directory: Path, cause: Exception | str) -> None:
+        self.directory = directory
+        self.cause = cause
+        reason = getattr(cause, "strerror", None) or str(cause) or type(cause).__name__
+        super().__init__(f"cannot record to {directory}: {reason}")
+        self.errno = getattr(cause, "errno", None)
+
+    def __reduce__(self) -> tuple[type[RecordingError], tuple[Path, str]]:
+        reason = getattr(self.cause, "strerror", None) or str(self.cause)
+        return type(self), (self.directory, reason)
 
 
 class RunLog:

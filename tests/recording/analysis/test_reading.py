@@ -71,6 +71,20 @@ def test_every_recorder_gives_the_same(recorder, tmp_path):
         read_bags(tmp_path / "plain"))
 
 
+@pytest.mark.parametrize("recorder", ["node", "chunked_zstd", "third_party_packed",
+                                      "third_party_sqlite"])
+def test_progress_goes_by_bytes(recorder, tmp_path, monkeypatch):
+    monkeypatch.setattr("ros_pose_stats.recording.reader.raw_reader._STEP", 0)
+    for name in ("a", "b"):
+        RECORDERS[recorder](tmp_path / name)
+    told = []
+    found = analyse_bags(tmp_path, lambda *progress: told.append(progress))
+    size = sum(file.path.stat().st_size for file in found.contents.files)
+    assert {total for _, total in told} == {size}
+    done = [one for one, _ in told]
+    assert done == sorted(done) and 0 < done[0] < 0.5 * size < done[-1] <= size
+
+
 class TestContents:
     @pytest.fixture
     def contents(self, tmp_path):
@@ -360,7 +374,7 @@ class TestRefusals:
         def refused(*_args, **_options):
             raise PermissionError(13, "Permission denied")
 
-        monkeypatch.setattr("ros_pose_stats.recording.reader.raw_reader.opened", refused)
+        monkeypatch.setattr("ros_pose_stats.recording.reader.raw_reader._opened", refused)
         with pytest.raises(BagError, match="Permission denied"):
             read_bags(run)
 
