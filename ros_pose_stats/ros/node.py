@@ -10,10 +10,8 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from rclpy.service import Service
 from ros_pose_stats_msgs.msg import JobEvent, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
@@ -42,13 +40,13 @@ from .restart.interrupted import interrupted_job
 from .restart.restore import LastRun, last_run
 from .services import Services
 from .settings import Settings
-from .transport.late_answers import LateAnswers
-from .transport.sequence_gaps import SequenceGaps
+from .transport.late_answers import PatientNode
+from .transport.overruns import SequenceGaps
 
 DEPTH = 100
 
 
-class PoseStatsNode(Node):
+class PoseStatsNode(PatientNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
     Raises
@@ -58,7 +56,6 @@ class PoseStatsNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        self.late_answers = LateAnswers(lambda line: self.get_logger().warning(line))
         super().__init__("pose_stats", **options)
         self.table = Parameters(self, self._on_change)
         settings = self._settings()
@@ -83,14 +80,6 @@ class PoseStatsNode(Node):
         self.mesh_queue.start()
         self.jobs.start()
 
-    def create_service(self, *arguments: Any, **options: Any) -> Service:
-        """Make a service whose answers reach clients that are still being discovered."""
-        service = super().create_service(*arguments, **options)
-        send = service.send_response
-        service.send_response = lambda response, header: self.late_answers.send(
-            service.srv_name, partial(send, response, header))
-        return service
-
     def _settings(self) -> Settings:
         return self.table.settings
 
@@ -105,8 +94,7 @@ class PoseStatsNode(Node):
         self.services_of_node = Services(self, self._settings, self.results, self.requests,
                                          self.refinement, self.jobs, self.reports,
                                          self._note_forgotten)
-        self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports,
-                                          self.late_answers)
+        self.action = SimulateDropsServer(self, self.requests, self.jobs, self.reports)
         health = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         diagnostics = Diagnostics(
             (self._mesh_status, self._job_status, self._recording_status), health.publish)

@@ -24,7 +24,7 @@ from .parts.refinement import Refinement
 from .parts.results import Results
 from .requests import Requests, check_target, outcome
 from .settings import Settings
-from .transport.service_quality import SERVICE_QUALITY
+from .transport.overruns import SERVICE_QUALITY
 
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""

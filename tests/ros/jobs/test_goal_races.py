@@ -84,7 +84,7 @@ def meeting(monkeypatch):
         requests = SimpleNamespace(start=lambda request: submit(jobs))
         node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=print))
         yield SimpleNamespace(
-            server=SimulateDropsServer(node, requests, jobs, reports, None), jobs=jobs,
+            server=SimulateDropsServer(node, requests, jobs, reports), jobs=jobs,
             simulation=simulation, requests=requests)
 
 
