@@ -18,11 +18,10 @@ from ..mesh.files import metres_per_unit, read_mesh
 from ..mesh.parts import part_from_mesh
 from ..records import DropScene
 from ..records.scene import DEFAULT_RESTITUTION
-from .messages.part_lines import part_line
 from .messages.part_messages import part_message
 from .messages.times import now
-from .parts.latching import LATCHED
-from .parts.part_requests import PartRequest, check_name
+from .parts.announcer import LATCHED
+from .parts.part_requests import PartRequest, check_name, part_line
 
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,

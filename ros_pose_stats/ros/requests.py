@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 from ..errors import PoseStatsError, RequestError
 from ..records import Part
+from .diagnostics import Refusals
 from .jobs import Job, JobRequest, Jobs
 from .messages.part_messages import is_given, request_of_message
-from .parts.catalogue import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.part_requests import PartRequest, check_request, shown
-from .parts.results import Results
+from .parts.part_store import KnownPart
+from .parts.result_store import ResultStore
 from .settings import Settings
 
 PATIENCE = 0.004
@@ -58,20 +59,20 @@ class Requests:
     ----------
     settings : callable
         Gives the present `Settings`.
-    results : Results
+    results : ResultStore
     mesh_queue : MeshQueue
     jobs : Jobs
-    on_refusal : callable
-        Told the source and the reason of a refused mesh.
+    refusals : Refusals
+        Told of meshes that are refused.
     """
 
-    def __init__(self, settings: Callable[[], Settings], results: Results, mesh_queue: MeshQueue,
-                 jobs: Jobs, on_refusal: Callable[[str, str], object]) -> None:
+    def __init__(self, settings: Callable[[], Settings], results: ResultStore,
+                 mesh_queue: MeshQueue, jobs: Jobs, refusals: Refusals) -> None:
         self._settings = settings
         self._results = results
         self._mesh_queue = mesh_queue
         self._jobs = jobs
-        self._on_refusal = on_refusal
+        self._refusals = refusals
 
     def part(self, part_id: str, message: Any,
              accepted: threading.Event | None = None) -> ResolvedPart:
@@ -119,24 +120,18 @@ class Requests:
             override = (request.restitution, request.drop_height)
             self._settings().scene(override)
         except PoseStatsError as refusal:
-            self._on_refusal(_source(message.part_id), str(refusal))
+            self._refusals.refuse(_source(message.part_id), str(refusal))
             raise
         return request, override
 
     def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
-        def take() -> KnownPart:
+        def take_part() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
-            return self._results.take(request)
+            return self._results.take_part(request)
 
-        coming = self._mesh_queue.put_first(take)
-
-        def look(future: Future[KnownPart]) -> None:
-            error = None if future.cancelled() else future.exception()
-            if error is not None:
-                self._on_refusal(_source(request.part_id), str(error))
-
-        coming.add_done_callback(look)
+        coming = self._mesh_queue.put_first(take_part)
+        self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
         return coming
 
     def start(self, request: Any) -> Job:

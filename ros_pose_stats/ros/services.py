@@ -18,10 +18,10 @@ from .jobs import Jobs, State
 from .jobs.job_reports import JobReports
 from .messages.statistics_messages import with_warning
 from .methods import AUTO
-from .parts.catalogue import KnownPart
 from .parts.part_requests import shown
+from .parts.part_store import KnownPart
 from .parts.refinement import Refinement
-from .parts.results import Results
+from .parts.result_store import ResultStore
 from .requests import Requests, check_target, outcome
 from .settings import Settings
 from .transport.overruns import SERVICE_QUALITY
@@ -58,25 +58,22 @@ class Services:
     node : Node
     settings : callable
         Gives the present `Settings`.
-    results : Results
+    results : ResultStore
     requests : Requests
     refinement : Refinement
     jobs : Jobs
     reports : JobReports
-    on_forgotten : callable
-        Told the id of a part that a client had forgotten.
     """
 
-    def __init__(self, node: Node, settings: Callable[[], Settings], results: Results,
-                 requests: Requests, refinement: Refinement, jobs: Jobs, reports: JobReports,
-                 on_forgotten: Callable[[str, str], object]) -> None:
+    def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
+                 requests: Requests, refinement: Refinement, jobs: Jobs,
+                 reports: JobReports) -> None:
         self._settings = settings
         self._results = results
         self._requests = requests
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
-        self._on_forgotten = on_forgotten
         self.say_failure = node.get_logger().error
         quick = ReentrantCallbackGroup()
         # Estimates and carried parts take time: one of each at a time, beside the quick ones.
@@ -104,7 +101,7 @@ class Services:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             found = self._named(known, request, scene)
-        response.statistics = self._results.answer(found)
+        response.statistics = self._results.announcer.record_answer(found)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
@@ -123,7 +120,7 @@ class Services:
         job = self._requests.start(request)
         response.job_id = job.job_id
         if not job.recorded:
-            response.message = self._results.not_recorded()
+            response.message = self._results.announcer.not_recorded()
 
     @refusing
     def get_statistics(self, request: Any, response: Any) -> None:
@@ -138,7 +135,7 @@ class Services:
         known = self._results.parts.known(request.part_id)
         self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
         self._results.parts.forget(request.part_id)
-        self._on_forgotten(request.part_id, known.part.digest)
+        self._reports.record_forgotten(known.part)
 
     @refusing
     def get(self, request: Any, response: Any) -> None:

@@ -19,8 +19,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import Part
-from .job import Job, JobRequest, State
-from .listener import JobListener
+from .job import Job, JobListener, JobRequest, State
 from .run import Ending, run_drops
 
 KEPT = 1000

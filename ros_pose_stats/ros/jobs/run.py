@@ -17,8 +17,7 @@ from ...simulation.drops import DropChunk
 from ...simulation.simulate import simulate
 from ...statistics.posterior import PosePrior
 from ...statistics.prefix import Judge
-from .job import COMBINED_SECONDS, Job, JobRequest
-from .listener import JobListener
+from .job import COMBINED_SECONDS, Job, JobListener, JobRequest
 
 
 class Ending(Enum):

@@ -3,20 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...errors import RequestError
+from ...planning.confidence import estimate_bound, plain_bound, prior_bound
+from ...planning.hybrid import METHOD as HYBRID
+from ...planning.prior import pose_prior, prior_of
 from ...planning.words import enough, not_enough, untargeted
-from ...records import DropScene
+from ...records import DropScene, Part
+from ...resting.poses import resting_poses
 from ..jobs import JobRequest, Jobs
 from ..messages.statistics_messages import with_warning
 from ..methods import AUTO
 from ..settings import Settings
-from .catalogue import KnownPart
-from .credible_bound import credible_bound
-from .results import Results
+from .part_store import KnownPart
+from .result_store import ResultStore
+
+
+def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
+    """The error over the poses that a result keeps with 90 % confidence, told from its message.
+
+    Parameters
+    ----------
+    part : Part
+    message : PoseStatistics
+        Of this part in this scene.
+    scene : DropScene
+
+    Returns
+    -------
+    float
+        A fraction; infinite where the method does not know so low a drop.
+    """
+    resting = resting_poses(part, scene.cluster_tolerance)
+    if not message.drops:
+        return estimate_bound(prior_of(message, resting, scene))
+    counts = np.zeros(len(resting.poses), dtype=np.int64)
+    for pose in message.poses:
+        counts[pose.index] = pose.count
+    if message.method == HYBRID:
+        return prior_bound(pose_prior(resting, scene))(counts)
+    return plain_bound(counts)
 
 
 class Refinement:
@@ -26,11 +55,11 @@ class Refinement:
     ----------
     settings : callable
         Gives the present `Settings`.
-    results : Results
+    results : ResultStore
     jobs : Jobs
     """
 
-    def __init__(self, settings: Callable[[], Settings], results: Results, jobs: Jobs) -> None:
+    def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs) -> None:
         self._settings = settings
         self._results = results
         self._jobs = jobs
@@ -71,7 +100,7 @@ class Refinement:
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, enough(f"{best.method} alone", bound, target_error)
-        found = self._results.dropped(known, scene)
+        found = self._results.find_drops(known, scene)
         if found is not None:
             of_found = credible_bound(known.part, found, scene)
             said = f"{found.method} with the {found.drops} drops already made"
@@ -107,7 +136,7 @@ class Refinement:
             return f"drops cannot refine it now: {refusal}"
         said = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
-        return said if job.recorded else f"{said} {self._results.not_recorded()}"
+        return said if job.recorded else f"{said} {self._results.announcer.not_recorded()}"
 
 
 def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
@@ -116,7 +145,7 @@ def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
     """Whether what is latched is as good as a refinement would make it."""
-    latched: Any = known.latched
+    latched = known.latched
     if latched is None or known.scene != request.scene:
         return False
     if request.hybrid:
