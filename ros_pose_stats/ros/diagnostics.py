@@ -121,14 +121,7 @@ def job_health(jobs: Jobs, settings: Settings) -> Health:
 
 
 class Diagnostics:
-    """Publishes all lines once a second.
-
-    Parameters
-    ----------
-    node : Node
-    lines : mapping of str to callable
-        What each is about, and what gives its `Health`.
-    """
+    """Publishes all lines, each with what it is about, once a second."""
 
     def __init__(self, node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
         self._name = node.get_fully_qualified_name()[1:]

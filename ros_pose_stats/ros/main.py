@@ -68,7 +68,7 @@ def _run(stop: StopSignals) -> int:
     executor.add_node(node)
     failure: list[BaseException] = []
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
-    _Ready(node)
+    _say_ready(node)
     spinning.start()
     try:
         stop.wait()
@@ -124,13 +124,10 @@ def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
             stop.ask()
 
 
-class _Ready:
-    """Says once, out of the executor, that it answers."""
+def _say_ready(node: PoseStatsNode) -> None:
+    """Have the executor say once that it answers."""
+    def say() -> None:
+        timer.cancel()
+        node.get_logger().info("ready")
 
-    def __init__(self, node: PoseStatsNode) -> None:
-        self._node = node
-        self._timer = node.create_timer(0.001, self._say)
-
-    def _say(self) -> None:
-        self._timer.cancel()
-        self._node.get_logger().info("ready")
+    timer = node.create_timer(0.001, say)

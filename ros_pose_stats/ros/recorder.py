@@ -7,6 +7,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from ..recording.repair.repair import Repair, repair_bags
@@ -91,27 +92,26 @@ class Recorder:
         bool
             False if it could not be written; `problem` says why.
         """
-        try:
-            self.log.write(topic, data, durable=durable)
-        except OSError as error:
-            self._note(str(error))
-            return False
-        self._note("")
-        return True
+        written = self._attempt(partial(self.log.write, topic, data, durable=durable))
+        if written:
+            self._note("")
+        return written
 
     def sync(self) -> None:
         """Make everything written so far durable."""
-        try:
-            self.log.sync()
-        except OSError as error:
-            self._note(str(error))
+        self._attempt(self.log.sync)
 
     def close(self) -> None:
         """Finish the bag."""
+        self._attempt(self.log.close)
+
+    def _attempt(self, act: Callable[[], object]) -> bool:
         try:
-            self.log.close()
+            act()
         except OSError as error:
             self._note(str(error))
+            return False
+        return True
 
     def _note(self, problem: str) -> None:
         with self._lock:

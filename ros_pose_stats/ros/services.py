@@ -12,9 +12,9 @@ from rclpy.node import Node
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ..errors import PoseStatsError
+from ..errors import PoseStatsError, RequestError
 from ..records import DropScene
-from .jobs import Jobs, State
+from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
 from .messages.statistics_messages import with_warning
 from .methods import AUTO
@@ -22,7 +22,7 @@ from .parts.part_requests import shown
 from .parts.part_store import KnownPart
 from .parts.refinement import Refinement
 from .parts.result_store import ResultStore
-from .requests import Requests, check_target, outcome
+from .requests import Requests, check_target, wait_for_part
 from .settings import Settings
 from .transport.overruns import SERVICE_QUALITY
 
@@ -51,19 +51,7 @@ def refusing(callback: Callback) -> Callback:
 
 
 class Services:
-    """All services of the node.
-
-    Parameters
-    ----------
-    node : Node
-    settings : callable
-        Gives the present `Settings`.
-    results : ResultStore
-    requests : Requests
-    refinement : Refinement
-    jobs : Jobs
-    reports : JobReports
-    """
+    """All services of the node."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
                  requests: Requests, refinement: Refinement, jobs: Jobs,
@@ -93,10 +81,10 @@ class Services:
     def estimate(self, request: Any, response: Any) -> None:
         """An analytic answer at once."""
         check_target(request.target_error)
-        sought = self._requests.part(request.part_id, request.part)
-        known = outcome(sought.coming)
+        resolved = self._requests.resolve_part(request.part_id, request.part)
+        known = wait_for_part(resolved.coming)
         scene = self._settings().scene((request.restitution, request.drop_height),
-                                       sought.scene_override)
+                                       resolved.scene_override)
         if (request.method or self._settings().default_method) == AUTO:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
@@ -117,7 +105,7 @@ class Services:
     @refusing
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
-        job = self._requests.start(request)
+        job = self._requests.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
             response.message = self._results.announcer.not_recorded()
@@ -140,10 +128,7 @@ class Services:
     @refusing
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
-        job = self._jobs.get(request.job_id)
-        if job is None:
-            response.success, response.message = False, _unknown(request.job_id)
-            return
+        job = self._job(request.job_id)
         response.state = int(job.state)
         response.message = job.message
         response.drops_done, response.drops_total = job.drops_done, job.request.drops
@@ -162,18 +147,18 @@ class Services:
     @refusing
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
-        before = self._jobs.get(request.job_id)
-        ended = before is not None and before.state.ended
-        job = self._jobs.cancel(request.job_id, "cancelled by a client")
-        if job is None:
-            response.success, response.message = False, _unknown(request.job_id)
-        elif ended:
+        job = self._job(request.job_id)
+        ended = job.state.ended
+        self._jobs.cancel(request.job_id, "cancelled by a client")
+        if ended:
             response.success = False
             response.message = f"{job.job_id} had ended before: {State(job.state).name}"
         else:
             job.finished.wait(CANCEL_PATIENCE)
 
-
-def _unknown(job_id: str) -> str:
-    return (f"expected the job_id of a drop simulation, got {shown(job_id)}; "
-            f"list_drop_simulations lists those that the node knows")
+    def _job(self, job_id: str) -> Job:
+        job = self._jobs.get(job_id)
+        if job is None:
+            raise RequestError("the job_id of a drop simulation", shown(job_id),
+                               "list_drop_simulations lists those that the node knows")
+        return job

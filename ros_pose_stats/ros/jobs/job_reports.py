@@ -60,15 +60,7 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
 
 
 class JobReports:
-    """The listener of the job queue.
-
-    Parameters
-    ----------
-    results : ResultStore
-    recorder : Recorder
-    say : callable
-        Told one line a job's end.
-    """
+    """The listener of the job queue; says the end of each job in one line."""
 
     def __init__(self, results: ResultStore, recorder: Recorder,
                  say: Callable[[str], object]) -> None:

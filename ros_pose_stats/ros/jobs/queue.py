@@ -34,13 +34,8 @@ POLL_SECONDS = 0.02
 class Jobs:
     """The queue and its thread.
 
-    Parameters
-    ----------
-    run_name : str
-        Unique across restarts; job ids begin with it.
-    listener : JobListener
-    on_failure : callable
-        Told the text of failures inside the program.
+    Job ids begin with `run_name`, which is unique across restarts. `on_failure` is told the text
+    of failures inside the program.
     """
 
     def __init__(self, run_name: str, listener: JobListener,

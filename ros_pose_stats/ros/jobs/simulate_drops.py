@@ -35,13 +35,6 @@ class SimulateDropsServer:
 
     A goal that waits in the queue holds no thread; one thread waits for the end of the job
     that runs.
-
-    Parameters
-    ----------
-    node : PatientNode
-    requests : Requests
-    jobs : Jobs
-    reports : JobReports
     """
 
     def __init__(self, node: PatientNode, requests: Requests, jobs: Jobs,
@@ -81,7 +74,7 @@ class SimulateDropsServer:
         """
         answer: Job | str
         try:
-            answer = self._requests.start(request)
+            answer = self._requests.start_job(request)
         except PoseStatsError as refusal:
             answer = str(refusal)
         except Exception as error:  # must not end the executor

@@ -46,11 +46,6 @@ class Announcer:
 
     Each part has a publisher of its own on the same topic: reliable, transient local, depth 1.
     A late joiner gets the current result of every part, whatever the others do.
-
-    Parameters
-    ----------
-    node : Node
-    recorder : Recorder
     """
 
     def __init__(self, node: Node, recorder: Recorder) -> None:

@@ -25,17 +25,7 @@ DEPTH = 100
 
 
 class MeshSubscriptions:
-    """Subscribes to `~/part_mesh` and to each of `mesh_topics`.
-
-    Parameters
-    ----------
-    node : Node
-    settings : callable
-        Gives the present `Settings`.
-    results : ResultStore
-    mesh_queue : MeshQueue
-    refusals : Refusals
-    """
+    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
                  mesh_queue: MeshQueue, refusals: Refusals) -> None:

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -19,6 +20,8 @@ from ..messages.times import now
 from ..recorder import PART_MESH, Recorder
 from .memory import Memory
 from .part_requests import PartRequest, part_of, shown
+
+T = TypeVar("T")
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
@@ -93,11 +96,12 @@ class KnownPart:
     published: float = 0.0
     on_record: PoseStatistics | None = None
 
-    def ready(self) -> Future[Part]:
-        """The part as a future that is done."""
-        future: Future[Part] = Future()
-        future.set_result(self.part)
-        return future
+
+def at_hand(value: T) -> Future[T]:
+    """A future that is done."""
+    future: Future[T] = Future()
+    future.set_result(value)
+    return future
 
 
 class PartStore:

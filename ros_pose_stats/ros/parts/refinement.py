@@ -18,7 +18,7 @@ from ..jobs import JobRequest, Jobs
 from ..messages.statistics_messages import with_warning
 from ..methods import AUTO
 from ..settings import Settings
-from .part_store import KnownPart
+from .part_store import KnownPart, at_hand
 from .result_store import ResultStore
 
 
@@ -49,15 +49,7 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 
 
 class Refinement:
-    """Starts drops where an estimate alone is not good enough.
-
-    Parameters
-    ----------
-    settings : callable
-        Gives the present `Settings`.
-    results : ResultStore
-    jobs : Jobs
-    """
+    """Starts drops where an estimate alone is not good enough."""
 
     def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs) -> None:
         self._settings = settings
@@ -77,22 +69,13 @@ class Refinement:
                                      but=request)
         wanted = settings.refine_drops or settings.target_error
         if wanted and not _fine_enough(known, request, target):
-            self._jobs.submit(request, known.ready(), settings)
+            self._jobs.submit(request, at_hand(known.part), settings)
 
     def answer(self, known: KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target.
 
-        Parameters
-        ----------
-        known : KnownPart
-        target_error : float
-            A fraction; 0: none.
-        scene : DropScene
-
-        Returns
-        -------
-        PoseStatistics, str
+        A target error of 0 stands for none.
         """
         best = self._results.estimate(known, AUTO, scene)
         if not target_error:
@@ -131,7 +114,7 @@ class Refinement:
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
-            job = self._jobs.submit(request, known.ready(), settings)
+            job = self._jobs.submit(request, at_hand(known.part), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return f"drops cannot refine it now: {refusal}"
         said = (f"at most {request.drops} drops in the background will refine it, job "

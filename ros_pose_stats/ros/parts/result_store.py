@@ -77,13 +77,6 @@ def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part.
 
-    Parameters
-    ----------
-    settings : callable
-        Gives the present `Settings`.
-    parts : PartStore
-    announcer : Announcer
-
     Attributes
     ----------
     on_shown : callable

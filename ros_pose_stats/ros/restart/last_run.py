@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
-from ...errors import PoseStatsError, RequestError
+from ...errors import RequestError
 from ...recording.finished import is_finished
 from ...recording.reader.raw_reader import RawMessage, finished_runs, raw_messages
 from ...records import DropScene
@@ -97,20 +97,18 @@ class CurrentMeshes:
         """The part was forgotten; its meshes stay on record, if it comes again."""
         self._present.pop(part_id, None)
 
-    def present(self, again: Iterable[tuple[Place, PartRequest]]) -> dict[str, PartRequest]:
+    def present(self, read_again: Callable[[], Iterable[tuple[Place, Path, RawMessage]]],
+                ) -> dict[str, PartRequest]:
         """The present mesh of each part, in the order in which they became that.
 
-        Parameters
-        ----------
-        again : iterable of (Place, PartRequest)
-            All meshes once more; read only if an earlier one came back.
+        Everything is read again only if an earlier mesh came back.
         """
         found = {part_id: self._newest[part_id][1] for part_id in self._present}
         wanted = {place: part_id for part_id, place in self._present.items()
                   if place != self._newest[part_id][0]}
-        for place, request in again if wanted else ():
+        for place, _, message in read_again() if wanted else ():
             if place in wanted:
-                found[wanted[place]] = request
+                found[wanted[place]] = request_of_part_bytes(message.data)
         return found
 
     def _make_present(self, part_id: str, place: Place) -> None:
@@ -142,8 +140,6 @@ class LastRun:
         Jobs that were accepted and not heard of again.
     results : dict of str to PoseStatistics
         The last result of each of the parts; nothing is going to refine it any more.
-    meshes : CurrentMeshes
-        What tells the present ones.
     problems : dict of Path to str
         Bags not all of which could be read, and the first reason.
     """
@@ -151,25 +147,25 @@ class LastRun:
     parts: dict[str, PartRequest] = field(default_factory=dict)
     unfinished: dict[str, JobEvent] = field(default_factory=dict)
     results: dict[str, PoseStatistics] = field(default_factory=dict)
-    meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
     problems: dict[Path, str] = field(default_factory=dict)
+    _meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
     _latched: dict[str, tuple[Path, bytes]] = field(default_factory=dict)
 
     def take(self, bag: Path, place: Place, message: RawMessage) -> None:
         """Take in the next message."""
         kind, data = message.type_name, message.data
         if kind == PART_MESH:
-            self.meshes.note_mesh(request_of_part_bytes(data), place)
+            self._meshes.note_mesh(request_of_part_bytes(data), place)
         elif kind == POSE_STATISTICS and message.topic.endswith("/pose_statistics"):
             part_id, digest = _part_and_digest(data)
-            self.meshes.note_result(part_id, digest)
+            self._meshes.note_result(part_id, digest)
             self._latched[part_id] = bag, data
         elif kind == JOB_EVENT:
             self._take_event(deserialize_message(data, JobEvent))
 
-    def conclude(self, again: Iterator[tuple[Place, PartRequest]]) -> None:
+    def conclude(self, bags: Sequence[Path]) -> None:
         """Find the parts and their results, once everything was taken in."""
-        self.parts = self.meshes.present(again)
+        self.parts = self._meshes.present(lambda: _messages(bags, self.note))
         for part_id in self.parts.keys() & self._latched.keys():
             bag, data = self._latched[part_id]
             try:
@@ -184,7 +180,7 @@ class LastRun:
 
     def _take_event(self, event: JobEvent) -> None:
         if event.event == JobEvent.PART_FORGOTTEN:
-            self.meshes.forget(event.part_id)
+            self._meshes.forget(event.part_id)
             self._latched.pop(event.part_id, None)
         elif event.event in (JobEvent.QUEUED, JobEvent.RUNNING):
             scene_of(event)
@@ -221,7 +217,7 @@ def last_run(bags: Sequence[Path]) -> LastRun:
             found.take(bag, place, message)
         except Exception as error:  # of the bindings, about other versions and damage
             found.note(bag, error)
-    found.conclude(_meshes(bags, found.note))
+    found.conclude(bags)
     return found
 
 
@@ -234,16 +230,3 @@ def _messages(bags: Sequence[Path], on_problem: Callable[[Path, Exception], obje
                 yield Place(number, k), bag, message
         except Exception as error:
             on_problem(bag, error)
-
-
-def _meshes(bags: Sequence[Path], on_problem: Callable[[Path, Exception], object],
-            ) -> Iterator[tuple[Place, PartRequest]]:
-    """All meshes that can be read, once more."""
-    for place, bag, message in _messages(bags, on_problem):
-        if message.type_name == PART_MESH:
-            try:
-                request = request_of_part_bytes(message.data)
-            except PoseStatsError as error:
-                on_problem(bag, error)
-                continue
-            yield place, request

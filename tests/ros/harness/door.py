@@ -90,7 +90,7 @@ class Door:
             self.outcomes[DROPPED] += 1
             return
         if kind is SimulateDrops.Goal:
-            self._judge(lambda: self.requests.start(request))
+            self._judge(lambda: self.requests.start_job(request))
         else:
             self._answer(kind, request)
 
