@@ -97,10 +97,7 @@ def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None
     length = metres_per_unit(unit) if unit else declared or 1.0
     center = None if center_of_mass is None else length * np.asarray(center_of_mass)
     part = part_from_mesh(vertices, triangles, center, unit=length, part_id=part_id)
-    request = PartRequest(
-        part_id, np.asarray(vertices, dtype=np.float64),
-        np.asarray(triangles, dtype=np.uint32), length)
-    if center is not None:
-        request = PartRequest(request.part_id, request.vertices, request.triangles, length,
-                              part.mass, part.center_of_mass)
-    return part_message(request, request.part_id, now()), part_line(part, None), part.warnings
+    given = () if center is None else (part.mass, part.center_of_mass)
+    request = PartRequest(part_id, np.asarray(vertices, dtype=np.float64),
+                          np.asarray(triangles, dtype=np.uint32), length, *given)
+    return part_message(request, part_id, now()), part_line(part, None), part.warnings

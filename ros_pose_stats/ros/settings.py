@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from ..errors import RequestError
 from ..mesh.files import metres_per_unit
@@ -112,22 +112,8 @@ class Settings:
         return DropScene(restitution, height, self.cluster_tolerance)
 
 
-@dataclass(frozen=True)
-class Setting:
-    """One parameter.
-
-    Attributes
-    ----------
-    name : str
-    default : bool, int, float, str or list of str
-        Its type is the parameter's.
-    description : str
-        With the unit.
-    low, high : int or float, optional
-        Bounds, both allowed.
-    fixed : bool
-        Can be set at the start only.
-    """
+class Setting(NamedTuple):
+    """One parameter: its type is the default's, and a fixed one can be set at the start only."""
 
     name: str
     default: Any

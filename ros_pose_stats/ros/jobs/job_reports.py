@@ -90,7 +90,8 @@ class JobReports:
         if snapshot is None or known is None or not snapshot.drops > snapshot.unsettled:
             return
         if self._results.is_due(known, job.request.scene):
-            self._results.offer_result(known, self.interim(job, snapshot), job.request.scene)
+            self._results.offer_results(known, job.request.scene,
+                                        [self.interim(job, snapshot)])
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
@@ -136,7 +137,7 @@ class JobReports:
     def _latch(self, job: Job, message: PoseStatistics) -> None:
         current = self._part_of(job)
         if current is not None and message.drops > message.unsettled:
-            self._results.offer_result(current, message, job.request.scene)
+            self._results.offer_results(current, job.request.scene, [message])
             if job.request.hybrid:
                 self._results.keep_refinement(current, message, job.request.scene)
 
@@ -171,7 +172,7 @@ class JobReports:
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
     def _part_of(self, job: Job) -> KnownPart | None:
-        """The catalogue's entry, as long as it is the part that the job drops."""
+        """The known part, as long as it is the part that the job drops."""
         part = job.built()
         if part is None:
             return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -116,11 +116,10 @@ class ResultStore:
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
             self.parts.put(known, settings.max_parts)
-        if restored is not None:
-            self.offer_result(known, restored, scene)
-        if new:
-            self.show_best(known)
+            self.show_best(known, restored)
             self.announcer.announce_part(known)
+        elif restored is not None:
+            self.offer_results(known, scene, [restored])
         return known
 
     def take_over_part(self, request: PartRequest,
@@ -165,18 +164,24 @@ class ResultStore:
                 if known.latched is not None:
                     self.announcer.record_result(known.latched)
 
-    def show_best(self, known: KnownPart) -> None:
+    def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
-        settings = self._settings()
-        scene = settings.scene(known.scene_override)
+        scene = self._settings().scene(known.scene_override)
+        self.offer_results(known, scene, self._candidates(known, scene, restored))
+        self.on_shown(known)
+
+    def _candidates(self, known: KnownPart, scene: DropScene,
+                    restored: PoseStatistics | None) -> Iterator[PoseStatistics]:
+        """All that could be shown of a part; each is looked up when those before were offered."""
+        if restored is not None:
+            yield restored
         best = self._results.get(self._key(BEST, known, scene))
         if best is not None:
-            self.offer_result(known, best, scene)
-        with known.revisions.lock:  # the present names of plate and frame
+            yield best
+        with known.revisions.lock:  # until it is offered, so that nothing comes in between
             if known.latched is not None and known.scene == scene:
-                self.offer_result(known, _labelled(known.latched, settings), scene)
-        self.offer_result(known, self.estimate(known, "", scene), scene)
-        self.on_shown(known)
+                yield _labelled(known.latched, self._settings())
+        yield self.estimate(known, "", scene)
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before.
@@ -224,20 +229,27 @@ class ResultStore:
         return (self._settings().scene(known.scene_override) == scene
                 and time.monotonic() - known.published >= SECONDS_BETWEEN)
 
-    def offer_result(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
-        """Latch a result for the part's present scene unless a better one is latched."""
-        with known.revisions.lock:
-            if self.parts.current(known.part.part_id) is not known or message is known.latched:
-                return
-            if self._settings().scene(known.scene_override) != scene:
-                return
-            if (known.scene == scene and known.latched is not None
-                    and not replaces(message, known.latched)):
-                return
-            if not message.final and not self.is_due(known, scene):
-                return
-            self._latch(known, message, scene)
-        self._results.put(self._key(BEST, known, scene), message)
+    def offer_results(self, known: KnownPart, scene: DropScene,
+                      candidates: Iterable[PoseStatistics]) -> None:
+        """Latch, one after the other, the results that are better than what is latched."""
+        for message in candidates:
+            with known.revisions.lock:
+                better = self._is_better(known, message, scene)
+                if better:
+                    self._latch(known, message, scene)
+            if better:
+                self._results.put(self._key(BEST, known, scene), message)
+
+    def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
+        """Whether a result is to take the place of what a part shows of its present scene."""
+        if self.parts.current(known.part.part_id) is not known or message is known.latched:
+            return False
+        if self._settings().scene(known.scene_override) != scene:
+            return False
+        if (known.scene == scene and known.latched is not None
+                and not replaces(message, known.latched)):
+            return False
+        return message.final or self.is_due(known, scene)
 
     def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
         """Show a result under a number above that of the one before, and put it on record."""
