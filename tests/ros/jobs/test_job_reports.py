@@ -18,7 +18,7 @@ from .fake_jobs import asked, settings
 
 
 def reports():
-    """With a catalogue and a recorder that know nothing and keep nothing."""
+    """With stores and a recorder that know nothing and keep nothing."""
     parts = SimpleNamespace(current=lambda part_id: None)
     return JobReports(SimpleNamespace(parts=parts, number_result=lambda *args: args),
                       SimpleNamespace(record=lambda *args, **how: True), print)
