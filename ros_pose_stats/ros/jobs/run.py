@@ -87,16 +87,18 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         found = hybrid_statistics(found, prior)
     if complete:
         return found, Ending.COMPLETE
-    if ending is Ending.OUT_OF_TIME:
-        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
-                f"most {request.drops} drops.")
-        found = replace(found, warnings=(*found.warnings, late))
-    return found, ending
+    return _warned(found, request) if ending is Ending.OUT_OF_TIME else found, ending
 
 
 def _complete(found: PoseStatistics, request: JobRequest) -> bool:
     return found.drops == request.drops or (
         request.target_error > 0.0 and found.expected_error <= request.target_error)
+
+
+def _warned(found: PoseStatistics, request: JobRequest) -> PoseStatistics:
+    late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at most "
+            f"{request.drops} drops.")
+    return replace(found, warnings=(*found.warnings, late))
 
 
 def _prior(part: Part, request: JobRequest) -> PosePrior | None:
