@@ -87,7 +87,9 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         found = hybrid_statistics(found, prior)
     if complete:
         return found, Ending.COMPLETE
-    return _warned(found, request) if ending is Ending.OUT_OF_TIME else found, ending
+    if ending is Ending.OUT_OF_TIME:
+        found = _warned(found, request)
+    return found, ending
 
 
 def _complete(found: PoseStatistics, request: JobRequest) -> bool:
