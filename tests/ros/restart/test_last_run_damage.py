@@ -22,7 +22,7 @@ from ..harness.client import CANCELLED
 from ..harness.jobs import finished, start
 from ..harness.parts import WEDGE, flat, library_part
 from ..harness.readers import on_topic, raw
-from .test_restore import RUNS, Writing, factors, found
+from .test_last_run import RUNS, Writing, factors, found
 
 VERTICES, TRIANGLES = WEDGE
 HEAD = 120
