@@ -5,12 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
 
+from ..errors import PoseStatsError
+from .jobs import Jobs
 from .messages.times import now, time_message
+from .settings import Settings
 
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""
@@ -20,6 +26,14 @@ COPY_SECONDS = 2.0
 
 RECENT_SECONDS = 60.0
 """A refused mesh is a warning for this long."""
+
+
+class Health(NamedTuple):
+    """One line of diagnostics: whether it is a warning, its text, and values by their key."""
+
+    warn: bool
+    text: str
+    values: dict[str, Any]
 
 
 class _Refusal(NamedTuple):
@@ -32,32 +46,57 @@ class _Refusal(NamedTuple):
 
 
 class Refusals:
-    """Meshes and counts that were refused, and meshes that were lost."""
+    """Meshes and counts that were refused, and meshes that were lost.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    say : callable
+        Told each refusal in one line, but for copies.
+    """
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say = say
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
         self.refused = 0
         self.overrun = 0
 
-    def refuse(self, source: str, reason: str) -> bool:
-        """Note a refusal; False if it is a copy of one just before."""
+    def refuse(self, source: str, reason: str, what: str = "mesh") -> None:
+        """Count and tell a refusal, unless it is a copy of one just before."""
         with self._lock:
             at = time.monotonic()
-            copy = any((one.source, one.reason) == (source, reason)
-                       and at - one.at < COPY_SECONDS for one in self._recent)
-            if not copy:
-                self.refused += 1
-                self._recent.append(_Refusal(at, now(), source, reason))
-        return not copy
+            if any((one.source, one.reason) == (source, reason) and at - one.at < COPY_SECONDS
+                   for one in self._recent):
+                return
+            self.refused += 1
+            self._recent.append(_Refusal(at, now(), source, reason))
+        self._say(f"{source}: {what} refused: {reason}")
 
-    def lose(self, count: int) -> None:
-        """Note meshes that a flood overran."""
+    def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
+        """Have a mesh that turns out to be bad counted as refused.
+
+        Parameters
+        ----------
+        source : callable
+            Gives where it came from, once it has been looked at.
+        coming : Future
+        """
+        def look(done: Future[Any]) -> None:
+            error = None if done.cancelled() else done.exception()
+            if isinstance(error, PoseStatsError):
+                self.refuse(source(), str(error))
+            elif error is not None:
+                self.refuse(source(), f"internal failure: {type(error).__name__}: {error}")
+
+        coming.add_done_callback(look)
+
+    def count_lost(self, count: int) -> None:
+        """Count meshes that a flood overran."""
         with self._lock:
             self.overrun += count
 
-    def status(self, name: str, parts: int, waiting: int) -> DiagnosticStatus:
-        """The meshes' line."""
+    def health(self, parts: int, waiting: int) -> Health:
+        """The line about meshes."""
         with self._lock:
             recent, refused, overrun = list(self._recent), self.refused, self.overrun
         fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
@@ -66,34 +105,38 @@ class Refusals:
                                   "overrun": overrun}
         for place, one in enumerate(reversed(recent)):
             values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
-        return status(name, fresh, text, values)
+        return Health(fresh, text, values)
 
 
-def status(name: str, warn: bool, text: str, values: dict[str, Any]) -> DiagnosticStatus:
-    """One line with its values."""
-    level = DiagnosticStatus.WARN if warn else DiagnosticStatus.OK
-    return DiagnosticStatus(
-        level=level, name=name, message=text, hardware_id="",
-        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+def job_health(jobs: Jobs, settings: Settings) -> Health:
+    """The line about drop simulations."""
+    asked, refinements = jobs.counts()
+    job = jobs.running
+    text = "idle" if job is None else (
+        f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of '{job.part_id}'")
+    return Health(False, text, {
+        "queued": asked, "refinements queued": refinements,
+        "queue bound": settings.max_queued_jobs, "running": "" if job is None else job.job_id,
+        "threads": settings.threads()})
 
 
 class Diagnostics:
-    """Gathers the lines.
+    """Publishes all lines, each with what it is about, once a second."""
 
-    Parameters
-    ----------
-    sources : sequence of callables
-        Each gives a `DiagnosticStatus`.
-    publish : callable
-    """
+    def __init__(self, node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
+        self._name = node.get_fully_qualified_name()[1:]
+        self._lines = lines
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        node.create_timer(1.0, self._publish, callback_group=MutuallyExclusiveCallbackGroup())
 
-    def __init__(self, sources: Sequence[Callable[[], DiagnosticStatus]],
-                 publish: Callable[[DiagnosticArray], object]) -> None:
-        self._sources = sources
-        self._publish = publish
-
-    def tick(self) -> None:
-        """Publish."""
-        message = DiagnosticArray(status=[source() for source in self._sources])
+    def _publish(self) -> None:
+        message = DiagnosticArray(status=[
+            self._status(about, health()) for about, health in self._lines.items()])
         message.header.stamp = time_message(now())
-        self._publish(message)
+        self._publisher.publish(message)
+
+    def _status(self, about: str, health: Health) -> DiagnosticStatus:
+        level = DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK
+        return DiagnosticStatus(
+            level=level, name=f"{self._name}: {about}", message=health.text, hardware_id="",
+            values=[KeyValue(key=key, value=str(value)) for key, value in health.values.items()])

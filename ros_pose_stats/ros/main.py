@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.exceptions import InvalidParameterException, InvalidParameterValueException
@@ -13,9 +13,9 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import PoseStatsError
+from ..kernels.compilation import all_kernels, prepare_kernels, watch_compilations
 from .node import PoseStatsNode
 from .stop_signals import StopSignals
-from .warm_up import warm_up
 
 REFUSED = 2
 FAILED = 1
@@ -68,7 +68,7 @@ def _run(stop: StopSignals) -> int:
     executor.add_node(node)
     failure: list[BaseException] = []
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
-    _Ready(node)
+    _say_ready(node)
     spinning.start()
     try:
         stop.wait()
@@ -81,6 +81,30 @@ def _run(stop: StopSignals) -> int:
         print(f"pose_stats: internal failure: {failure[0]!r}", file=sys.stderr)
         return FAILED
     return 0
+
+
+def warm_up(say: Callable[[str], object]) -> None:
+    """Have the machine code of every kernel at hand before the first client comes.
+
+    Parameters
+    ----------
+    say : callable
+        Told if kernels are compiled, which takes a minute or more.
+    """
+    begin = time.monotonic()
+    compiled: list[str] = []
+
+    def tell(kernel: str) -> None:
+        if not compiled:
+            say("compiling kernels, which takes a minute or more; `ros_pose_stats compile` does "
+                "so once for all later starts")
+        compiled.append(kernel)
+
+    all_kernels()
+    with watch_compilations(tell):
+        prepare_kernels()
+    if compiled:
+        say(f"{len(compiled)} kernels compiled in {time.monotonic() - begin:.0f} s")
 
 
 def _restore(node: PoseStatsNode, stop: StopSignals) -> None:
@@ -100,13 +124,10 @@ def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
             stop.ask()
 
 
-class _Ready:
-    """Says once, out of the executor, that it answers."""
+def _say_ready(node: PoseStatsNode) -> None:
+    """Have the executor say once that it answers."""
+    def say() -> None:
+        timer.cancel()
+        node.get_logger().info("ready")
 
-    def __init__(self, node: PoseStatsNode) -> None:
-        self._node = node
-        self._timer = node.create_timer(0.001, self._say)
-
-    def _say(self) -> None:
-        self._timer.cancel()
-        self._node.get_logger().info("ready")
+    timer = node.create_timer(0.001, say)

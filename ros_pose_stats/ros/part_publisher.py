@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +18,10 @@ from ..mesh.files import read_mesh
 from ..mesh.parts import part_from_mesh
 from ..records import DropScene
 from ..records.scene import DEFAULT_RESTITUTION
-from .messages.part_lines import part_line
 from .messages.part_messages import part_message
 from .messages.times import now
-from .parts.latching import LATCHED
-from .parts.part_requests import PartRequest, check_name
+from .parts.announcer import LATCHED
+from .parts.part_requests import PartRequest, check_name, part_line
 
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
@@ -98,9 +96,7 @@ def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None
     vertices, triangles, length = read_mesh(file, unit)
     center = None if center_of_mass is None else length * np.asarray(center_of_mass)
     part = part_from_mesh(vertices, triangles, center, mass, unit=length, part_id=part_id)
-    request = PartRequest(
-        part_id, np.asarray(vertices, dtype=np.float64),
-        np.asarray(triangles, dtype=np.uint32), length)
-    if center is not None or mass is not None:
-        request = replace(request, mass=part.mass, center_of_mass=part.center_of_mass)
-    return part_message(request, request.part_id, now()), part_line(part, None), part.warnings
+    given = () if center is None and mass is None else (part.mass, part.center_of_mass)
+    request = PartRequest(part_id, np.asarray(vertices, dtype=np.float64),
+                          np.asarray(triangles, dtype=np.uint32), length, *given)
+    return part_message(request, part_id, now()), part_line(part, None), part.warnings

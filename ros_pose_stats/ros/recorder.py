@@ -7,12 +7,13 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from ..recording.repair.repair import Repair
+from ..recording.repair.repair import Repair, repair_bags
 from ..recording.writer.message_types import MessageType, message_type
 from ..recording.writer.run_log import RunLog
+from .diagnostics import Health
 from .settings import Settings
 
 PACKAGE = "ros_pose_stats_msgs"
@@ -43,8 +44,7 @@ def bag_types() -> dict[str, MessageType]:
             for topic, name in TYPES.items()}
 
 
-def said(repair: Repair) -> str:
-    """What was done to a bag, in one line."""
+def _repair_line(repair: Repair) -> str:
     if repair.problem:
         return repair.problem
     return (f"{repair.directory.name} mended: {repair.kept} messages kept, "
@@ -61,18 +61,20 @@ class Recorder:
         Fully qualified name of the node.
     say : callable
         Told once when recording fails and once when it works again.
+
+    Attributes
+    ----------
     on_gap : callable
         Called when something may be missing in the bag that goes on: after recording has
         failed, or when the bag was deleted and a new one begun.
     """
 
-    def __init__(self, settings: Settings, node: str, say: Callable[[str], object],
-                 on_gap: Callable[[], object]) -> None:
+    def __init__(self, settings: Settings, node: str, say: Callable[[str], object]) -> None:
         self.log = RunLog(settings.directory(), bag_types(),
                           max_bag_bytes=settings.max_bag_bytes,
                           max_log_bytes=settings.max_log_bytes, node=node)
         self._say = say
-        self._on_gap = on_gap
+        self.on_gap: Callable[[], object] = lambda: None
         self._bags_lost = 0
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
@@ -80,6 +82,7 @@ class Recorder:
             say(f"NOT_RECORDED: {self.problem}")
         self.lost = 0
         self._deleted: list[str] = []
+        self._last_repair = "none"
 
     def record(self, topic: str, data: bytes, *, durable: bool = False) -> bool:
         """Write a serialised message; durable ones are on disk when this returns.
@@ -89,27 +92,26 @@ class Recorder:
         bool
             False if it could not be written; `problem` says why.
         """
-        try:
-            self.log.write(topic, data, durable=durable)
-        except OSError as error:
-            self._note(str(error))
-            return False
-        self._note("")
-        return True
+        written = self._attempt(partial(self.log.write, topic, data, durable=durable))
+        if written:
+            self._note("")
+        return written
 
     def sync(self) -> None:
         """Make everything written so far durable."""
-        try:
-            self.log.sync()
-        except OSError as error:
-            self._note(str(error))
+        self._attempt(self.log.sync)
 
     def close(self) -> None:
         """Finish the bag."""
+        self._attempt(self.log.close)
+
+    def _attempt(self, act: Callable[[], object]) -> bool:
         try:
-            self.log.close()
+            act()
         except OSError as error:
             self._note(str(error))
+            return False
+        return True
 
     def _note(self, problem: str) -> None:
         with self._lock:
@@ -124,15 +126,26 @@ class Recorder:
         if new_bag and not problem:
             self._say(f"the bag was deleted; recording goes on in {self.log.directory}")
         if not problem and (changed or new_bag):
-            self._on_gap()
+            self.on_gap()
 
-    def state(self) -> dict[str, Any]:
+    def mend_bags(self) -> None:
+        """Mend what earlier runs left unfinished in the folder, and say so."""
+        for repair in repair_bags(self.log.directory.parent):
+            self._last_repair = _repair_line(repair)
+            self._say(self._last_repair)
+
+    def health(self) -> Health:
         """What diagnostics say about the bag."""
         self._deleted += [run.name for run in self.log.deleted_runs]
-        return {"bag": str(self.log.directory), "bytes written": self.log.bytes_written,
-                "bytes left": self._left(), "messages not recorded": self.lost,
-                "runs deleted for max_log_bytes": len(self._deleted),
-                "last run deleted": self._deleted[-1] if self._deleted else "none"}
+        text = f"NOT_RECORDED: {self.problem}" if self.problem else "recording"
+        if not self.problem and self.log.over_bound:
+            text = "this run alone is larger than max_log_bytes; nothing of it is deleted"
+        return Health(text != "recording", text, {
+            "bag": str(self.log.directory), "bytes written": self.log.bytes_written,
+            "bytes left": self._left(), "messages not recorded": self.lost,
+            "runs deleted for max_log_bytes": len(self._deleted),
+            "last run deleted": self._deleted[-1] if self._deleted else "none",
+            "last repair": self._last_repair})
 
     def _left(self) -> int | str:
         """What the bound on all bags and the disk leave room for."""

@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 from ..errors import PoseStatsError, RequestError
 from ..records import Part
+from .diagnostics import Refusals
 from .jobs import Job, JobRequest, Jobs
 from .messages.part_messages import is_given, request_of_message
-from .parts.catalogue import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.part_requests import PartRequest, check_request, shown
-from .parts.results import Results
+from .parts.part_store import KnownPart, at_hand
+from .parts.result_store import ResultStore
 from .settings import Settings
 
 PATIENCE = 0.004
@@ -52,29 +53,21 @@ class ResolvedPart(NamedTuple):
 
 
 class Requests:
-    """Resolves parts and starts jobs, for services, the action and the node itself.
+    """Resolves parts and starts jobs, for services and the action.
 
-    Parameters
-    ----------
-    settings : callable
-        Gives the present `Settings`.
-    results : Results
-    mesh_queue : MeshQueue
-    jobs : Jobs
-    on_refusal : callable
-        Told the source and the reason of a refused mesh.
+    Meshes that come with a request and are refused count among `refusals`.
     """
 
-    def __init__(self, settings: Callable[[], Settings], results: Results, mesh_queue: MeshQueue,
-                 jobs: Jobs, on_refusal: Callable[[str, str], object]) -> None:
+    def __init__(self, settings: Callable[[], Settings], results: ResultStore,
+                 mesh_queue: MeshQueue, jobs: Jobs, refusals: Refusals) -> None:
         self._settings = settings
         self._results = results
         self._mesh_queue = mesh_queue
         self._jobs = jobs
-        self._on_refusal = on_refusal
+        self._refusals = refusals
 
-    def part(self, part_id: str, message: Any,
-             accepted: threading.Event | None = None) -> ResolvedPart:
+    def resolve_part(self, part_id: str, message: Any,
+                     accepted: threading.Event | None = None) -> ResolvedPart:
         """The part of a request: known, or carried and on its way.
 
         Parameters
@@ -89,27 +82,23 @@ class Requests:
         PoseStatsError
             If there is none, or two.
         """
-        if not is_given(message):
-            if part_id and message.part_id and part_id != message.part_id:
-                raise RequestError("one part", f"part_id {shown(part_id)} and part "
-                                   f"{shown(message.part_id)}", "fill one of the two")
-            known = self._results.parts.known(part_id or message.part_id)
-            return ResolvedPart(_ready(known), known.part.part_id, known.content,
-                                known.scene_override)
+        carried = is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
-            raise RequestError("the same part_id in the request and in its part",
-                               f"{shown(part_id)} and {shown(message.part_id)}",
+            wanted, found = (
+                ("the same part_id in the request and in its part", "{} and {}") if carried
+                else ("one part", "part_id {} and part {}"))
+            raise RequestError(wanted, found.format(shown(part_id), shown(message.part_id)),
                                "fill one of the two")
         message.part_id = message.part_id or part_id
+        if not carried:
+            return _known_part(self._results.parts.known(message.part_id))
         request, override = self._checked(message)
-        content = request.content
         same = self._results.parts.find(request.part_id) if request.part_id else None
-        if same is not None and same.content == content and same.scene_override == override:
-            return ResolvedPart(_ready(same), request.part_id, content, override)
-        if accepted is None or len(request.triangles) <= QUICK_TRIANGLES:
-            return ResolvedPart(self._take(request, None), request.part_id, content, override)
-        return ResolvedPart(self._take(request, accepted), request.part_id, content, override,
-                            slow=True)
+        if same is not None and (same.content, same.scene_override) == (request.content, override):
+            return _known_part(same)
+        slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
+        coming = self._take(request, accepted if slow else None)
+        return ResolvedPart(coming, request.part_id, request.content, override, slow)
 
     def _checked(self, message: Any) -> tuple[PartRequest, tuple[float, float]]:
         """A carried part and its own scene, as far as that is quickly looked at."""
@@ -119,27 +108,21 @@ class Requests:
             override = (request.restitution, request.drop_height)
             self._settings().scene(override)
         except PoseStatsError as refusal:
-            self._on_refusal(_source(message.part_id), str(refusal))
+            self._refusals.refuse(_source(message.part_id), str(refusal))
             raise
         return request, override
 
     def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
-        def take() -> KnownPart:
+        def take_part() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
-            return self._results.take(request)
+            return self._results.take_part(request)
 
-        coming = self._mesh_queue.put_first(take)
-
-        def look(future: Future[KnownPart]) -> None:
-            error = None if future.cancelled() else future.exception()
-            if error is not None:
-                self._on_refusal(_source(request.part_id), str(error))
-
-        coming.add_done_callback(look)
+        coming = self._mesh_queue.put_first(take_part)
+        self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
         return coming
 
-    def start(self, request: Any) -> Job:
+    def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.
 
         Raises
@@ -151,24 +134,20 @@ class Requests:
         asked = _numbers(request, settings)
         accepted = threading.Event()
         try:
-            sought = self.part(request.part_id, request.part, accepted)
-            if not sought.slow:
-                self._look_at(sought.coming)
+            resolved = self.resolve_part(request.part_id, request.part, accepted)
+            if not resolved.slow:
+                _refuse_at_once(resolved.coming)
             scene = settings.scene((request.restitution, request.drop_height),
-                                   sought.scene_override)
-            return self._jobs.submit(JobRequest(sought.part_id, sought.content, scene, *asked),
-                                     _part(sought.coming), settings)
+                                   resolved.scene_override)
+            return self._jobs.submit(
+                JobRequest(resolved.part_id, resolved.content, scene, *asked),
+                _bare_part(resolved.coming), settings)
         finally:
             accepted.set()
 
-    @staticmethod
-    def _look_at(coming: Future[KnownPart]) -> None:
-        """Refuse a mesh that is found bad in a moment."""
-        try:
-            outcome(coming, PATIENCE)
-        except NotYet:
-            if coming.done():
-                raise
+
+def _known_part(known: KnownPart) -> ResolvedPart:
+    return ResolvedPart(at_hand(known), known.part.part_id, known.content, known.scene_override)
 
 
 def _source(part_id: str) -> str:
@@ -203,17 +182,7 @@ def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
     return drops, request.seed, request.target_error, seconds
 
 
-def _ready(known: KnownPart) -> Future[KnownPart]:
-    future: Future[KnownPart] = Future()
-    future.set_result(known)
-    return future
-
-
-def _ending() -> RequestError:
-    return RequestError("a running node", "one that is ending", "start it again")
-
-
-def outcome(coming: Future[KnownPart], timeout: float | None = None) -> KnownPart:
+def wait_for_part(coming: Future[KnownPart], timeout: float | None = None) -> KnownPart:
     """The part, once it is there.
 
     Raises
@@ -225,20 +194,27 @@ def outcome(coming: Future[KnownPart], timeout: float | None = None) -> KnownPar
     try:
         return coming.result(timeout)
     except CancelledError as error:
-        raise _ending() from error
+        raise RequestError("a running node", "one that is ending", "start it again") from error
 
 
-def _part(coming: Future[KnownPart]) -> Future[Part]:
+def _refuse_at_once(coming: Future[KnownPart]) -> None:
+    """Refuse a mesh that is found bad in a moment."""
+    try:
+        wait_for_part(coming, PATIENCE)
+    except NotYet:
+        if coming.done():
+            raise
+
+
+def _bare_part(coming: Future[KnownPart]) -> Future[Part]:
     """The bare part of a known part that may still be coming."""
     part: Future[Part] = Future()
 
     def pass_on(done: Future[KnownPart]) -> None:
-        if done.cancelled():
-            part.set_exception(_ending())
-        elif (error := done.exception()) is not None:
+        try:
+            part.set_result(wait_for_part(done).part)
+        except BaseException as error:  # belongs to whoever asks for the part
             part.set_exception(error)
-        else:
-            part.set_result(done.result().part)
 
     coming.add_done_callback(pass_on)
     return part

@@ -12,19 +12,19 @@ from rclpy.node import Node
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ..errors import PoseStatsError
+from ..errors import PoseStatsError, RequestError
 from ..methods import AUTO
 from ..records import DropScene
-from .jobs import Jobs, State
+from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
 from .messages.statistics_messages import with_warning
-from .parts.catalogue import KnownPart
 from .parts.part_requests import shown
+from .parts.part_store import KnownPart
 from .parts.refinement import Refinement
-from .parts.results import Results
-from .requests import Requests, check_target, outcome
+from .parts.result_store import ResultStore
+from .requests import Requests, check_target, wait_for_part
 from .settings import Settings
-from .transport.service_quality import SERVICE_QUALITY
+from .transport.overruns import SERVICE_QUALITY
 
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""
@@ -51,32 +51,17 @@ def refusing(callback: Callback) -> Callback:
 
 
 class Services:
-    """All services of the node.
+    """All services of the node."""
 
-    Parameters
-    ----------
-    node : Node
-    settings : callable
-        Gives the present `Settings`.
-    results : Results
-    requests : Requests
-    refinement : Refinement
-    jobs : Jobs
-    reports : JobReports
-    on_forgotten : callable
-        Told the id of a part that a client had forgotten.
-    """
-
-    def __init__(self, node: Node, settings: Callable[[], Settings], results: Results,
-                 requests: Requests, refinement: Refinement, jobs: Jobs, reports: JobReports,
-                 on_forgotten: Callable[[str, str], object]) -> None:
+    def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
+                 requests: Requests, refinement: Refinement, jobs: Jobs,
+                 reports: JobReports) -> None:
         self._settings = settings
         self._results = results
         self._requests = requests
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
-        self._on_forgotten = on_forgotten
         self.say_failure = node.get_logger().error
         quick = ReentrantCallbackGroup()
         # Estimates and carried parts take time: one of each at a time, beside the quick ones.
@@ -96,15 +81,15 @@ class Services:
     def estimate(self, request: Any, response: Any) -> None:
         """An analytic answer at once."""
         check_target(request.target_error)
-        sought = self._requests.part(request.part_id, request.part)
-        known = outcome(sought.coming)
+        resolved = self._requests.resolve_part(request.part_id, request.part)
+        known = wait_for_part(resolved.coming)
         scene = self._settings().scene((request.restitution, request.drop_height),
-                                       sought.scene_override)
+                                       resolved.scene_override)
         if (request.method or self._settings().default_method) == AUTO:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             found = self._named(known, request, scene)
-        response.statistics = self._results.answer(found)
+        response.statistics = self._results.announcer.record_answer(found)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
@@ -120,10 +105,10 @@ class Services:
     @refusing
     def start(self, request: Any, response: Any) -> None:
         """Queue a drop simulation."""
-        job = self._requests.start(request)
+        job = self._requests.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
-            response.message = self._results.not_recorded()
+            response.message = self._results.announcer.not_recorded()
 
     @refusing
     def get_statistics(self, request: Any, response: Any) -> None:
@@ -138,15 +123,12 @@ class Services:
         known = self._results.parts.known(request.part_id)
         self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
         self._results.parts.forget(request.part_id)
-        self._on_forgotten(request.part_id, known.part.digest)
+        self._reports.record_forgotten(known.part)
 
     @refusing
     def get(self, request: Any, response: Any) -> None:
         """How far a job is."""
-        job = self._jobs.get(request.job_id)
-        if job is None:
-            response.success, response.message = False, _unknown(request.job_id)
-            return
+        job = self._job(request.job_id)
         response.state = int(job.state)
         response.message = job.message
         response.drops_done, response.drops_total = job.drops_done, job.request.drops
@@ -165,18 +147,18 @@ class Services:
     @refusing
     def cancel(self, request: Any, response: Any) -> None:
         """Cancel a job; what was done is kept."""
-        before = self._jobs.get(request.job_id)
-        ended = before is not None and before.state.ended
-        job = self._jobs.cancel(request.job_id, "cancelled by a client")
-        if job is None:
-            response.success, response.message = False, _unknown(request.job_id)
-        elif ended:
+        job = self._job(request.job_id)
+        ended = job.state.ended
+        self._jobs.cancel(request.job_id, "cancelled by a client")
+        if ended:
             response.success = False
             response.message = f"{job.job_id} had ended before: {State(job.state).name}"
         else:
             job.finished.wait(CANCEL_PATIENCE)
 
-
-def _unknown(job_id: str) -> str:
-    return (f"expected the job_id of a drop simulation, got {shown(job_id)}; "
-            f"list_drop_simulations lists those that the node knows")
+    def _job(self, job_id: str) -> Job:
+        job = self._jobs.get(job_id)
+        if job is None:
+            raise RequestError("the job_id of a drop simulation", shown(job_id),
+                               "list_drop_simulations lists those that the node knows")
+        return job

@@ -29,7 +29,7 @@ record_drop(load_part(sys.argv[1], "mm"))
 """
 
 NODE = """
-from ros_pose_stats.ros.warm_up import warm_up
+from ros_pose_stats.ros.main import warm_up
 warm_up(print)
 """
 

@@ -108,7 +108,7 @@ def test_requests(door, kind, count):
 CLAIM = """
 import resource, struct, sys
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.messages.part_lines import counts_of_bytes
+from ros_pose_stats.ros.pose_counts import counts_of_bytes
 from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 take = {"part": request_of_part_bytes, "counts": counts_of_bytes,
         "mesh": lambda data: request_of_mesh_bytes(data, "part", 1.0)}[sys.argv[1]]

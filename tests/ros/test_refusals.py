@@ -5,7 +5,6 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 
 from ros_pose_stats.ros import diagnostics
 from ros_pose_stats.ros.diagnostics import COPY_SECONDS, RECENT_SECONDS, Refusals
@@ -35,22 +34,25 @@ def clocks(monkeypatch):
 
 @pytest.mark.parametrize("jump", [0.0, -HOUR, HOUR])
 def test_a_refusal_is_a_warning_for_a_minute(clocks, jump):
-    refusals = Refusals()
-    assert refusals.refuse("topic", "reason")
+    refusals = Refusals(print)
+    refusals.refuse("topic", "reason")
     clocks.go_on(1.0, jump)
-    line = refusals.status("parts", 0, 0)
-    assert (line.level, line.message) == (DiagnosticStatus.WARN, "refused: topic: reason")
+    warn, text, _ = refusals.health(0, 0)
+    assert (warn, text) == (True, "refused: topic: reason")
     clocks.go_on(RECENT_SECONDS)
-    assert refusals.status("parts", 0, 0).level == DiagnosticStatus.OK
+    assert not refusals.health(0, 0).warn
 
 
 @pytest.mark.parametrize("jump", [0.0, -HOUR, HOUR])
 def test_copies_are_told_from_what_comes_again(clocks, jump):
-    refusals = Refusals()
-    assert refusals.refuse("topic", "reason")
+    said = []
+    refusals = Refusals(said.append)
+    refusals.refuse("topic", "reason")
     clocks.go_on(0.5 * COPY_SECONDS, jump)
-    assert not refusals.refuse("topic", "reason")
-    assert refusals.refuse("topic", "another")
+    refusals.refuse("topic", "reason")
+    assert said == ["topic: mesh refused: reason"]
+    refusals.refuse("topic", "another", "count")
     clocks.go_on(COPY_SECONDS)
-    assert refusals.refuse("topic", "reason")
+    refusals.refuse("topic", "reason")
+    assert said[1:] == ["topic: count refused: another", "topic: mesh refused: reason"]
     assert refusals.refused == 3

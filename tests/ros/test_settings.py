@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.ros.parts.mesh_topics import mesh_topics
-from ros_pose_stats.ros.settings import TABLE, settings_of
+from ros_pose_stats.ros.settings import TABLE, mesh_topics, settings_of
 
 from .contract import DEFAULTS
 

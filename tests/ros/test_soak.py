@@ -12,7 +12,7 @@ from tests.soak.node import checks, run
 from tests.soak.node.bodies import BODIES, counted, estimated, prefixes, simulated
 from tests.soak.node.tally import Simulated, Tally, key_of
 
-from .restart.test_restore_damage import bytes_of
+from .restart.test_last_run_damage import bytes_of
 
 MINUTES = 0.3
 GIGABYTE = 2**30

@@ -8,9 +8,10 @@ import time
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any
+from typing import Any, Protocol
 
 from ...records import DropProgress, DropScene, Part, PoseStatistics
+from ...simulation.drops import DropChunk
 
 SNAPSHOT_SECONDS = 0.2
 COMBINED_SECONDS = 1.0
@@ -161,3 +162,25 @@ class Job:
         self.snapshot = found
         self.drops_done = found.drops
         self.expected_error = found.expected_error
+
+
+class JobListener(Protocol):
+    """Told what happens to jobs; all but `queued` in the queue's own thread."""
+
+    def queued(self, job: Job) -> bool:
+        """Accepted; returns when that is on record, false where it could not be put there."""
+
+    def started(self, job: Job) -> None:
+        """Begins to run."""
+
+    def progressed(self, job: Job) -> None:
+        """Some twenty times a second while it runs."""
+
+    def dropped(self, job: Job, chunk: DropChunk) -> None:
+        """Single drops, in order."""
+
+    def ended(self, job: Job, state: State) -> None:
+        """Has ended with `state`, which is seen by others once this has returned."""
+
+    def told(self, job: Job) -> None:
+        """The end is there to be seen."""

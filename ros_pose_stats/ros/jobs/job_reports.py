@@ -10,11 +10,13 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
+from ...records import Part
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
-from ..parts.catalogue import KnownPart
-from ..parts.results import NOT_RECORDED, Results
+from ..parts.announcer import NOT_RECORDED
+from ..parts.part_store import KnownPart
+from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from . import KEPT, Job, State
 
@@ -58,17 +60,9 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
 
 
 class JobReports:
-    """The listener of the job queue.
+    """The listener of the job queue; says the end of each job in one line."""
 
-    Parameters
-    ----------
-    results : Results
-    recorder : Recorder
-    say : callable
-        Told one line a job's end.
-    """
-
-    def __init__(self, results: Results, recorder: Recorder,
+    def __init__(self, results: ResultStore, recorder: Recorder,
                  say: Callable[[str], object]) -> None:
         self._results = results
         self._recorder = recorder
@@ -95,8 +89,9 @@ class JobReports:
         snapshot, known = job.snapshot, self._part_of(job)
         if snapshot is None or known is None or not snapshot.drops > snapshot.unsettled:
             return
-        if self._results.due(known, job.request.scene):
-            self._results.offer(known, self.interim(job, snapshot), job.request.scene)
+        if self._results.is_due(known, job.request.scene):
+            self._results.offer_results(known, job.request.scene,
+                                        [self.interim(job, snapshot)])
 
     def dropped(self, job: Job, chunk: DropChunk) -> None:
         """Put single drops on record."""
@@ -109,11 +104,11 @@ class JobReports:
         recorded = self._record(job_event(job, int(state), job.message), durable=True)
         if message is not None:
             if not recorded:
-                message = self._results.unrecorded(message)
+                message = self._results.announcer.warn_unrecorded(message)
             self._latch(job, message)
             self._remember(job, serialize_message(message))
         elif not (recorded and job.recorded):  # there is no result that could say so
-            said = self._warnings(job) or (self._results.not_recorded(),)
+            said = self._warnings(job) or (self._results.announcer.not_recorded(),)
             job.message = " ".join(filter(None, (job.message, *said)))
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
@@ -123,21 +118,28 @@ class JobReports:
         """Tell the goals."""
         self.on_end(job)
 
+    def record_forgotten(self, part: Part) -> None:
+        """Put on record that a client had a part forgotten."""
+        event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part.part_id,
+                         part_digest=part.digest)
+        event.header.stamp = time_message(now())
+        self._record(event, durable=True)
+
     def _recorded_answer(self, job: Job) -> PoseStatistics | None:
         """The message of what a job has done; it is durable once the job's end is."""
         found, known = job.snapshot, self._known_or_own(job)
         if found is None or known is None:
             return None
-        message = self._results.message(
+        message = self._results.number_result(
             known, found, job.settings, job.job_id, True, self._warnings(job))
-        return self._results.answer(message, durable=False)
+        return self._results.announcer.record_answer(message, durable=False)
 
     def _latch(self, job: Job, message: PoseStatistics) -> None:
         current = self._part_of(job)
         if current is not None and message.drops > message.unsettled:
-            self._results.offer(current, message, job.request.scene)
+            self._results.offer_results(current, job.request.scene, [message])
             if job.request.hybrid:
-                self._results.keep(current, message, job.request.scene)
+                self._results.keep_refinement(current, message, job.request.scene)
 
     def _remember(self, job: Job, answer: bytes) -> None:
         """Keep the answers of the newest jobs, as far as there is room."""
@@ -158,7 +160,7 @@ class JobReports:
         known = self._known_or_own(job)
         if known is None:  # has ended this moment
             return PoseStatistics()
-        message = self._results.message(known, snapshot, job.settings, job.job_id, False)
+        message = self._results.number_result(known, snapshot, job.settings, job.job_id, False)
         self._interims = {job.job_id: (snapshot, message)}
         return message
 
@@ -170,7 +172,7 @@ class JobReports:
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
     def _part_of(self, job: Job) -> KnownPart | None:
-        """The catalogue's entry, as long as it is the part that the job drops."""
+        """The known part, as long as it is the part that the job drops."""
         part = job.built()
         if part is None:
             return None

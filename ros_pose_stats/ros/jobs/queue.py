@@ -19,8 +19,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import Part
-from .job import Job, JobRequest, State
-from .listener import JobListener
+from .job import Job, JobListener, JobRequest, State
 from .run import Ending, run_drops
 
 KEPT = 1000
@@ -35,13 +34,8 @@ POLL_SECONDS = 0.02
 class Jobs:
     """The queue and its thread.
 
-    Parameters
-    ----------
-    run_name : str
-        Unique across restarts; job ids begin with it.
-    listener : JobListener
-    on_failure : callable
-        Told the text of failures inside the program.
+    Job ids begin with `run_name`, which is unique across restarts. `on_failure` is told the text
+    of failures inside the program.
     """
 
     def __init__(self, run_name: str, listener: JobListener,

@@ -15,8 +15,7 @@ from ...simulation.drops import DropChunk
 from ...simulation.simulate import simulate
 from ...statistics.posterior import PosePrior
 from ...statistics.prefix import Judge
-from .job import COMBINED_SECONDS, Job, JobRequest
-from .listener import JobListener
+from .job import COMBINED_SECONDS, Job, JobListener, JobRequest
 
 
 class Ending(Enum):
@@ -87,15 +86,19 @@ def run_drops(job: Job, part: Part, listener: JobListener,
     if complete:
         return found, Ending.COMPLETE
     if ending is Ending.OUT_OF_TIME:
-        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at "
-                f"most {request.drops} drops.")
-        found = replace(found, warnings=(*found.warnings, late))
+        found = _warned(found, request)
     return found, ending
 
 
 def _complete(found: PoseStatistics, request: JobRequest) -> bool:
     return found.drops == request.drops or (
         request.target_error > 0.0 and found.expected_error <= request.target_error)
+
+
+def _warned(found: PoseStatistics, request: JobRequest) -> PoseStatistics:
+    late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at most "
+            f"{request.drops} drops.")
+    return replace(found, warnings=(*found.warnings, late))
 
 
 def _prior(part: Part, request: JobRequest) -> PosePrior | None:

@@ -9,14 +9,12 @@ from typing import Any
 from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 from ros_pose_stats_msgs.action import SimulateDrops
 
 from ...errors import PoseStatsError
 from ..requests import Requests
-from ..transport.late_answers import LateAnswers
-from ..transport.patient_action_server import PatientActionServer
-from ..transport.service_quality import SERVICE_QUALITY
+from ..transport.late_answers import PatientActionServer, PatientNode
+from ..transport.overruns import SERVICE_QUALITY
 from . import Job, Jobs, State
 from .job_reports import JobReports
 
@@ -37,18 +35,10 @@ class SimulateDropsServer:
 
     A goal that waits in the queue holds no thread; one thread waits for the end of the job
     that runs.
-
-    Parameters
-    ----------
-    node : Node
-    requests : Requests
-    jobs : Jobs
-    reports : JobReports
-    late_answers : LateAnswers
     """
 
-    def __init__(self, node: Node, requests: Requests, jobs: Jobs, reports: JobReports,
-                 late_answers: LateAnswers) -> None:
+    def __init__(self, node: PatientNode, requests: Requests, jobs: Jobs,
+                 reports: JobReports) -> None:
         self._node = node
         self._requests = requests
         self._jobs = jobs
@@ -62,7 +52,7 @@ class SimulateDropsServer:
         reports.on_started, reports.on_progress = self._begin, self._feedback
         reports.on_end = self._complete
         self._server = PatientActionServer(
-            late_answers, node, SimulateDrops, "~/simulate_drops", execute_callback=self._refuse,
+            node, SimulateDrops, "~/simulate_drops", execute_callback=self._refuse,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
             goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
@@ -84,7 +74,7 @@ class SimulateDropsServer:
         """
         answer: Job | str
         try:
-            answer = self._requests.start(request)
+            answer = self._requests.start_job(request)
         except PoseStatsError as refusal:
             answer = str(refusal)
         except Exception as error:  # must not end the executor

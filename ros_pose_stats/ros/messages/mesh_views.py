@@ -25,7 +25,7 @@ class NotPlainCdrError(Exception):
 
 
 class Numbers(NamedTuple):
-    """Content of a message of type `PartMesh` or `shape_msgs/Mesh`; arrays view the buffer.
+    """Content of a `PartMesh`; arrays view the buffer.
 
     Attributes
     ----------
@@ -111,17 +111,13 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     return cursor.floats(3 * cursor.count()).reshape(-1, 3), triangles
 
 
-def mesh_numbers(data: bytes) -> Numbers:
-    """See a serialised `shape_msgs/Mesh`.
+def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
+    """See vertices and triangles of a serialised `shape_msgs/Mesh`.
 
     Parameters
     ----------
     data : bytes
         With the encapsulation header.
-
-    Returns
-    -------
-    Numbers
 
     Raises
     ------
@@ -129,11 +125,9 @@ def mesh_numbers(data: bytes) -> Numbers:
         If it has to go through the deserialiser.
     """
     cursor = _Cursor(data)
-    vertices, triangles = _mesh(cursor)
+    surface = _mesh(cursor)
     cursor.end()
-    defaults = np.zeros(SCALARS)
-    defaults[0], defaults[-2:] = 1.0, -1.0
-    return Numbers(0, "", vertices, triangles, NO_FLOATS, NO_COUNTS, defaults)
+    return surface
 
 
 def part_mesh_numbers(data: bytes) -> Numbers:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from array import array
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import MeshError, RequestError
 from ..parts.part_requests import PartRequest
 from .mesh_views import NotPlainCdrError, Numbers, mesh_numbers, part_mesh_numbers
-from .times import nanoseconds, time_message
+from .times import time_message
+
+T = TypeVar("T")
 
 MOST_NESTED = 10_000
 """Triangles of a nested mesh in a request; each is a Python object to rclpy."""
@@ -31,12 +34,8 @@ def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest
     ------
     MeshError
     """
-    try:
-        numbers = mesh_numbers(data)
-    except NotPlainCdrError:
-        mesh = _deserialized(data, Mesh)
-        numbers = _numbers_of_mesh(mesh)
-    return PartRequest(part_id, numbers.mesh_vertices, numbers.mesh_triangles, unit)
+    vertices, triangles = _see(data, Mesh, mesh_numbers)
+    return PartRequest(part_id, vertices, triangles, unit)
 
 
 def request_of_part_bytes(data: bytes) -> PartRequest:
@@ -46,10 +45,7 @@ def request_of_part_bytes(data: bytes) -> PartRequest:
     ------
     MeshError, RequestError
     """
-    try:
-        return _request(part_mesh_numbers(data))
-    except NotPlainCdrError:
-        return _request(numbers_of_message(_deserialized(data, PartMesh)))
+    return _request(_see(data, PartMesh, part_mesh_numbers))
 
 
 def request_of_message(message: PartMesh) -> PartRequest:
@@ -64,7 +60,7 @@ def request_of_message(message: PartMesh) -> PartRequest:
         if found > most:
             raise RequestError(f"a nested mesh of at most {most} {name} in a request",
                                f"{found}", "publish it on ~/part_mesh or use the flat arrays")
-    return _request(numbers_of_message(message))
+    return request_of_part_bytes(serialize_message(message))
 
 
 def is_given(message: PartMesh) -> bool:
@@ -128,24 +124,12 @@ def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
     return values.reshape(-1, 3)
 
 
-def numbers_of_message(message: PartMesh) -> Numbers:
-    """The content of a message as arrays."""
-    mesh = _numbers_of_mesh(message.mesh)
-    inertia, center = message.inertia, message.inertia.com
-    scalars = np.array([message.unit, inertia.m, center.x, center.y, center.z, inertia.ixx,
-                        inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz,
-                        message.restitution, message.drop_height])
-    return Numbers(nanoseconds(message.header.stamp), message.part_id, mesh.mesh_vertices,
-                   mesh.mesh_triangles, np.asarray(message.vertices, dtype=np.float64),
-                   np.asarray(message.triangles, dtype=np.uint32), scalars)
-
-
-def _numbers_of_mesh(mesh: Mesh) -> Numbers:
-    vertices = np.array([(p.x, p.y, p.z) for p in mesh.vertices], dtype=np.float64)
-    triangles = np.array([t.vertex_indices for t in mesh.triangles], dtype=np.uint32)
-    nothing = np.zeros(0)
-    return Numbers(0, "", vertices.reshape(-1, 3), triangles.reshape(-1, 3), nothing,
-                   nothing.astype(np.uint32), nothing)
+def _see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
+    """What a message holds, seen in place if it is in plain CDR, else once rclpy has read it."""
+    try:
+        return view(data)
+    except NotPlainCdrError:
+        return view(serialize_message(_deserialized(data, kind)))
 
 
 def _deserialized(data: bytes, kind: type) -> Any:

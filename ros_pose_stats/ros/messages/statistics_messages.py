@@ -15,6 +15,14 @@ from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
 from ... import records
 from .times import duration_message, time_message
 
+PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+         "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
+         "version")
+"""Fields of the statistics that have the same name and value in the message."""
+
+PLAIN_OF_POSE = ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
+                 "probability_low", "probability_high", "standard_error", "count")
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -43,23 +51,11 @@ class Answer:
 
 
 def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseStatisticsMessage:
-    """Make the message.
-
-    Parameters
-    ----------
-    found : PoseStatistics
-    answer : Answer
-
-    Returns
-    -------
-    ros_pose_stats_msgs/PoseStatistics
-    """
+    """Make the message."""
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(answer.stamp)
     message.header.frame_id = answer.frame
-    for name in ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-                 "cluster_tolerance", "drops", "unsettled", "seed", "expected_error",
-                 "plate_error", "version"):
+    for name in PLAIN:
         setattr(message, name, getattr(found, name))
     message.plate = answer.plate
     message.compute_time = duration_message(
@@ -90,8 +86,7 @@ def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatistics
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     message = StablePoseMessage()
     message.pose_id = f"{part_id}/{pose.index}"
-    for name in ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
-                 "probability_low", "probability_high", "standard_error", "count"):
+    for name in PLAIN_OF_POSE:
         setattr(message, name, getattr(pose, name))
     position, orientation, down = message.pose.position, message.pose.orientation, message.down
     position.x, position.y, position.z = pose.position.tolist()
@@ -136,20 +131,8 @@ class DrawnShape:
 
 
 def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatistics:
-    """The record that a message stands for; members of clusters are not in messages.
-
-    Parameters
-    ----------
-    message : ros_pose_stats_msgs/PoseStatistics
-
-    Returns
-    -------
-    PoseStatistics
-    """
-    plain = {name: getattr(message, name) for name in (
-        "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-        "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
-        "version")}
+    """The record that a message stands for; members of clusters are not in messages."""
+    plain = {name: getattr(message, name) for name in PLAIN}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
     return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
                                   seconds=seconds, warnings=tuple(message.warnings), **plain)
@@ -157,9 +140,7 @@ def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatist
 
 def _pose_of(message: StablePoseMessage) -> records.StablePose:
     position, turn, down = message.pose.position, message.pose.orientation, message.down
-    plain = {name: getattr(message, name) for name in (
-        "index", "group", "height", "top", "margin", "barrier", "spread", "probability",
-        "probability_low", "probability_high", "standard_error", "count")}
+    plain = {name: getattr(message, name) for name in PLAIN_OF_POSE}
     shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
                        np.array(message.outline).reshape(-1, 2))
     return records.StablePose(

@@ -15,11 +15,6 @@ def now() -> int:
     return time.time_ns()
 
 
-def nanoseconds(stamp: Time) -> int:
-    """A stamp as nanoseconds."""
-    return int(10**9 * stamp.sec + stamp.nanosec)
-
-
 def time_message(stamp: int) -> Time:
     """Nanoseconds as a stamp; the first or last one there is where they are beyond."""
     seconds, rest = divmod(min(max(stamp, FIRST), LAST), 10**9)

@@ -37,6 +37,7 @@ class MeshQueue:
         self._tasks: deque[_Task[object]] = deque()
         self._urgent: deque[_Task[object]] = deque()
         self._later: deque[_Task[object]] = deque()
+        self._all = self._urgent, self._tasks, self._later
         self._bytes = 0
         self._changed = threading.Condition()
         self._closed = False
@@ -105,16 +106,15 @@ class MeshQueue:
     def waiting(self) -> int:
         """Tasks that wait."""
         with self._changed:
-            return len(self._urgent) + len(self._tasks) + len(self._later)
+            return sum(map(len, self._all))
 
     def close(self) -> None:
         """Finish the task in hand and drop the others."""
         with self._changed:
             self._closed = True
-            dropped = [*self._urgent, *self._tasks, *self._later]
-            self._urgent.clear()
-            self._tasks.clear()
-            self._later.clear()
+            dropped = [task for tasks in self._all for task in tasks]
+            for tasks in self._all:
+                tasks.clear()
             self._changed.notify_all()
         for task in dropped:
             task.future.cancel()

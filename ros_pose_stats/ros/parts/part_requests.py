@@ -6,6 +6,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,19 @@ def plain(text: str) -> str:
     """The same as it is, where a line of the log can hold it."""
     fit = len(text) <= LONGEST_NAME and text.isprintable()
     return text if fit else shown(text)
+
+
+def named(part_id: str) -> str:
+    """A part in a line of the log; empty where its name could spoil the line."""
+    fit = 0 < len(part_id) <= LONGEST_NAME and part_id.isprintable()
+    return f", part '{part_id}'" if fit else ""
+
+
+def part_line(part: Part, latched: Any) -> str:
+    """What has come: name, size, triangles, poses."""
+    size = " x ".join(f"{1e3 * x:.4g}" for x in np.ptp(part.surface_vertices, axis=0))
+    poses = "" if latched is None else f", {len(latched.poses)} stable poses"
+    return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles{poses}"
 
 
 def _any(values: Array) -> bool:

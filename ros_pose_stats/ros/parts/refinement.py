@@ -3,35 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...errors import RequestError
 from ...estimators.expected import explain_best
-from ...methods import AUTO
-from ...planning.confidence import enough, not_enough
-from ...records import DropScene
+from ...methods import AUTO, HYBRID
+from ...planning.confidence import (
+    enough,
+    estimate_bound,
+    not_enough,
+    plain_bound,
+    pose_prior,
+    prior_bound,
+    prior_of,
+)
+from ...records import DropScene, Part
+from ...resting.poses import resting_poses
 from ..jobs import JobRequest, Jobs
 from ..messages.statistics_messages import with_warning
 from ..settings import Settings
-from .catalogue import KnownPart
-from .credible_bound import credible_bound
-from .results import Results
+from .part_store import KnownPart, at_hand
+from .result_store import ResultStore
 
 
-class Refinement:
-    """Starts drops where an estimate alone is not good enough.
+def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
+    """The error over the poses that a result keeps with 90 % confidence, told from its message.
 
     Parameters
     ----------
-    settings : callable
-        Gives the present `Settings`.
-    results : Results
-    jobs : Jobs
-    """
+    part : Part
+    message : PoseStatistics
+        Of this part in this scene.
+    scene : DropScene
 
-    def __init__(self, settings: Callable[[], Settings], results: Results, jobs: Jobs) -> None:
+    Returns
+    -------
+    float
+        A fraction; infinite where the method does not know so low a drop.
+    """
+    resting = resting_poses(part, scene.cluster_tolerance)
+    if not message.drops:
+        return estimate_bound(prior_of(message, resting, scene))
+    counts = np.zeros(len(resting.poses), dtype=np.int64)
+    for pose in message.poses:
+        counts[pose.index] = pose.count
+    if message.method == HYBRID:
+        return prior_bound(pose_prior(resting, scene))(counts)
+    return plain_bound(counts)
+
+
+class Refinement:
+    """Starts drops where an estimate alone is not good enough."""
+
+    def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs) -> None:
         self._settings = settings
         self._results = results
         self._jobs = jobs
@@ -49,22 +75,13 @@ class Refinement:
                                      but=request)
         wanted = settings.refine_drops or settings.target_error
         if wanted and not _fine_enough(known, request, target):
-            self._jobs.submit(request, known.ready(), settings)
+            self._jobs.submit(request, at_hand(known.part), settings)
 
     def answer(self, known: KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target.
 
-        Parameters
-        ----------
-        known : KnownPart
-        target_error : float
-            A fraction; 0: none.
-        scene : DropScene
-
-        Returns
-        -------
-        PoseStatistics, str
+        A target error of 0 stands for none.
         """
         best = self._results.estimate(known, AUTO, scene)
         if not target_error:
@@ -72,7 +89,7 @@ class Refinement:
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, enough(f"{best.method} alone", bound, target_error)
-        found = self._results.dropped(known, scene)
+        found = self._results.find_drops(known, scene)
         if found is not None:
             of_found = credible_bound(known.part, found, scene)
             said = f"{found.method} with the {found.drops} drops already made"
@@ -103,12 +120,12 @@ class Refinement:
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
-            job = self._jobs.submit(request, known.ready(), settings)
+            job = self._jobs.submit(request, at_hand(known.part), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return f"drops cannot refine it now: {refusal}"
         said = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
-        return said if job.recorded else f"{said} {self._results.not_recorded()}"
+        return said if job.recorded else f"{said} {self._results.announcer.not_recorded()}"
 
 
 def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
@@ -117,7 +134,7 @@ def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
     """Whether what is latched is as good as a refinement would make it."""
-    latched: Any = known.latched
+    latched = known.latched
     if latched is None or known.scene != request.scene:
         return False
     if request.hybrid:

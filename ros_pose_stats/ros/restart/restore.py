@@ -1,151 +1,65 @@
-"""Parts and results of the last run, out of its bag."""
+"""A node that starts goes on with what the last run left, or puts on record that it does not."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
 
-from rclpy.serialization import deserialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import JobEvent
 
-from ...errors import PoseStatsError, RequestError
-from ...recording.reader.raw_reader import RawMessage, raw_messages
-from ..messages.mesh_views import NotPlainCdrError, part_and_digest_of
-from ..messages.part_messages import request_of_part_bytes
-from ..parts.part_requests import PartRequest
-from .current_meshes import CurrentMeshes, Place
-from .interrupted import scene_of
+from ...errors import RequestError
+from ...records import Part
+from ..diagnostics import Refusals
+from ..jobs import Job, JobRequest, Jobs, State
+from ..jobs.job_reports import job_event
+from ..parts.mesh_queue import MeshQueue
+from ..parts.part_requests import plain
+from ..parts.part_store import KnownPart
+from ..parts.result_store import ResultStore
+from ..recorder import JOB_EVENTS, Recorder
+from ..settings import Settings
+from .last_run import LastRun, scene_of
 
-PART_MESH = "ros_pose_stats_msgs/msg/PartMesh"
-POSE_STATISTICS = "ros_pose_stats_msgs/msg/PoseStatistics"
-JOB_EVENT = "ros_pose_stats_msgs/msg/JobEvent"
-
-MOST_REVISION = 2**63
-"""Results are numbered from 1; the next ones must fit into the message too."""
-
-MOST_INDEX = 2**31 - 1
-"""Of a pose, as markers can carry it."""
+INTERRUPTED = "the node ended before the simulation did"
 
 
-@dataclass
-class LastRun:
-    """What bags leave to the next run.
+def end_unfinished_jobs(run: LastRun, settings: Settings, jobs: Jobs, recorder: Recorder,
+                        say: Callable[[str], object]) -> None:
+    """Put simulations that the last run did not end on record as cancelled, and say so."""
+    interrupted = [_interrupted_job(event, settings) for event in run.unfinished.values()]
+    for job in interrupted:
+        event = job_event(job, JobEvent.CANCELLED, job.message)
+        recorder.record(JOB_EVENTS, serialize_message(event), durable=True)
+        say(f"{plain(job.job_id)}: CANCELLED: {job.message}")
+    jobs.add_ended(interrupted)
 
-    Attributes
-    ----------
-    parts : dict of str to PartRequest
-        The present mesh of each part, in the order in which they became that.
-    unfinished : dict of str to JobEvent
-        Jobs that were accepted and not heard of again.
-    results : dict of str to PoseStatistics
-        The last result of each of the parts; nothing is going to refine it any more.
-    meshes : CurrentMeshes
-        What tells the present ones.
-    problems : dict of Path to str
-        Bags not all of which could be read, and the first reason.
+
+def _interrupted_job(event: JobEvent, settings: Settings) -> Job:
+    part: Future[Part] = Future()
+    part.set_exception(RequestError("a part of this run", "one of the last",
+                                    "start the simulation again"))
+    request = JobRequest(event.part_id, b"", scene_of(event), event.drops, event.seed,
+                         event.target_error, event.max_seconds, event.refinement)
+    job = Job(event.job_id, request, part, event.seed, settings, State.CANCELLED,
+              drops_done=event.drops_done, message=INTERRUPTED)
+    job.finished.set()
+    return job
+
+
+def restore_parts(run: LastRun, results: ResultStore, mesh_queue: MeshQueue,
+                  refusals: Refusals) -> list[Future[KnownPart]]:
+    """Put the parts of the last run on record, and begin to make them known.
+
+    Returns
+    -------
+    list of Future of KnownPart
+        On their way, with their results.
     """
-
-    parts: dict[str, PartRequest] = field(default_factory=dict)
-    unfinished: dict[str, JobEvent] = field(default_factory=dict)
-    results: dict[str, PoseStatistics] = field(default_factory=dict)
-    meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
-    problems: dict[Path, str] = field(default_factory=dict)
-    _latched: dict[str, tuple[Path, bytes]] = field(default_factory=dict)
-
-    def take(self, bag: Path, place: Place, message: RawMessage) -> None:
-        """Take in the next message."""
-        kind, data = message.type_name, message.data
-        if kind == PART_MESH:
-            self.meshes.note_mesh(request_of_part_bytes(data), place)
-        elif kind == POSE_STATISTICS and message.topic.endswith("/pose_statistics"):
-            part_id, digest = _part_and_digest(data)
-            self.meshes.note_result(part_id, digest)
-            self._latched[part_id] = bag, data
-        elif kind == JOB_EVENT:
-            self._take_event(deserialize_message(data, JobEvent))
-
-    def latched(self, part_id: str) -> PoseStatistics | None:
-        """The last result of a part."""
-        return self.results.get(part_id)
-
-    def conclude(self, again: Iterator[tuple[Place, PartRequest]]) -> None:
-        """Find the parts and their results, once everything was taken in."""
-        self.parts = self.meshes.present(again)
-        for part_id in self.parts.keys() & self._latched.keys():
-            bag, data = self._latched[part_id]
-            try:
-                self.results[part_id] = _result(data)
-            except Exception as error:  # the bindings raise what they like
-                self.note(bag, error)
-
-    def note(self, bag: Path, error: Exception) -> None:
-        """Something in a bag cannot be read."""
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        self.problems.setdefault(bag, reason)
-
-    def _take_event(self, event: JobEvent) -> None:
-        if event.event == JobEvent.PART_FORGOTTEN:
-            self.meshes.forget(event.part_id)
-            self._latched.pop(event.part_id, None)
-        elif event.event in (JobEvent.QUEUED, JobEvent.RUNNING):
-            scene_of(event)
-            self.unfinished[event.job_id] = event
-        else:
-            self.unfinished.pop(event.job_id, None)
-
-
-def _part_and_digest(data: bytes) -> tuple[str, str]:
-    try:
-        return part_and_digest_of(data)
-    except NotPlainCdrError:  # another encapsulation
-        message = deserialize_message(data, PoseStatistics)
-        return message.part_id, message.part_digest
-
-
-def _result(data: bytes) -> PoseStatistics:
-    """A recorded result that can be gone on with."""
-    message = deserialize_message(data, PoseStatistics)
-    if not message.revision < MOST_REVISION:
-        raise RequestError("a revision below 2^63", f"{message.revision}", "estimate it again")
-    if not all(pose.index < MOST_INDEX for pose in message.poses):
-        raise RequestError(f"pose indices below {MOST_INDEX}", "a larger one",
-                           "estimate it again")
-    message.final = True
-    return message
-
-
-def last_run(bags: Sequence[Path]) -> LastRun:
-    """Read bags in order; what cannot be read is left out and named."""
-    found = LastRun()
-    for place, bag, message in _messages(bags, found.note):
-        try:
-            found.take(bag, place, message)
-        except Exception as error:  # of the bindings, about other versions and damage
-            found.note(bag, error)
-    found.conclude(_meshes(bags, found.note))
-    return found
-
-
-def _messages(bags: Sequence[Path], on_problem: Callable[[Path, Exception], object],
-              ) -> Iterator[tuple[Place, Path, RawMessage]]:
-    """All messages of bags, as far as the disk gives them."""
-    for number, bag in enumerate(bags):
-        try:
-            for k, message in enumerate(raw_messages(bag)):
-                yield Place(number, k), bag, message
-        except Exception as error:
-            on_problem(bag, error)
-
-
-def _meshes(bags: Sequence[Path], on_problem: Callable[[Path, Exception], object],
-            ) -> Iterator[tuple[Place, PartRequest]]:
-    """All meshes that can be read, once more."""
-    for place, bag, message in _messages(bags, on_problem):
-        if message.type_name == PART_MESH:
-            try:
-                request = request_of_part_bytes(message.data)
-            except PoseStatsError as error:
-                on_problem(bag, error)
-                continue
-            yield place, request
+    coming = []
+    for part_id, request in run.parts.items():
+        last = results.take_over_part(request, run.results.get(part_id))
+        coming.append(mesh_queue.put_later(partial(results.take_part, request, last)))
+        refusals.watch_mesh(lambda: "restored part", coming[-1])
+    return coming

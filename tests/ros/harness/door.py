@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from types import SimpleNamespace
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.action import SimulateDrops
 
 from ros_pose_stats.errors import PoseStatsError
+from ros_pose_stats.ros.diagnostics import Refusals
 from ros_pose_stats.ros.jobs import Jobs
 from ros_pose_stats.ros.jobs.job_reports import JobReports
-from ros_pose_stats.ros.messages.part_lines import count_problem, counts_of_bytes, named
 from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 from ros_pose_stats.ros.parts.mesh_queue import MeshQueue
+from ros_pose_stats.ros.parts.part_requests import named
 from ros_pose_stats.ros.parts.refinement import Refinement
-from ros_pose_stats.ros.parts.results import Results
+from ros_pose_stats.ros.pose_counts import count_problem, counts_of_bytes
 from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.services import Services
-from ros_pose_stats.ros.settings import TABLE, settings_of
+from ros_pose_stats.ros.settings import settings_of
+
+from .quiet import FakeRecorder, fake_node, quiet_results
 
 SERVICES = {
     srv.EstimatePoses.Request: (srv.EstimatePoses.Response, "estimate"),
@@ -39,15 +41,6 @@ LONGEST_LINE = 2500
 TAKEN, REFUSED, DROPPED = "taken", "refused", "dropped"
 
 
-class FakeRecorder:
-    """Takes everything and keeps nothing."""
-
-    last_problem = ""
-
-    def record(self, topic, data, *, durable=False):
-        return bool(data)
-
-
 class Door:
     """The functions that the node's callbacks call.
 
@@ -60,23 +53,19 @@ class Door:
     """
 
     def __init__(self):
-        self.settings = settings_of({**{one.name: one.default for one in TABLE}, **SMALL})
+        self.settings = settings_of(SMALL)
         self.outcomes, self.failures, self.refusals = Counter(), [], []
         recorder, here = FakeRecorder(), self.settings
-        publishers = SimpleNamespace(publish=lambda part_id, data: None,
-                                     withdraw=lambda part_id: None)
-        self.results = Results(lambda: here, recorder, publishers, lambda known: None,
-                               lambda known: None, lambda: None)
+        node = fake_node(self.failures)
+        self.results = quiet_results(here, recorder, node)
         self.mesh_queue = MeshQueue(lambda: 2 * here.max_mesh_bytes)
         reports = JobReports(self.results, recorder, lambda line: None)
         self.jobs = Jobs("run", reports, self.failures.append)
         self.requests = Requests(lambda: here, self.results, self.mesh_queue, self.jobs,
-                                 lambda source, reason: self.refusals.append((source, reason)))
-        node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=self.failures.append),
-                               create_service=lambda *_, **__: None)
+                                 Refusals(self.refusals.append))
         self._services = Services(node, lambda: here, self.results, self.requests,
                                   Refinement(lambda: here, self.results, self.jobs), self.jobs,
-                                  reports, lambda part_id, digest: None)
+                                  reports)
         self.mesh_queue.start()
         self.jobs.start()
 
@@ -101,7 +90,7 @@ class Door:
             self.outcomes[DROPPED] += 1
             return
         if kind is SimulateDrops.Goal:
-            self._judge(lambda: self.requests.start(request))
+            self._judge(lambda: self.requests.start_job(request))
         else:
             self._answer(kind, request)
 
@@ -115,7 +104,7 @@ class Door:
 
     def _take(self, request):
         assert_line(named(request.part_id))
-        self.results.take(request)
+        self.results.take_part(request)
 
     def _judge(self, work):
         """Nothing but a refusal may come out."""
@@ -130,9 +119,8 @@ class Door:
     def assert_sound(self):
         """Everything happened, and no fault of the program."""
         assert not self.failures, self.failures
-        for source, reason in self.refusals:
-            assert_line(source)
-            assert_line(reason)
+        for line in self.refusals:
+            assert_line(line)
         assert self.outcomes[TAKEN] and self.outcomes[REFUSED]
 
     def close(self):

@@ -81,10 +81,10 @@ def meeting(monkeypatch):
     reports = Reports()
     reports.hook = lambda event, job: Reports.hook(reports, event, job)
     with queue_of(monkeypatch, reports, started=False) as (jobs, simulation):
-        requests = SimpleNamespace(start=lambda request: submit(jobs))
+        requests = SimpleNamespace(start_job=lambda request: submit(jobs))
         node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=print))
         yield SimpleNamespace(
-            server=SimulateDropsServer(node, requests, jobs, reports, None), jobs=jobs,
+            server=SimulateDropsServer(node, requests, jobs, reports), jobs=jobs,
             simulation=simulation, requests=requests)
 
 
@@ -141,7 +141,7 @@ def test_a_slow_transition_to_cancelling(meeting):
 
 def test_an_internal_failure_refuses_the_goal(meeting):
     goal = FakeGoal(1)
-    meeting.requests.start = lambda request: 1 / 0
+    meeting.requests.start_job = lambda request: 1 / 0
     meeting.server._ask(goal.request)
     goal.execute = lambda: None
     meeting.server._accepted(goal)

@@ -18,9 +18,9 @@ from .fake_jobs import asked, settings
 
 
 def reports():
-    """With a catalogue and a recorder that know nothing and keep nothing."""
+    """With stores and a recorder that know nothing and keep nothing."""
     parts = SimpleNamespace(current=lambda part_id: None)
-    return JobReports(SimpleNamespace(parts=parts, message=lambda *args: args),
+    return JobReports(SimpleNamespace(parts=parts, number_result=lambda *args: args),
                       SimpleNamespace(record=lambda *args, **how: True), print)
 
 
@@ -86,7 +86,7 @@ def test_the_end_of_a_job_whose_part_is_none_goes_on_record():
 def test_a_job_with_nothing_to_show_says_itself_what_is_not_on_record(accepted, ended):
     looked_at = reports()
     looked_at._recorder = SimpleNamespace(record=lambda *args, **how: ended)
-    looked_at._results.not_recorded = lambda: "NOT_RECORDED: full"
+    looked_at._results.announcer = SimpleNamespace(not_recorded=lambda: "NOT_RECORDED: full")
     job = job_of(Future())
     job.recorded, job.message = accepted, "cancelled by a client"
     looked_at.ended(job, State.CANCELLED)

@@ -18,12 +18,12 @@ from std_msgs.msg import Header
 from ros_pose_stats.errors import PoseStatsError
 from ros_pose_stats.ros.messages.mesh_views import (
     NotPlainCdrError,
+    Numbers,
     mesh_numbers,
     part_and_digest_of,
     part_mesh_numbers,
 )
 from ros_pose_stats.ros.messages.part_messages import (
-    numbers_of_message,
     request_of_mesh_bytes,
     request_of_part_bytes,
 )
@@ -54,6 +54,22 @@ def serialized(message):
     return bytes(serialize_message(message))
 
 
+def numbers_of_message(message):
+    """The content of a message as arrays, number by number."""
+    inertia, center, stamp = message.inertia, message.inertia.com, message.header.stamp
+    scalars = np.array([message.unit, inertia.m, center.x, center.y, center.z, inertia.ixx,
+                        inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz,
+                        message.restitution, message.drop_height])
+    return Numbers(10**9 * stamp.sec + stamp.nanosec, message.part_id, *arrays_of(message.mesh),
+                   np.asarray(message.vertices), np.asarray(message.triangles), scalars)
+
+
+def arrays_of(mesh):
+    vertices = np.array([(p.x, p.y, p.z) for p in mesh.vertices], dtype=np.float64)
+    triangles = np.array([t.vertex_indices for t in mesh.triangles], dtype=np.uint32)
+    return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
 def assert_same(found, expected):
     assert (found.stamp, found.part_id) == (expected.stamp, expected.part_id)
     for name in ("mesh_vertices", "mesh_triangles", "vertices", "triangles", "scalars"):
@@ -74,10 +90,11 @@ class TestViews:
 
     @given(SURFACES)
     def test_a_mesh_is_seen_as_it_was(self, surface):
-        found = mesh_numbers(serialized(mesh(surface)))
-        assert found.mesh_vertices.tobytes() == surface[0].tobytes()
-        assert found.mesh_triangles.tobytes() == surface[1].tobytes()
-        assert (found.part_id, found.scalars[0], *found.scalars[-2:]) == ("", 1.0, -1.0, -1.0)
+        vertices, triangles = mesh_numbers(serialized(mesh(surface)))
+        assert vertices.tobytes() == surface[0].tobytes()
+        assert triangles.tobytes() == surface[1].tobytes()
+        found = request_of_mesh_bytes(serialized(mesh(surface)), "part", 0.5)
+        assert (found.unit, found.restitution, found.drop_height) == (0.5, -1.0, -1.0)
 
     def test_nothing_is_copied(self):
         data = serialized(flat(WEDGE))

@@ -14,7 +14,7 @@ from ros_pose_stats.ros.messages.statistics_messages import (
     statistics_message,
     statistics_of_message,
 )
-from ros_pose_stats.ros.messages.times import duration_message, nanoseconds, time_message
+from ros_pose_stats.ros.messages.times import duration_message, time_message
 
 from ..harness.parts import WEDGE, library_part
 
@@ -25,6 +25,10 @@ ANSWER = Answer(STAMP, "tray", "brass", 7, "job_1", False, ("NOT_RECORDED: disk 
 @pytest.fixture(scope="module", params=[estimate, lambda part: simulate(part, 500, seed=3)])
 def found(request):
     return request.param(library_part(WEDGE, "part"))
+
+
+def nanoseconds(stamp):
+    return 10**9 * stamp.sec + stamp.nanosec
 
 
 class TestMessage:

@@ -1,14 +1,11 @@
-"""What is kept up to a bound, and parts that are built once."""
+"""What is kept up to a bound."""
 
 from __future__ import annotations
 
 from threading import Thread
 
-import numpy as np
 import pytest
 
-from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.parts import part_builder
 from ros_pose_stats.ros.parts.memory import Memory
 
 pytest.importorskip("rclpy")
@@ -52,28 +49,3 @@ def test_threads_leave_it_whole():
     kept = [key for key in ((k, i) for k in range(4) for i in range(20))
             if memory.get(key) is not None]
     assert len(kept) == 8
-
-
-def request(vertices, name="part"):
-    from ros_pose_stats.ros.parts.part_requests import PartRequest
-
-    fields = {"part_id": name, "vertices": vertices,
-              "triangles": np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], np.uint32)}
-    return PartRequest(**fields)
-
-
-TETRAHEDRON = np.vstack([np.zeros(3), np.eye(3)]) * 0.01
-
-
-def test_a_part_is_built_once_and_a_refusal_remembered(monkeypatch):
-    calls = []
-    real = part_builder.part_of
-    monkeypatch.setattr(part_builder, "part_of", lambda one: calls.append(one) or real(one))
-    builder = part_builder.PartBuilder()
-    assert builder.build(request(TETRAHEDRON)) is builder.build(request(TETRAHEDRON.copy()))
-    assert len(calls) == 1
-    flat = TETRAHEDRON * [1, 1, 0]
-    for _ in range(2):
-        with pytest.raises(PoseStatsError):
-            builder.build(request(flat))
-    assert len(calls) == 2

@@ -16,7 +16,7 @@ from ..harness.client import CANCELLED, until
 from ..harness.jobs import LONG, finished, get, running_with_results, start
 from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, whole
 from ..harness.readers import assert_readable_by_others
-from .test_restore import Writing
+from .test_last_run import Writing
 
 VERTICES, TRIANGLES = WEDGE
 

@@ -14,8 +14,7 @@ from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.action import SimulateDrops
 
 from ros_pose_stats.ros.transport import late_answers
-from ros_pose_stats.ros.transport.late_answers import MOST_WAITING, PAUSES, LateAnswers
-from ros_pose_stats.ros.transport.lost_answers import losses
+from ros_pose_stats.ros.transport.late_answers import MOST_WAITING, PAUSES, LateAnswers, losses
 
 from ..harness.cell import cell_of
 from ..harness.client import until, wait_for

@@ -1,34 +1,51 @@
-"""Lines of the log about parts and counts; pure functions."""
+"""What cameras count in the cell, on `~/pose_counts`: put on record, and looked at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-import numpy as np
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import PoseCounts
 
-from ...errors import RequestError
-from ...records import Part
-from ..parts.catalogue import KnownPart
-from ..parts.part_requests import LONGEST_NAME, shown
+from ..errors import RequestError
+from .diagnostics import Refusals
+from .parts.mesh_subscriptions import DEPTH
+from .parts.part_requests import shown
+from .parts.part_store import KnownPart
+from .recorder import POSE_COUNTS, Recorder
 
 MOST_BYTES = 2**20
 """Of a camera's count: some 80 000 poses."""
 
 
-def part_line(part: Part, latched: Any) -> str:
-    """What has come: name, size, triangles, poses."""
-    size = " x ".join(f"{1e3 * x:.4g}" for x in np.ptp(part.surface_vertices, axis=0))
-    poses = "" if latched is None else f", {len(latched.poses)} stable poses"
-    return f"{part.part_id}: {size} mm, {len(part.triangles)} triangles{poses}"
+def subscribe_to_counts(node: Node, recorder: Recorder, known: Callable[[str], KnownPart | None],
+                        refusals: Refusals) -> None:
+    """Record each count as it is, and say if it cannot be compared with anything.
 
+    Parameters
+    ----------
+    node : Node
+    recorder : Recorder
+    known : callable
+        A known part by its id, or None.
+    refusals : Refusals
+        Told of bytes that are no count; in the bag they would be in the way of its readers.
+    """
+    def on_counts(data: bytes) -> None:
+        try:
+            counts = counts_of_bytes(data)
+        except RequestError as refusal:
+            refusals.refuse("~/pose_counts", str(refusal), "count")
+            return
+        recorder.record(POSE_COUNTS, data, durable=True)
+        problem = count_problem(counts, known)
+        if problem:
+            node.get_logger().warning(f"~/pose_counts: recorded, but {problem}")
 
-def named(part_id: str) -> str:
-    """A part in a line of the log; empty where its name could spoil the line."""
-    fit = 0 < len(part_id) <= LONGEST_NAME and part_id.isprintable()
-    return f", part '{part_id}'" if fit else ""
+    node.create_subscription(PoseCounts, "~/pose_counts", on_counts, DEPTH, raw=True,
+                             callback_group=MutuallyExclusiveCallbackGroup())
 
 
 def counts_of_bytes(data: bytes) -> PoseCounts:

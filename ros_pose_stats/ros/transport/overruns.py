@@ -1,13 +1,23 @@
-"""How many messages a flood overran, from the numbers of those that arrived.
+"""What many messages at once do to the middleware's queues, and what the node does about it.
 
-The middleware tells of no sample that a newer one pushed out of the history, but every
-publisher numbers its messages. Which publisher a message is from is not told either: it is
-taken to follow the nearest lower number that has arrived.
+Services lose nothing, because their queues are long. Meshes are too large for that, so what a
+flood of them overruns is counted. The middleware tells of no sample that a newer one pushed out
+of the history, but every publisher numbers its messages. Which publisher a message is from is
+not told either: it is taken to follow the nearest lower number that has arrived.
 """
 
 from __future__ import annotations
 
 import bisect
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+WAITING = 1000
+"""Requests, and answers, that wait; ROS's own default of ten loses the others silently."""
+
+SERVICE_QUALITY = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=WAITING, reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE)
 
 MOST_PUBLISHERS = 64
 

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-from types import SimpleNamespace
-
 import pytest
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.writer.run_log import RunLog
-from ros_pose_stats.ros.messages.part_messages import request_of_message
-from ros_pose_stats.ros.parts.results import Results
 from ros_pose_stats.ros.recorder import bag_types
-from ros_pose_stats.ros.restart.bag_choice import bags_to_restore
-from ros_pose_stats.ros.restart.restore import last_run
-from ros_pose_stats.ros.settings import TABLE, settings_of
+from ros_pose_stats.ros.restart.last_run import bags_to_restore, last_run
 
-from ..harness.parts import WEDGE, flat, whole
+from ..harness.parts import WEDGE, flat
 
 TYPES = bag_types()
 VERTICES, TRIANGLES = WEDGE
@@ -87,7 +80,7 @@ class TestMeshes:
         run = found(tmp_path)
         assert factors(run) == {"other 1.0": 5.0, "other 2.0": 5.0, "other 3.0": 5.0, "part": 2.0}
         assert list(run.parts)[-1] == "part"
-        assert run.latched("part").revision == 4
+        assert run.results["part"].revision == 4
 
     def test_one_without_a_result(self, writing, tmp_path):
         writing.part("part", 1.0)
@@ -101,7 +94,7 @@ class TestMeshes:
         writing.event(JobEvent.PART_FORGOTTEN, part_id="part")
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"other": 1.0} and run.latched("part") is None
+        assert factors(run) == {"other": 1.0} and "part" not in run.results
 
     def test_a_forgotten_part_that_came_back(self, writing, tmp_path):
         writing.part("part", 1.0)
@@ -110,7 +103,7 @@ class TestMeshes:
         writing.result("part", 1.0, 7)
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"part": 1.0} and run.latched("part").revision == 7
+        assert factors(run) == {"part": 1.0} and run.results["part"].revision == 7
 
     def test_a_result_without_a_mesh(self, writing, tmp_path):
         writing.result("part", 1.0)
@@ -179,56 +172,3 @@ class TestBags:
         writing.end()
         run = found(tmp_path)
         assert run.parts == {} and [bag.name for bag in run.problems] == [RUNS[0]]
-
-
-class FakeRecorder:
-    last_problem = ""
-
-    def __init__(self):
-        self.recorded = []
-
-    def record(self, topic, data, *, durable=False):
-        self.recorded.append(topic)
-        return True
-
-
-@pytest.fixture
-def results():
-    settings = settings_of({setting.name: setting.default for setting in TABLE})
-    published = []
-    publishers = SimpleNamespace(publish=lambda part_id, data: published.append(data),
-                                 withdraw=lambda part_id: None)
-    found = Results(lambda: settings, FakeRecorder(), publishers, lambda known: None,
-                    lambda known: None, lambda: None)
-    found.published = published
-    return found
-
-
-class TestResults:
-    @pytest.fixture
-    def last(self, results):
-        """A result of the last run, with a small error."""
-        known = results.take(request_of_message(flat(WEDGE, "part")))
-        last = deepcopy(results.estimate(known, "", results._settings().scene()))
-        last.revision, last.drops, last.expected_error = 70, 1000, 0.001
-        results.parts.forget("part")
-        return last
-
-    def test_is_latched_where_the_mesh_comes_first_by_itself(self, results, last):
-        request = request_of_message(flat(WEDGE, "part"))
-        results.take(request)
-        known = results.take(request, last)
-        assert (known.latched.drops, known.latched.revision) == (1000, 70)
-
-    def test_is_latched_as_it_was_and_not_recorded_again(self, results, last):
-        request = request_of_message(flat(WEDGE, "part"))
-        results._recorder.recorded.clear()
-        results.take_over(request, last)
-        known = results.take(request, last)
-        assert whole(known.latched) == whole(last)
-        assert results._recorder.recorded.count("/pose_stats/pose_statistics") == 1
-
-    def test_that_does_not_hold_lets_the_number_rise(self, results, last):
-        last.restitution = 0.7
-        known = results.take(request_of_message(flat(WEDGE, "part")), last)
-        assert known.latched.drops == 0 and known.latched.revision > 70

@@ -15,8 +15,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from ros_pose_stats_msgs.action import SimulateDrops
 
-from ros_pose_stats.ros.transport.late_answers import LateAnswers
-from ros_pose_stats.ros.transport.patient_action_server import PatientActionServer
+from ros_pose_stats.ros.transport.late_answers import PatientActionServer, PatientNode
 
 from ..harness.client import Client, until, wait_for
 
@@ -69,10 +68,9 @@ def actions(other_domain):
 
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=other_domain)
-    node = rclpy.create_node("server", context=context)
-    late = LateAnswers(node.get_logger().warning)
+    node = PatientNode("server", context=context)
     server = PatientActionServer(
-        late, node, SimulateDrops, "~/simulate_drops", drop,
+        node, SimulateDrops, "~/simulate_drops", drop,
         goal_callback=lambda goal: (GoalResponse.REJECT if goal.part_id == "refused"
                                     else GoalResponse.ACCEPT),
         handle_accepted_callback=begin, cancel_callback=lambda goal: CancelResponse.ACCEPT,
@@ -90,7 +88,7 @@ def actions(other_domain):
             ask=client.run, begun=begun)
         client.stop_spinning()
         found.destroy()
-    late.close()
+    node.late_answers.close()
     executor.shutdown()
     spinning.join()
     server.destroy()

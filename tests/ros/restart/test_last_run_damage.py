@@ -22,7 +22,7 @@ from ..harness.client import CANCELLED
 from ..harness.jobs import finished, start
 from ..harness.parts import WEDGE, flat, library_part
 from ..harness.readers import on_topic, raw
-from .test_restore import RUNS, Writing, factors, found
+from .test_last_run import RUNS, Writing, factors, found
 
 VERTICES, TRIANGLES = WEDGE
 HEAD = 120
@@ -73,8 +73,8 @@ class TestMessages:
         writing.end()
         run = found(tmp_path)
         assert factors(run) == {"part": 1.0, "after": 3.0}
-        assert run.latched("after").part_digest == "digest 3.0"
-        assert run.latched("part") is None and run.unfinished == {}
+        assert run.results["after"].part_digest == "digest 3.0"
+        assert "part" not in run.results and run.unfinished == {}
         assert [bag.name for bag in run.problems] == [RUNS[0]]
         assert all(problem.isprintable() for problem in run.problems.values())
 
@@ -93,7 +93,7 @@ class TestMessages:
         writing.die()
         run = found(tmp_path)
         assert factors(run) == {"old": 1.0, "older": 1.5, "part": 2.0, "other": 3.0}
-        assert run.latched("part").revision == 9
+        assert run.results["part"].revision == 9
 
     def test_jobs_of_the_same_bag_are_still_known(self, tmp_path):
         writing = Writing(tmp_path, 0)

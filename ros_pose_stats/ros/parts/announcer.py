@@ -1,0 +1,134 @@
+"""What the node says of parts to others: latched results, markers, answers, and the bag's copy."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+from geometry_msgs.msg import Point
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import PoseStatistics
+from visualization_msgs.msg import MarkerArray
+
+from ...records import Part
+from ..messages.markers import corners, marker_array, poses_each, triangles_each
+from ..messages.statistics_messages import with_warning
+from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
+from .part_requests import part_line
+from .part_store import KnownPart
+
+LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                     durability=DurabilityPolicy.TRANSIENT_LOCAL)
+NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
+"""The executor fails on handlers of events that are destroyed while it waits for them."""
+
+SECONDS_BETWEEN_MARKERS = 1.0
+
+NOT_RECORDED = "NOT_RECORDED: this could not be written to the bag: {}."
+
+
+@dataclass(eq=False)
+class _Shown:
+    """A part's own publisher, and what it latches."""
+
+    publisher: Publisher
+    part: Part
+    message: PoseStatistics
+
+
+class Announcer:
+    """Publishes and records results.
+
+    Each part has a publisher of its own on the same topic: reliable, transient local, depth 1.
+    A late joiner gets the current result of every part, whatever the others do.
+    """
+
+    def __init__(self, node: Node, recorder: Recorder) -> None:
+        self._node = node
+        self._recorder = recorder
+        self._shown: dict[str, _Shown] = {}
+        self._lock = threading.Lock()
+        self._changed = threading.Event()
+        self._corners: dict[tuple[str, int], list[Point]] = {}
+        self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
+        node.create_timer(SECONDS_BETWEEN_MARKERS, self._draw_markers,
+                          callback_group=MutuallyExclusiveCallbackGroup())
+
+    def announce_part(self, known: KnownPart) -> None:
+        """Say what has come, so that a wrong unit is seen at once."""
+        log = self._node.get_logger()
+        log.info(part_line(known.part, known.latched))
+        for warning in known.part.warnings:
+            log.warning(f"{known.part.part_id}: {warning}")
+
+    def record_result(self, message: PoseStatistics,
+                      recorded: bool = False) -> tuple[PoseStatistics, bytes]:
+        """Put a result that is latched on record, unless it is there.
+
+        Returns
+        -------
+        PoseStatistics, bytes
+            The message, warned of if it is not on record, and the same serialised.
+        """
+        data = serialize_message(message)
+        if recorded or self._recorder.record(POSE_STATISTICS, data):
+            return message, data
+        message = self.warn_unrecorded(message)
+        return message, serialize_message(message)
+
+    def publish_result(self, part: Part, message: PoseStatistics, data: bytes) -> None:
+        """Latch a message as the part's current one."""
+        with self._lock:
+            shown = self._shown.get(part.part_id)
+            publisher = shown.publisher if shown is not None else self._node.create_publisher(
+                PoseStatistics, "~/pose_statistics", LATCHED, event_callbacks=NO_EVENTS)
+            self._shown[part.part_id] = _Shown(publisher, part, message)
+            publisher.publish(data)
+        self._changed.set()
+
+    def withdraw_result(self, part_id: str) -> None:
+        """Latch nothing for a part any more."""
+        with self._lock:
+            shown = self._shown.pop(part_id, None)
+            if shown is not None:
+                self._node.destroy_publisher(shown.publisher)
+        self._changed.set()
+
+    def record_answer(self, message: PoseStatistics, *, durable: bool = True) -> PoseStatistics:
+        """Put an answer on record before it goes to a caller; warn where that fails."""
+        if self._recorder.record(ANSWERS, serialize_message(message), durable=durable):
+            return message
+        return self.warn_unrecorded(message)
+
+    def warn_unrecorded(self, message: PoseStatistics) -> PoseStatistics:
+        """The same with the warning that it is not on record, which it has once."""
+        if any(warning.startswith("NOT_RECORDED:") for warning in message.warnings):
+            return message
+        return with_warning(message, self.not_recorded())
+
+    def not_recorded(self) -> str:
+        """The warning of an answer that could not be put on record."""
+        return NOT_RECORDED.format(self._recorder.last_problem)
+
+    def _draw_markers(self) -> None:
+        """Draw what is latched, at most once a second and only where it has changed."""
+        if not self._changed.is_set():
+            return
+        self._changed.clear()
+        with self._lock:
+            shown = [self._shown[part_id] for part_id in sorted(self._shown)]
+        each = poses_each(len(shown))
+        most = triangles_each(sum(min(len(one.message.poses), each) for one in shown))
+        kept = {(one.part.digest, most): self._corners_of(one.part, most) for one in shown}
+        self._corners = kept
+        self._markers.publish(marker_array(
+            [(one.message, kept[one.part.digest, most]) for one in shown]))
+
+    def _corners_of(self, part: Part, most: int) -> list[Point]:
+        found = self._corners.get((part.digest, most))
+        return corners(part, most) if found is None else found

@@ -1,0 +1,287 @@
+"""The results of the parts, and which one of them each part shows."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from typing import NamedTuple
+
+from ros_pose_stats_msgs.msg import PoseStatistics
+from std_msgs.msg import Header
+
+from ... import records
+from ...errors import PoseStatsError
+from ...estimators import estimate
+from ...records import DropScene
+from ...simulation.drops import release_height
+from ...version import VERSION
+from ..messages.statistics_messages import Answer, copied, statistics_message
+from ..messages.times import now
+from ..methods import estimator_name
+from ..settings import Settings
+from .announcer import Announcer
+from .memory import Memory
+from .part_requests import PartRequest, check_request
+from .part_store import KnownPart, PartStore
+
+REMEMBERED_POSES = 20_000
+"""Poses of results kept for parts and scenes that come again; some 2 kB each."""
+
+SECONDS_BETWEEN = 1.0
+"""A part that is being refined is published at most this often."""
+
+BEST = "best"
+"""What was latched last for a scene; it is latched at once where the scene comes again."""
+
+REFINED = "refined"
+"""The best drops that refined an estimate, in any scene; they answer whoever asks again."""
+
+
+class Key(NamedTuple):
+    """What a result is remembered as, `BEST`, `REFINED` or by its method, and what it is of."""
+
+    role: str
+    part_id: str
+    digest: str
+    scene: DropScene
+    plate: str
+    plate_frame: str
+
+
+def known_error(message: PoseStatistics) -> float:
+    """Expected error of a result; where none has been measured, what a real plate leaves.
+
+    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
+    drops does not push it aside.
+    """
+    error: float = message.expected_error
+    return float(message.plate_error) if math.isnan(error) else error
+
+
+def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
+    """Whether a result takes the place of the latched one for the same scene.
+
+    A larger expected error never replaces a smaller one for the same digest, but that a
+    simulation ends what it has shown of itself: its last drops may raise the error a little.
+    Of two estimates the newer one counts, which is by the method that is wanted now.
+    """
+    if not new.drops and not old.drops and new.method != old.method:
+        return True
+    if new.final and new.job_id and new.job_id == old.job_id:
+        return True
+    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
+
+
+class ResultStore:
+    """Estimates, numbers and remembers results, and latches the best one of each part.
+
+    Attributes
+    ----------
+    on_shown : callable
+        Told each `KnownPart` once its best result is latched after it, or a parameter, is new.
+    """
+
+    def __init__(self, settings: Callable[[], Settings], parts: PartStore,
+                 announcer: Announcer) -> None:
+        self._settings = settings
+        self.parts = parts
+        self.announcer = announcer
+        self.on_shown: Callable[[KnownPart], object] = lambda known: None
+        self._results: Memory[Key, PoseStatistics] = Memory(
+            REMEMBERED_POSES, lambda message: len(message.poses))
+
+    def take_part(self, request: PartRequest, last: PoseStatistics | None = None) -> KnownPart:
+        """Make a received mesh a known part, estimated and latched.
+
+        A copy of what is known is ignored; one that was refused is refused again at once.
+
+        Parameters
+        ----------
+        request : PartRequest
+        last : PoseStatistics, optional
+            What was latched for it in the last run.
+
+        Raises
+        ------
+        PoseStatsError
+            With one line that says what is wrong.
+        """
+        settings = self._settings()
+        check_request(request, settings.max_mesh_bytes)
+        scene = settings.scene((request.restitution, request.drop_height))
+        known, new = self.parts.resolve(request)
+        restored = self._restore_result(known, last, scene)
+        if new:
+            self.estimate(known, "", scene)  # what has no equilibrium is no part
+            self.parts.put(known, settings.max_parts)
+            self.show_best(known, restored)
+            self.announcer.announce_part(known)
+        elif restored is not None:
+            self.offer_results(known, scene, [restored])
+        return known
+
+    def take_over_part(self, request: PartRequest,
+                       last: PoseStatistics | None) -> PoseStatistics | None:
+        """Put a part of the last run on record, with what was latched if that still holds.
+
+        Returns
+        -------
+        PoseStatistics or None
+            What was latched, for `take_part`, which makes the part known.
+        """
+        if last is None:
+            return None
+        last = _labelled(last, self._settings())
+        self.parts.record_mesh(request, request.part_id, last.part_digest)
+        with suppress(PoseStatsError):  # of an override that holds no more
+            scene = self._settings().scene((request.restitution, request.drop_height))
+            if _still_true(last, scene):
+                self.announcer.record_result(last)
+        return last
+
+    def _restore_result(self, known: KnownPart, last: PoseStatistics | None,
+                        scene: DropScene) -> PoseStatistics | None:
+        """Remember a result of the last run, which is on record already, if it still holds."""
+        if last is None:
+            return None
+        with known.revisions.lock:
+            known.revisions.newest = max(known.revisions.newest, last.revision)
+        if last.part_digest != known.part.digest or not _still_true(last, scene):
+            return None
+        known.on_record = last
+        if not last.drops:
+            self._results.put(self._key(last.method, known, scene), last)
+        return last
+
+    def record_again(self) -> None:
+        """Put all parts and what is latched for them on record, after a gap in it."""
+        self.parts.distrust_record()
+        for known in self.parts.all():
+            with known.revisions.lock:
+                self.parts.record(known)
+                if known.latched is not None:
+                    self.announcer.record_result(known.latched)
+
+    def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
+        """Latch the best that is known for the part's present scene, at least an estimate."""
+        scene = self._settings().scene(known.scene_override)
+        self.offer_results(known, scene, self._candidates(known, scene, restored))
+        self.on_shown(known)
+
+    def _candidates(self, known: KnownPart, scene: DropScene,
+                    restored: PoseStatistics | None) -> Iterator[PoseStatistics]:
+        """All that could be shown of a part; each is looked up when those before were offered."""
+        if restored is not None:
+            yield restored
+        best = self._results.get(self._key(BEST, known, scene))
+        if best is not None:
+            yield best
+        with known.revisions.lock:  # until it is offered, so that nothing comes in between
+            if known.latched is not None and known.scene == scene:
+                yield _labelled(known.latched, self._settings())
+        yield self.estimate(known, "", scene)
+
+    def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
+        """An analytic result, from memory where it was asked for before.
+
+        Raises
+        ------
+        PoseStatsError
+            If the method is unknown, or the part has no equilibrium.
+        """
+        settings = self._settings()
+        name = estimator_name(method or settings.default_method, scene.restitution)
+        key = self._key(name, known, scene)
+        found = self._results.get(key)
+        if found is None:
+            statistics = estimate(
+                known.part, name, restitution=scene.restitution, drop_height=scene.drop_height,
+                cluster_tolerance=scene.cluster_tolerance)
+            found = self.number_result(known, statistics, settings)
+            self._results.put(key, found)
+        return found
+
+    def keep_refinement(self, known: KnownPart, message: PoseStatistics,
+                        scene: DropScene) -> None:
+        """Remember drops that refined an estimate, for whoever asks again, in any scene."""
+        key = self._key(REFINED, known, scene)
+        before = self._results.get(key)
+        if before is None or replaces(message, before):
+            self._results.put(key, message)
+
+    def find_drops(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
+        """The best end result of drops that is remembered for a scene."""
+        found = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
+        ended = [one for one in found if one is not None and one.drops and one.final]
+        return min(ended, key=known_error, default=None)
+
+    def number_result(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
+                      job_id: str = "", final: bool = True,
+                      warnings: tuple[str, ...] = ()) -> PoseStatistics:
+        """Make the message of a new result of a part."""
+        return statistics_message(found, Answer(now(), settings.plate_frame, settings.plate,
+                                                known.revisions.next(), job_id, final, warnings))
+
+    def is_due(self, known: KnownPart, scene: DropScene) -> bool:
+        """Whether an intermediate result for this scene may be latched again by now."""
+        return (self._settings().scene(known.scene_override) == scene
+                and time.monotonic() - known.published >= SECONDS_BETWEEN)
+
+    def offer_results(self, known: KnownPart, scene: DropScene,
+                      candidates: Iterable[PoseStatistics]) -> None:
+        """Latch, one after the other, the results that are better than what is latched."""
+        for message in candidates:
+            with known.revisions.lock:
+                better = self._is_better(known, message, scene)
+                if better:
+                    self._latch(known, message, scene)
+            if better:
+                self._results.put(self._key(BEST, known, scene), message)
+
+    def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
+        """Whether a result is to take the place of what a part shows of its present scene."""
+        if self.parts.current(known.part.part_id) is not known or message is known.latched:
+            return False
+        if self._settings().scene(known.scene_override) != scene:
+            return False
+        if (known.scene == scene and known.latched is not None
+                and not replaces(message, known.latched)):
+            return False
+        return message.final or self.is_due(known, scene)
+
+    def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
+        """Show a result under a number above that of the one before, and put it on record."""
+        if message.revision <= known.revisions.shown:
+            message = copied(message)
+            message.revision = known.revisions.next()
+        known.revisions.shown = message.revision
+        message, data = self.announcer.record_result(message, message is known.on_record)
+        known.latched, known.scene, known.published = message, scene, time.monotonic()
+        self.announcer.publish_result(known.part, message, data)
+
+    def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
+        settings = self._settings()
+        return Key(role, known.part.part_id, known.part.digest, scene, settings.plate,
+                   settings.plate_frame)
+
+
+def _still_true(last: PoseStatistics, scene: DropScene) -> bool:
+    """Whether a result of the last run holds for its part in the present scene."""
+    if (last.version, last.restitution, last.cluster_tolerance) != (
+            VERSION, scene.restitution, scene.cluster_tolerance):
+        return False
+    released = release_height(scene, last.radius)
+    return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
+
+
+def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
+    """The same with the present names of plate and frame; itself if it has them."""
+    if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
+        return message
+    named = copied(message)
+    named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
+    named.plate = settings.plate
+    named.revision += 1
+    return named
