@@ -14,7 +14,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -23,14 +23,24 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.service import Service
 
-PAUSES = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
-"""Seconds before each further attempt: lost packets of discovery are repeated within three."""
+PAUSES = (0.1, 0.4, 1.6, 5.0)
+"""Seconds before each further attempt to reach a client, the last one again and again.
 
-REST = 0.4
-"""Seconds after a failed attempt, which holds the interpreter for a tenth of a second."""
+Lost packets of discovery are repeated within three seconds. An attempt in vain holds the
+interpreter for a tenth of a second.
+"""
+
+GIVE_UP = 25.0
+"""Seconds after which an answer is given up."""
+
+FORGET = 20.0
+"""Seconds after its last request in which a client is remembered as one that does not hear."""
+
+MOST_CLIENTS = 50
+"""Clients that are followed; a further one takes the place of the oldest."""
 
 MOST_WAITING = 50
-"""Answers kept for later; a client that will never hear must not use up the node."""
+"""Answers kept for one client; a further one takes the place of the oldest."""
 
 QUIET = 60.0
 """Seconds in which answers of one service that are given up are told of once."""
@@ -74,121 +84,196 @@ def losses() -> Iterator[list[str]]:
         _of_thread.lost = outer
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Answer:
-    """An answer on its way: what it answers, how to send it, and when next."""
+    """An answer that waits: how to send it, since when, and how often that was in vain."""
 
-    what: str
     send: Callable[[], object]
-    due: float
+    since: float
     attempts: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class UnreachedClient:
+    """A client that answers do not reach, and what waits for it.
+
+    rclpy does not tell which client a request is from. But a client numbers its requests one
+    after the other, so the request that has the next number is taken for its next one. Where
+    that is wrong, somebody else's answer waits until the next attempt.
+
+    Attributes
+    ----------
+    service : str
+    next_number : int
+        Of its next request.
+    asked, due : float
+        When it last asked and when it is tried again, by the monotonic clock.
+    attempts : int
+        Since an answer has arrived.
+    answers : list of Answer
+        Oldest first.
+    """
+
+    service: str
+    next_number: int
+    asked: float
+    due: float = 0.0
+    attempts: int = 0
+    answers: list[Answer] = field(default_factory=list)
+
+    def wait_longer(self) -> None:
+        """Put off the next attempt after one in vain."""
+        self.due = time.monotonic() + PAUSES[min(self.attempts, len(PAUSES) - 1)]
+        self.attempts += 1
 
 
 class LateAnswers:
     """Sends answers, in a thread of its own where the client cannot be reached at once.
 
+    A client that never hears costs an attempt every few seconds, however often it asks.
+
     Parameters
     ----------
     say : callable
-        Told in one line of an answer that is given up.
+        Told in one line of answers that are given up.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
         self._said: dict[str, float] = {}
-        self._waiting: list[Answer] = []
+        self._clients: list[UnreachedClient] = []
         self._news = threading.Condition()
         self._thread: threading.Thread | None = None
         self._closed = False
         catch_losses()
 
-    def send(self, what: str, send: Callable[[], object]) -> None:
-        """Send an answer now, or else later."""
-        with losses() as lost:
-            send()
-        if lost:
-            self.send_later(what, send)
+    def send(self, service: str, number: int, send: Callable[[], object]) -> None:
+        """Send an answer now, or else later.
 
-    def send_later(self, what: str, send: Callable[[], object]) -> None:
+        Parameters
+        ----------
+        service : str
+        number : int
+            That the client gave its request.
+        send : callable
+        """
+        client = self._unreached(service, number)
+        if client is None or time.monotonic() >= client.due:
+            with losses() as lost:
+                send()
+            if not lost:
+                return
+        self.send_later(service, number, send, client)
+
+    def send_later(self, service: str, number: int, send: Callable[[], object],
+                   client: UnreachedClient | None = None) -> None:
         """Send an answer that could not be delivered just now."""
+        now = time.monotonic()
+        client = client or UnreachedClient(service, number + 1, now)
         with self._news:
             if self._closed:
                 return
-            out = self._make_room()
-            self._waiting.append(Answer(what, send, time.monotonic() + PAUSES[0]))
+            if client not in self._clients:
+                self._clients = [*self._clients[-MOST_CLIENTS + 1:], client]
+            if now >= client.due:
+                client.wait_longer()
+            client.answers = [*client.answers[-MOST_WAITING + 1:], Answer(send, now)]
             self._news.notify()
             if self._thread is None or not self._thread.is_alive():
                 self._thread = threading.Thread(target=self._run, name="late answers",
                                                 daemon=True)
                 self._thread.start()
-        if out is not None:
-            self._give_up(out.what)
 
-    def _make_room(self) -> Answer | None:
-        """Drop the answer that has been tried most often, if too many wait."""
-        if len(self._waiting) < MOST_WAITING:
-            return None
-        out = max(self._waiting, key=lambda answer: answer.attempts)
-        self._waiting.remove(out)
-        return out
+    def _unreached(self, service: str, number: int) -> UnreachedClient | None:
+        """The client that a request seems to be from, if answers have not reached it."""
+        now = time.monotonic()
+        with self._news:
+            self._clients = [one for one in self._clients
+                             if one.answers or now - one.asked < FORGET]
+            for client in self._clients:
+                if (client.service, client.next_number) == (service, number):
+                    client.next_number, client.asked = number + 1, now
+                    return client
+        return None
 
     def close(self) -> None:
         """Give up what still waits."""
         with self._news:
             self._closed = True
-            self._waiting.clear()
+            self._clients.clear()
             self._news.notify()
         if self._thread is not None:
             self._thread.join()
 
     def _run(self) -> None:
-        while (answer := self._next()) is not None:
-            if not self._attempt(answer):
-                with self._news:
-                    self._news.wait_for(lambda: self._closed, REST)
+        while (client := self._next()) is not None:
+            while (answer := self._least_tried(client)) is not None:
+                if self._is_lost(client.service, answer):
+                    client.wait_longer()
+                    break
+                self._remove(client, answer)
 
-    def _next(self) -> Answer | None:
-        """Wait for the answer that is due first; none once all is closed."""
+    def _next(self) -> UnreachedClient | None:
+        """Wait for the client whose turn is next; none once all is closed."""
         with self._news:
             while not self._closed:
-                first = min(self._waiting, key=lambda answer: answer.due, default=None)
-                left = None if first is None else first.due - time.monotonic()
-                if first is not None and left is not None and left <= 0:
-                    self._waiting.remove(first)
-                    return first
+                client = min((one for one in self._clients if one.answers),
+                             key=lambda one: one.due, default=None)
+                left = None if client is None else client.due - time.monotonic()
+                if client is not None and left is not None and left <= 0.0:
+                    return client
                 self._news.wait(left)
         return None
 
-    def _attempt(self, answer: Answer) -> bool:
-        """Send once more; False if that was in vain."""
+    def _least_tried(self, client: UnreachedClient) -> Answer | None:
+        """The answer of a client to try now, once those that are too old are given up.
+
+        The newest of those that were tried least: it may be somebody else's after all.
+        """
+        with self._news:
+            latest = time.monotonic() - GIVE_UP
+            fresh = [one for one in client.answers if one.since > latest]
+            given_up = len(client.answers) - len(fresh)
+            client.answers = fresh
+        if given_up:
+            self._give_up(client.service)
+        return min(reversed(fresh), key=lambda one: one.attempts, default=None)
+
+    def _remove(self, client: UnreachedClient, answer: Answer) -> None:
+        """Note that an answer needs no further attempt; with the last one the client hears."""
+        with self._news:
+            client.attempts = 0
+            client.answers = [one for one in client.answers if one is not answer]
+            if not client.answers and client in self._clients:
+                self._clients.remove(client)
+
+    def _is_lost(self, service: str, answer: Answer) -> bool:
+        """Send once more; whether that was in vain."""
+        answer.attempts += 1
         try:
             with losses() as lost:
                 answer.send()
         except InvalidHandle:  # the service has ended, and the node with it
-            return True
+            return False
         except Exception as error:  # must not end the thread that the others wait for
-            self._say(f"{answer.what}: the answer could not be sent: {error}")
-            return True
-        if not lost:
-            return True
-        answer.attempts += 1
-        if answer.attempts == len(PAUSES):
-            self._give_up(answer.what)
-        else:
-            answer.due = time.monotonic() + PAUSES[answer.attempts]
-            with self._news:
-                if not self._closed:
-                    self._waiting.append(answer)
-        return False
+            self._say(f"{service}: the answer could not be sent: {error}")
+            return False
+        return bool(lost)
 
-    def _give_up(self, what: str) -> None:
+    def _give_up(self, service: str) -> None:
         now = time.monotonic()
-        if now < self._said.get(what, now):
+        if now < self._said.get(service, now):
             return
-        self._said[what] = now + QUIET
-        self._say(f"{what}: an answer could not be delivered: expected a client whose quality of "
-                  f"service fits the node's (reliable, volatile), got one that cannot be reached; "
-                  f"check its quality of service and call again")
+        self._said[service] = now + QUIET
+        self._say(f"{service}: an answer could not be delivered: expected a client whose quality "
+                  f"of service fits the node's (reliable, volatile), got one that cannot be "
+                  f"reached; check its quality of service and call again")
+
+
+def number_of(header: Any) -> int:
+    """What a client numbered its request; services and actions have headers of their own."""
+    number: int = getattr(header, "request_id", header).sequence_number
+    return number
 
 
 class PatientNode(Node):
@@ -208,7 +293,7 @@ class PatientNode(Node):
         service = super().create_service(*arguments, **options)
         send = service.send_response
         service.send_response = lambda response, header: self.late_answers.send(
-            service.srv_name, partial(send, response, header))
+            service.srv_name, number_of(header), partial(send, response, header))
         return service
 
 
@@ -247,7 +332,8 @@ class PatientActionServer(ActionServer):
         if accepted is not None:
             answer.accepted, answer.stamp = True, accepted._goal_info.stamp
         self.late_answers.send_later(
-            self.action_name, partial(self._handle.send_goal_response, header, answer))
+            f"{self.action_name}/_action/send_goal", number_of(header),
+            partial(self._handle.send_goal_response, header, answer))
 
     async def _execute_cancel_request(self, request_header_and_message: Any) -> None:
         await ActionServer._execute_cancel_request(self._patient(), request_header_and_message)
@@ -260,14 +346,18 @@ class PatientActionServer(ActionServer):
         """The server, but that its answers to cancels and requests for results are sent again."""
         handle: Any = _StandIn(self._handle)
         patient: Any = _StandIn(self)
-        handle.send_cancel_response = partial(self._send, self._handle.send_cancel_response)
-        handle.send_result_response = partial(self._send, self._handle.send_result_response)
+        handle.send_cancel_response = partial(
+            self._send, "cancel_goal", self._handle.send_cancel_response)
+        handle.send_result_response = partial(
+            self._send, "get_result", self._handle.send_result_response)
         patient._handle = handle
         patient._send_result_response = partial(ActionServer._send_result_response, patient)
         return patient
 
-    def _send(self, send: Callable[[Any, Any], object], header: Any, answer: Any) -> None:
-        self.late_answers.send(self.action_name, partial(send, header, answer))
+    def _send(self, what: str, send: Callable[[Any, Any], object], header: Any,
+              answer: Any) -> None:
+        self.late_answers.send(f"{self.action_name}/_action/{what}", number_of(header),
+                               partial(send, header, answer))
 
 
 class _StandIn:
