@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from ..errors import PoseStatsError
 from .jobs import Jobs
-from .messages.times import now, time_message
+from .messages.times import now, steady_timer, time_message
 from .settings import Settings
 
 REMEMBERED = 20
@@ -127,7 +127,7 @@ class Diagnostics:
         self._name = node.get_fully_qualified_name()[1:]
         self._lines = lines
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(1.0, self._publish, callback_group=MutuallyExclusiveCallbackGroup())
+        steady_timer(node, 1.0, self._publish, MutuallyExclusiveCallbackGroup())
 
     def _publish(self) -> None:
         message = DiagnosticArray(status=[

@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..errors import PoseStatsError
 from ..kernels.compilation import all_kernels, prepare_kernels, watch_compilations
+from .messages.times import steady_timer
 from .node import PoseStatsNode
 from .stop_signals import StopSignals
 
@@ -130,4 +131,4 @@ def _say_ready(node: PoseStatsNode) -> None:
         timer.cancel()
         node.get_logger().info("ready")
 
-    timer = node.create_timer(0.001, say)
+    timer = steady_timer(node, 0.001, say)

@@ -10,6 +10,7 @@ from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
+from .messages.times import follow_clock
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
@@ -38,6 +39,7 @@ class PoseStatsNode(PatientNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
+        follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings, log = self._settings(), self.get_logger()
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)

@@ -3,16 +3,38 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from builtin_interfaces.msg import Duration, Time
+from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.timer import Timer
 
 FIRST, LAST = -2**31 * 10**9, 2**31 * 10**9 - 1
 """Nanoseconds that a stamp can hold."""
 
 
+_read_clock: Callable[[], int] = time.time_ns
+
+
+def follow_clock(clock: Clock) -> None:
+    """Take the stamps of this process from a node's clock; until then they are the system's."""
+    global _read_clock
+    _read_clock = lambda: clock.now().nanoseconds  # noqa: E731
+
+
 def now() -> int:
-    """Nanoseconds since the epoch."""
-    return time.time_ns()
+    """Nanoseconds since the epoch; of simulated time where the node follows that."""
+    return _read_clock()
+
+
+def steady_timer(node: Node, seconds: float, callback: Callable[[], None],
+                 group: CallbackGroup | None = None) -> Timer:
+    """Make a timer that goes on where simulated time stands still or jumps."""
+    return node.create_timer(seconds, callback, callback_group=group,
+                             clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def time_message(stamp: int) -> Time:

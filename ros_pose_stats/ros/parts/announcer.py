@@ -18,6 +18,7 @@ from visualization_msgs.msg import MarkerArray
 from ...records import Part
 from ..messages.markers import corners, marker_array, poses_each, triangles_each
 from ..messages.statistics_messages import with_warning
+from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .part_requests import part_line
 from .part_store import KnownPart
@@ -56,8 +57,8 @@ class Announcer:
         self._changed = threading.Event()
         self._corners: dict[tuple[str, int], list[Point]] = {}
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        node.create_timer(SECONDS_BETWEEN_MARKERS, self._draw_markers,
-                          callback_group=MutuallyExclusiveCallbackGroup())
+        steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
+                     MutuallyExclusiveCallbackGroup())
 
     def announce_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once."""
