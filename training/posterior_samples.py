@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from itertools import groupby
 from typing import NamedTuple
 
@@ -15,10 +15,10 @@ from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
 from ros_pose_stats.study.dataset import Dataset, shipped_datasets
-from training.families import family_part, family_tolerance
+from training.families import FAMILIES, family_part, family_tolerance
 from training.families.families import MADE
 
-from .split.samples import FIT_SEED, USUAL, read_samples
+from .split.samples import FIT_SEED, JUDGE_SEED, USUAL, read_samples
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -71,9 +71,15 @@ def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterat
             yield sample_of(number, resting, restitution, method, count)
 
 
-def _of_families(method: str, every: int) -> Iterator[Sample]:
-    """Bodies of the families that are no random polyhedra, from the usual height."""
-    wanted = (row for row in read_samples() if row.seed == FIT_SEED and row.family in MADE
+def held_out(method: str) -> list[Sample]:
+    """Bodies of every family that no fit has seen."""
+    return list(_of_families(method, 1, JUDGE_SEED, FAMILIES))
+
+
+def _of_families(method: str, every: int, seed: int = FIT_SEED,
+                 families: Collection[str] = tuple(MADE)) -> Iterator[Sample]:
+    """Bodies from the usual height; by default those that are no random polyhedra."""
+    wanted = (row for row in read_samples() if row.seed == seed and row.family in families
               and row.number % every == 0 and row.height == USUAL_RADII
               and row.restitution in RESTITUTIONS and row.count.any())
     for key, rows in groupby(wanted, lambda row: row[:3]):

@@ -72,10 +72,10 @@ def coverage(cases: Sequence[Case]) -> Section:
              "estimate below 1 %": estimated < RARE}
     rows = []
     for drops in (0, *DROPS):
-        inside = np.concatenate([_covered(one, prior, drops)
+        inside = np.concatenate([covered(one, prior, drops)
                                  for one, prior in zip(cases, priors, strict=True)])
         shares = {name: float(inside[kind].mean()) for name, kind in kinds.items() if kind.any()}
-        kept = np.mean([_kept(one, prior, drops)
+        kept = np.mean([kept_bound(one, prior, drops)
                         for one, prior in zip(cases, priors, strict=True)])
         rows.append(Row(f"hybrid, {drops} drops", {
             **{name: 100.0 * shares[name] if name in shares else "-" for name in kinds},
@@ -116,7 +116,8 @@ def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
                              zip(cases, answers, strict=True)], weights=poses))
 
 
-def _covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
+def covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
+    """Whether the interval of each pose (P,) holds its reference, with the reference's noise."""
     after = prior.updated(case.counts(drops))
     total = int(case.reference.sum())
     low, high = after.interval(LEVEL, total)
@@ -124,7 +125,7 @@ def _covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
     return (low <= true) & (true <= high)
 
 
-def _kept(case: Case, prior: PosePrior, drops: int) -> bool:
+def kept_bound(case: Case, prior: PosePrior, drops: int) -> bool:
     """Whether the distance to the reference is within the bound, both with its noise."""
     after = prior.updated(case.counts(drops))
     s = case.reference / case.reference.sum()

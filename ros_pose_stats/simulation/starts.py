@@ -103,7 +103,7 @@ def lattice_starts(seed: int, first: int, count: int) -> Array:
     begin, end = first // BLOCK, -(-(first + count) // BLOCK)
     turns = _rotations(_uniforms(seed, _LATTICE_STREAM, begin, _WORDS * (end - begin)))
     pattern = _pattern()
-    # By components, as in geometry.vectors.
+    # By components, as in mesh.vectors.
     blocks = sum(turns[:, None, :, j] * pattern[None, :, j, None] for j in range(3))
     skipped = first - begin * BLOCK
     return np.asarray(blocks).reshape(-1, 3)[skipped:skipped + count]
