@@ -31,7 +31,7 @@ class Method:
         What decides, in one line.
     source : str
         Where it comes from, with the equation; empty for what is this project's own.
-    family : str
+    module : str
         Module of `estimators` with the function of that name; empty where there is none.
     knows_scene : bool
         Whether restitution and drop height change its answer.
@@ -43,7 +43,7 @@ class Method:
     title: str
     about: str
     source: str = ""
-    family: str = ""
+    module: str = ""
     knows_scene: bool = False
     drops: Literal["none", "some", "all"] = "none"
 
@@ -75,7 +75,7 @@ METHODS = (
            knows_scene=True, drops="all"),
 )
 
-AT_ONCE = (*(one.name for one in METHODS if one.family), AUTO)
+AT_ONCE = (*(one.name for one in METHODS if one.module), AUTO)
 """Names that stand for an estimator."""
 
 BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")

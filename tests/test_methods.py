@@ -32,10 +32,10 @@ def test_there_is_one_default():
     assert BY_NAME["default_method"].default == DEFAULT_METHOD
 
 
-@pytest.mark.parametrize("method", [one for one in METHODS if one.family],
+@pytest.mark.parametrize("method", [one for one in METHODS if one.module],
                          ids=lambda one: one.name)
-def test_a_family_has_the_function_of_the_name(method):
-    function = getattr(import_module(f"ros_pose_stats.estimators.{method.family}"), method.name)
+def test_a_module_has_the_function_of_the_name(method):
+    function = getattr(import_module(f"ros_pose_stats.estimators.{method.module}"), method.name)
     assert len(inspect.signature(function).parameters) == (2 if method.knows_scene else 1)
     assert function.__doc__
 

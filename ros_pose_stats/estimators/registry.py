@@ -29,12 +29,12 @@ class Estimator(Method):
 
 def bind_function(method: Method) -> Estimator:
     """A row with the function of its name, of poses and scene in any case."""
-    function = getattr(import_module(f".{method.family}", __package__), method.name)
+    function = getattr(import_module(f".{method.module}", __package__), method.name)
     return Estimator(**vars(method), function=function if method.knows_scene
                      else lambda resting, _: function(resting))
 
 
-ESTIMATORS = {method.name: bind_function(method) for method in METHODS if method.family}
+ESTIMATORS = {method.name: bind_function(method) for method in METHODS if method.module}
 
 
 def estimator(name: str) -> Estimator:

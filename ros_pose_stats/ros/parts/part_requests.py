@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MeshError, RequestError
+from ...estimators import best_method
 from ...mesh.parts import part_from_mesh
+from ...methods import AT_ONCE, AUTO, HYBRID, SIMULATION
 from ...records import Part
 
 Array = NDArray[np.float64]
@@ -148,3 +150,30 @@ def part_of(request: PartRequest) -> Part:
             request.mass if given else None,
             request.inertia if given and _any(request.inertia) else None,
             part_id=request.part_id, unit=request.unit)
+
+
+def estimator_name(method: str, restitution: float) -> str:
+    """The estimator that a name stands for.
+
+    Parameters
+    ----------
+    method : str
+        Out of `AT_ONCE`.
+    restitution : float
+        By which `auto` chooses.
+
+    Raises
+    ------
+    RequestError
+        If it stands for none.
+    """
+    if method == AUTO:
+        return best_method(restitution)
+    if method in (HYBRID, SIMULATION):
+        raise RequestError(f"a method that needs no drops, out of {', '.join(AT_ONCE)}",
+                           f"{method!r}", "ask for auto with a target_error, or start a drop "
+                           "simulation")
+    if method not in AT_ONCE:
+        raise RequestError(f"a method out of {', '.join(AT_ONCE)}", repr(method[:LONGEST_NAME]),
+                           "leave it empty for the node's")
+    return method

@@ -19,11 +19,10 @@ from ...simulation.drops import release_height
 from ...version import VERSION
 from ..messages.statistics_messages import Answer, copied, statistics_message
 from ..messages.times import now
-from ..methods import estimator_name
 from ..settings import Settings
 from .announcer import Announcer
 from .memory import Memory
-from .part_requests import PartRequest, check_request
+from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import KnownPart, PartStore
 
 REMEMBERED_POSES = 20_000
