@@ -123,7 +123,7 @@ def test_python_of_the_pages_runs(code, demo_directory):
 def test_every_method_is_in_its_page():
     page = text_of("docs/methods.md")
     for one in METHODS:
-        assert (f"| `{one.name}` | {one.about} |" if one.family else f"`{one.name}`") in page
+        assert (f"| `{one.name}` | {one.about} |" if one.module else f"`{one.name}`") in page
 
 
 def test_the_page_of_the_commands_is_what_the_parsers_say():

@@ -10,12 +10,12 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from benchmarks.command import DOCS
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.auto.cases import Case
 from benchmarks.auto.sharpening import covered, kept_bound
-from benchmarks.command import DOCS
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 from ros_pose_stats.statistics.posterior.prior import prior_fit
