@@ -54,6 +54,28 @@ def digest_name(digest: str) -> str:
     return f"mesh_{digest[:12]}"
 
 
+def array_bytes(*values: object) -> int:
+    """Memory of all arrays in values, in their fields and items, each counted once."""
+    waiting, seen, total = list(values), set(), 0
+    while waiting:
+        value = waiting.pop()
+        if id(value) in seen:
+            continue
+        seen.add(id(value))
+        if isinstance(value, np.ndarray):
+            if isinstance(value.base, np.ndarray):
+                waiting.append(value.base)
+            else:
+                total += value.nbytes
+        elif isinstance(value, (tuple, list)):
+            waiting += value
+        elif isinstance(value, dict):
+            waiting += value.values()
+        elif hasattr(value, "__dict__"):
+            waiting.append(vars(value))
+    return total
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Part:
     """A rigid part in its own frame, SI units.

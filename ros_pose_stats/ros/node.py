@@ -79,7 +79,7 @@ class PoseStatsNode(PatientNode):
 
     def _on_change(self, settings: Settings) -> None:
         """Estimate known parts again, in the background."""
-        self.parts.shrink(settings.max_parts)
+        self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
             again = self.mesh_queue.put_later(partial(self.results.show_best, known))
             self.refusals.watch_mesh(lambda: "parameters", again)

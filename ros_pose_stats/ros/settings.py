@@ -14,11 +14,15 @@ from ..mesh.files import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
-from .parts.part_requests import check_name
+from .parts.part_requests import check_name, shown
 
 T = TypeVar("T")
 
 MOST = 2**62
+THREADS_A_CORE = 4
+"""More of them only wait for each other."""
+
+LONGEST_TEXT = 500
 BELOW_ONE = 1.0 - 1e-9
 TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
@@ -60,7 +64,8 @@ class Settings:
         0.0, "Error, as a fraction, to which each new mesh is refined in the background: with "
         "auto one kept with 90 % confidence, else the expected one; 0: none.", 0.0, BELOW_ONE)
     workers: int = _parameter(
-        0, "Threads that simulate; 0: all cores but keep_cores, at least one.", 0, 1024)
+        0, "Threads that simulate, at most four a core; 0: all cores but keep_cores, at least "
+        "one.", 0, 256)
     keep_cores: int = _parameter(1, "Cores that workers = 0 leaves to others.", 0, 1024)
     max_queued_jobs: int = _parameter(
         16, "Drop simulations that may wait; more are refused.", 0, 10**6)
@@ -70,6 +75,9 @@ class Settings:
         256, "Parts to remember; the least recently used is forgotten.", 1, 100_000)
     max_mesh_bytes: int = _parameter(
         64 * 2**20, "Most bytes of one mesh (8 a coordinate, 4 a vertex number).", 1, MOST)
+    max_part_bytes: int = _parameter(
+        2**30, "Most bytes that known parts take, all together; the least recently used is "
+        "forgotten.", 1, MOST)
     cluster_tolerance: float = _parameter(
         DEFAULT_CLUSTER_TOLERANCE, "Two poses merge where the saddle between them is less than "
         "this above both, as a fraction of the part's radius; 0: none.", 0.0, BELOW_ONE)
@@ -87,7 +95,7 @@ class Settings:
     def threads(self) -> int:
         """Threads around the kernels."""
         cores = len(os.sched_getaffinity(0))
-        return self.workers or max(1, cores - self.keep_cores)
+        return min(self.workers, THREADS_A_CORE * cores) or max(1, cores - self.keep_cores)
 
     def directory(self) -> Path:
         """Where bags go."""
@@ -146,6 +154,7 @@ def settings_of(values: dict[str, Any]) -> Settings:
     settings = Settings(**frozen)
     for setting in TABLE:
         _check_bounds(setting, getattr(settings, setting.name))
+        _check_text(setting, getattr(settings, setting.name))
     if settings.default_method not in AT_ONCE:
         raise RequestError(f"default_method to be one of {', '.join(AT_ONCE)}",
                            f"'{settings.default_method}'", f"{DEFAULT_METHOD} is the default")
@@ -166,6 +175,14 @@ def _check_bounds(setting: Setting, value: Any) -> None:
         top = "below 1" if high == BELOW_ONE else f"{high:g}"
         raise RequestError(f"{setting.name} from {low:g} to {top}", f"{value}",
                            f"{setting.default!r} is the default")
+
+
+def _check_text(setting: Setting, value: Any) -> None:
+    """Refuse what would disturb a terminal, or be written into every answer at length."""
+    for text in value if isinstance(value, tuple) else (value,):
+        if isinstance(text, str) and (len(text) > LONGEST_TEXT or not text.isprintable()):
+            raise RequestError(f"{setting.name} of at most {LONGEST_TEXT} printable characters",
+                               f"{len(text)} characters, {shown(text)}", "shorten it")
 
 
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:

@@ -47,9 +47,26 @@ class TestBounds:
             settings(log_directory="~nobody_of_this_name/bags")
 
 
+class TestTexts:
+    @pytest.mark.parametrize("name", ["plate", "plate_frame", "log_directory"])
+    def test_what_would_disturb_a_terminal_or_fill_every_answer(self, name):
+        assert getattr(settings(**{name: "x" * 500}), name) == "x" * 500
+        for text in ("x" * 501, "brass\x1b[2J", "two\nlines"):
+            with pytest.raises(RequestError, match=f"{name} of at most 500 printable"):
+                settings(**{name: text})
+
+    def test_each_of_the_topics(self):
+        with pytest.raises(RequestError, match="mesh_topics"):
+            settings(mesh_topics=["/cad", "x" * 501])
+
+
 class TestThreads:
     def test_workers_are_as_many_as_asked_for(self):
         assert settings(workers=3).threads() == 3
+
+    def test_but_at_most_four_a_core(self, monkeypatch):
+        monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1})
+        assert settings(workers=256).threads() == 8
 
     @pytest.mark.parametrize(("cores", "keep", "threads"),
                              [(8, 1, 7), (8, 0, 8), (2, 1, 1), (1, 1, 1), (4, 9, 1)])

@@ -10,6 +10,7 @@ from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.action import SimulateDrops
+from ros_pose_stats_msgs.msg import PartMesh
 
 from ...errors import PoseStatsError
 from ..requests import Requests
@@ -80,6 +81,7 @@ class SimulateDropsServer:
         except Exception as error:  # must not end the executor
             answer = f"internal failure: {type(error).__name__}: {error}"
             self._node.get_logger().error(f"simulate_drops: {answer}")
+        request.part = PartMesh(part_id=request.part.part_id)  # the goal is kept for a while
         with self._lock:
             self._asked[id(request)] = request, answer
             if len(self._asked) > MOST_ASKED:  # clients that were gone before the answer

@@ -12,9 +12,9 @@ from typing import TypeVar
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...errors import PoseStatsError, RequestError
+from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import DropScene, Part
-from ...records.part import digest_name
+from ...records.part import array_bytes, digest_name
 from ..messages.part_messages import part_message
 from ..messages.times import now
 from ..recorder import PART_MESH, Recorder
@@ -26,8 +26,8 @@ T = TypeVar("T")
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
 
-BUILT = 16
-"""Parts kept after another mesh of the same name has come: the first may come again."""
+BUILT_BYTES = 64 * 2**20
+"""Of parts kept after another mesh of the same name has come: the first may come again."""
 
 RECORDED = 4096
 """Meshes that are known to be in the bag."""
@@ -84,6 +84,9 @@ class KnownPart:
         When it was published, by the monotonic clock.
     on_record : PoseStatistics or None
         The result of the last run that this one began with, which is in the bag already.
+    size : int
+        Bytes of the mesh as it was sent, of the part, and of what was prepared on it when it
+        became known.
     """
 
     part: Part
@@ -95,6 +98,7 @@ class KnownPart:
     scene: DropScene | None = None
     published: float = 0.0
     on_record: PoseStatistics | None = None
+    size: int = 0
 
 
 def at_hand(value: T) -> Future[T]:
@@ -120,7 +124,8 @@ class PartStore:
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
-        self._built: Memory[tuple[str, bytes], Part] = Memory(BUILT)
+        self._built: Memory[tuple[str, bytes], Part] = Memory(
+            BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
         self._recorded: Memory[tuple[str, str], tuple[float, float]] = Memory(RECORDED)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
@@ -167,17 +172,29 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, most: int) -> None:
+    def put(self, known: KnownPart, most: int, most_bytes: int) -> None:
         """Record and remember a part, with no result of the same name between the two.
 
-        It takes the place of one of the same id, and of the oldest if there are `most`.
+        It takes the place of one of the same id, and of the oldest beyond `most` parts and
+        `most_bytes` of them all.
+
+        Raises
+        ------
+        MeshError
+            If the part alone takes more.
         """
+        known.size = array_bytes(known.part, known.request)
+        if known.size > most_bytes:
+            raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "
+                            f"max_part_bytes)", f"{known.size} bytes, "
+                            f"{len(known.part.triangles)} triangles",
+                            "decimate the mesh, or raise the parameter")
         with known.revisions.lock:
             self.record(known)
             with self._lock:
                 self._parts.pop(known.part.part_id, None)
                 self._parts[known.part.part_id] = known
-        self.shrink(most)
+        self.shrink(most, most_bytes)
 
     def record(self, known: KnownPart) -> None:
         """Put a part's mesh on record, unless it is there with the same scene of its own."""
@@ -247,11 +264,14 @@ class PartStore:
         if known is not None:
             self._let_go(known)
 
-    def shrink(self, most: int) -> None:
-        """Forget the least recently used ones beyond `most`."""
+    def shrink(self, most: int, most_bytes: int) -> None:
+        """Forget the least recently used ones beyond `most` parts and bytes; one is kept."""
+        too_many = []
         with self._lock:
-            too_many = [self._parts.popitem(last=False)[1]
-                        for _ in range(len(self._parts) - most)]
+            total = sum(known.size for known in self._parts.values())
+            while len(self._parts) > max(1, most) or (total > most_bytes and len(self._parts) > 1):
+                too_many.append(self._parts.popitem(last=False)[1])
+                total -= too_many[-1].size
         for forgotten in too_many:
             self._let_go(forgotten)
 

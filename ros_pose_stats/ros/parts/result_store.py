@@ -114,7 +114,7 @@ class ResultStore:
         restored = self._restore_result(known, last, scene)
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self.parts.put(known, settings.max_parts)
+            self.parts.put(known, settings.max_parts, settings.max_part_bytes)
             self.show_best(known, restored)
             self.announcer.announce_part(known)
         elif restored is not None:

@@ -9,16 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ros_pose_stats.errors import PoseStatsError, RequestError
+from ros_pose_stats.errors import MeshError, PoseStatsError, RequestError
 from ros_pose_stats.ros.parts import part_store
 from ros_pose_stats.ros.parts.part_requests import PartRequest
 from ros_pose_stats.ros.parts.part_store import KnownPart, PartStore
 
 from ..harness.quiet import FakeRecorder
 
+PLENTY = 10**9
 
-def known(name):
-    return KnownPart(SimpleNamespace(part_id=name), b"", (-1.0, -1.0))
+
+def known(name, size=0):
+    mesh = np.zeros(size, dtype=np.uint8)
+    part = SimpleNamespace(part_id=name, triangles=mesh, view=mesh[1:])
+    return KnownPart(part, b"", (-1.0, -1.0))
 
 
 @pytest.fixture
@@ -38,21 +42,33 @@ def names(store):
 class TestKnownParts:
     def test_the_least_recently_used_makes_room(self, store, forgotten):
         for name in "abc":
-            store.put(known(name), 3)
+            store.put(known(name), 3, PLENTY)
         store.find("a")
         store.current("b")  # does not count
-        store.put(known("d"), 3)
+        store.put(known("d"), 3, PLENTY)
         assert (names(store), forgotten) == (["c", "a", "d"], ["b"])
+
+    def test_the_bytes_of_all_parts_are_bounded(self, store, forgotten):
+        for name in "abc":
+            store.put(known(name, 300), 9, 1000)
+        store.find("a")
+        store.put(known("d", 400), 9, 1000)
+        assert (names(store), forgotten) == (["c", "a", "d"], ["b"])
+        store.put(known("e", 1000), 9, 1000)
+        assert names(store) == ["e"]
+        with pytest.raises(MeshError, match=r"max_part_bytes.* got 1001 bytes"):
+            store.put(known("f", 1001), 9, 1000)
+        assert names(store) == ["e"]
 
     def test_the_same_name_takes_its_place(self, store, forgotten):
         first, second = known("a"), known("a")
-        store.put(first, 2)
-        store.put(known("b"), 2)
-        store.put(second, 2)
+        store.put(first, 2, PLENTY)
+        store.put(known("b"), 2, PLENTY)
+        store.put(second, 2, PLENTY)
         assert store.known("a") is second and forgotten == []
 
     def test_forget(self, store, forgotten):
-        store.put(known("a"), 2)
+        store.put(known("a"), 2, PLENTY)
         store.forget("a")
         assert (names(store), forgotten) == ([], ["a"])
         with pytest.raises(RequestError, match="'a'"):
@@ -60,7 +76,7 @@ class TestKnownParts:
 
     def test_a_refusal_names_some_that_are_known(self, store):
         for number in range(100):
-            store.put(known(f"part_{number:02d}"), 200)
+            store.put(known(f"part_{number:02d}"), 200, PLENTY)
         with pytest.raises(RequestError, match=r"part_00, .*, part_07, …\)"):
             store.known("nobody")
 
@@ -71,7 +87,7 @@ class TestKnownParts:
         store = PartStore(FakeRecorder(), gone.append)
         for step, name in steps:
             if step == "p":
-                store.put(known(name), most)
+                store.put(known(name), most, PLENTY)
             elif step == "f":
                 store.find(name)
             else:
@@ -111,7 +127,7 @@ def test_a_mesh_is_recorded_once_until_the_record_is_distrusted():
     store = PartStore(recorder, print)
     new, is_new = store.resolve(request(TETRAHEDRON))
     assert is_new
-    store.put(new, 10)
+    store.put(new, 10, PLENTY)
     assert store.resolve(request(TETRAHEDRON)) == (new, False)
     store.record(new)
     assert recorder.topics == ["/pose_stats/part_mesh"]
@@ -125,7 +141,7 @@ def test_numbers_of_results_go_on_where_a_part_comes_again():
     for size in (1.0, 2.0, 1.0):
         new, _ = store.resolve(request(size * TETRAHEDRON))
         before = new.revisions.newest
-        store.put(new, 10)
+        store.put(new, 10, PLENTY)
         assert new.revisions.next() == before + 1
     store.forget("part")
     assert store.resolve(request(3.0 * TETRAHEDRON))[0].revisions.shown == 3
