@@ -15,6 +15,7 @@ from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts.part_builder import PartBuilder, is_large
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
 from .parts.result_store import ResultStore
@@ -45,6 +46,9 @@ class PoseStatsNode(PatientNode):
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
         self.announcer = Announcer(self, self.recorder)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
+        self.builder = PartBuilder()
+        self.parts.build = lambda request: self.builder.build(
+            request, self._settings().cluster_tolerance)
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
         self.recorder.on_gap = lambda: self.mesh_queue.put_later(self.results.record_again)
@@ -81,7 +85,8 @@ class PoseStatsNode(PatientNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts)
         for known in self.parts.all():
-            again = self.mesh_queue.put_later(partial(self.results.show_best, known))
+            again = self.mesh_queue.put_later(partial(self.results.show_best, known),
+                                              is_large(known.part))
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
@@ -103,12 +108,22 @@ class PoseStatsNode(PatientNode):
         """Wait for the parts of the last run; whether they are all there."""
         return not wait(self._coming_back, timeout).not_done
 
-    def close(self) -> None:
-        """End jobs and goals, and finish the bag; what was done is kept."""
-        self.mesh_queue.close()
+    def close(self) -> bool:
+        """End jobs and goals, and finish the bag; what was done is kept.
+
+        Whoever waits for a part is told that the node ends.
+
+        Returns
+        -------
+        bool
+            Whether nothing is computed any more.
+        """
+        self.builder.close()
+        at_rest = self.mesh_queue.close()
         self.jobs.close("the node ended")
         self.action.wait_until_told()
         self.late_answers.close()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")
+        return at_rest

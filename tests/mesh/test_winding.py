@@ -15,7 +15,6 @@ from ros_pose_stats.mesh.mass_properties import solid_of
 from ros_pose_stats.mesh.shells import oriented_outward
 from ros_pose_stats.mesh.winding import closed_shells
 
-
 SECONDS_OF_NEEDLES = 10.0
 """It takes one; to test every pair took thirty."""
 

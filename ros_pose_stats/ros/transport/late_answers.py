@@ -13,6 +13,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -289,11 +290,24 @@ class PatientNode(Node):
         super().__init__(name, **options)
 
     def create_service(self, *arguments: Any, **options: Any) -> Service:
-        """Make a service whose answers reach clients that are still being discovered."""
+        """Make a service whose answers reach clients that are still being discovered.
+
+        Its callback may also return a `concurrent.futures.Future` of its answer.
+        """
         service = super().create_service(*arguments, **options)
         send = service.send_response
-        service.send_response = lambda response, header: self.late_answers.send(
-            service.srv_name, number_of(header), partial(send, response, header))
+
+        def send_now(response: Any, header: Any) -> None:
+            self.late_answers.send(service.srv_name, number_of(header),
+                                   partial(send, response, header))
+
+        def send_response(response: Any, header: Any) -> None:
+            if isinstance(response, Future):  # no thread waits until the answer is there
+                response.add_done_callback(lambda done: send_now(done.result(), header))
+            else:
+                send_now(response, header)
+
+        service.send_response = send_response
         return service
 
 
