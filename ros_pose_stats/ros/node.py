@@ -120,7 +120,7 @@ class PoseStatsNode(PatientNode):
         """
         self.builder.close()
         at_rest = self.mesh_queue.close()
-        self.jobs.close("the node ended")
+        at_rest = self.jobs.close("the node ended") and at_rest
         self.action.wait_until_told()
         self.late_answers.close()
         self.recorder.close()
