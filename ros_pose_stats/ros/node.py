@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
@@ -27,6 +28,12 @@ from .restart.restore import end_unfinished_jobs, restore_parts
 from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
+
+PARTING_SECONDS = 0.1
+"""The middleware has so long to deliver the last answers."""
+
+LAST_SECONDS = 0.5
+"""Requests that wait for their turn when the node ends are refused in that time."""
 
 
 class PoseStatsNode(PatientNode):
@@ -68,8 +75,8 @@ class PoseStatsNode(PatientNode):
 
     def _open(self) -> None:
         """Topics, services, action and diagnostics."""
-        requests = Requests(self._settings, self.results, self.mesh_queue, self.jobs,
-                            self.refusals)
+        self.requests = requests = Requests(self._settings, self.results, self.mesh_queue,
+                                            self.jobs, self.refusals)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         subscribe_to_counts(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
@@ -118,10 +125,13 @@ class PoseStatsNode(PatientNode):
         bool
             Whether nothing is computed any more.
         """
+        self.requests.close()
         self.builder.close()
         at_rest = self.mesh_queue.close()
+        at_rest = self.turns.close(LAST_SECONDS) and at_rest
         at_rest = self.jobs.close("the node ended") and at_rest
         self.action.wait_until_told()
+        time.sleep(PARTING_SECONDS)
         self.late_answers.close()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():

@@ -69,6 +69,11 @@ class Requests:
         self._mesh_queue = mesh_queue
         self._jobs = jobs
         self._refusals = refusals
+        self._closed = False
+
+    def close(self) -> None:
+        """Refuse whatever comes from now on."""
+        self._closed = True
 
     def resolve_part(self, part_id: str, message: Any,
                      accepted: threading.Event | None = None) -> ResolvedPart:
@@ -86,6 +91,8 @@ class Requests:
         PoseStatsError
             If there is none, or two.
         """
+        if self._closed:
+            raise ending()
         carried = is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
             wanted, found = (
@@ -194,6 +201,11 @@ def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
     return drops, request.seed, request.target_error, seconds
 
 
+def ending() -> RequestError:
+    """The refusal of whatever a node that ends is asked for."""
+    return RequestError("a running node", "one that is ending", "start it again")
+
+
 def wait_for(coming: Future[T], timeout: float | None = None) -> T:
     """What is coming, once it is there.
 
@@ -206,7 +218,7 @@ def wait_for(coming: Future[T], timeout: float | None = None) -> T:
     try:
         return coming.result(timeout)
     except CancelledError as error:
-        raise RequestError("a running node", "one that is ending", "start it again") from error
+        raise ending() from error
 
 
 def _refuse_at_once(coming: Future[KnownPart]) -> None:

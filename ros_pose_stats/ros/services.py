@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from rclpy.node import Node
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -19,6 +18,7 @@ from ..methods import AUTO
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
+from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
@@ -26,6 +26,7 @@ from .parts.refinement import Refinement
 from .parts.result_store import ResultStore
 from .requests import Requests, ResolvedPart, check_target, wait_for
 from .settings import Settings
+from .transport.late_answers import PatientNode
 from .transport.overruns import SERVICE_QUALITY
 
 CANCEL_PATIENCE = 0.06
@@ -81,7 +82,7 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
+    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
                  requests: Requests, refinement: Refinement, jobs: Jobs,
                  reports: JobReports) -> None:
         self._settings = settings
@@ -92,9 +93,12 @@ class Services:
         self._reports = reports
         self.say_failure = node.get_logger().error
         quick = ReentrantCallbackGroup()
-        # Estimates wait for the disk, which several do in one go. Starts come one at a time.
+        # Of estimates a client may want thousands. Meshes have a queue of their own.
+        node.create_service(
+            srv.EstimatePoses, "~/estimate", self.estimate, qos_profile=SERVICE_QUALITY,
+            callback_group=MutuallyExclusiveCallbackGroup(),
+            in_turn=lambda request: not is_given(request.part))
         for name, kind, callback, group in (
-                ("estimate", srv.EstimatePoses, self.estimate, ReentrantCallbackGroup()),
                 ("start_drop_simulation", srv.StartDropSimulation, self.start,
                  MutuallyExclusiveCallbackGroup()),
                 ("get_statistics", srv.GetStatistics, self.get_statistics, quick),

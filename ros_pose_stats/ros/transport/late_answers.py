@@ -24,6 +24,8 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.service import Service
 
+from .turns import Turns
+
 PAUSES = (0.1, 0.4, 1.6, 5.0)
 """Seconds before each further attempt to reach a client, the last one again and again.
 
@@ -283,18 +285,29 @@ class PatientNode(Node):
     Attributes
     ----------
     late_answers : LateAnswers
+    turns : Turns
+        Of the clients of services that answer in turn.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         self.late_answers = LateAnswers(lambda line: self.get_logger().warning(line))
+        self.turns = Turns(lambda line: self.get_logger().error(line))
         super().__init__(name, **options)
 
-    def create_service(self, *arguments: Any, **options: Any) -> Service:
+    def create_service(self, kind: Any, name: str, callback: Callable[..., Any], *,
+                       in_turn: Callable[[Any], bool] | None = None, **options: Any) -> Service:
         """Make a service whose answers reach clients that are still being discovered.
 
-        Its callback may also return a `concurrent.futures.Future` of its answer.
+        Parameters
+        ----------
+        kind, name, callback, **options
+            As rclpy takes them; the callback may also return a `concurrent.futures.Future` of
+            its answer.
+        in_turn : callable, optional
+            Whether a request may wait for its client's turn; it must hold on to little.
         """
-        service = super().create_service(*arguments, **options)
+        service: Service = super().create_service(
+            kind, name, callback if in_turn is None else _Taken, **options)
         send = service.send_response
 
         def send_now(response: Any, header: Any) -> None:
@@ -307,8 +320,33 @@ class PatientNode(Node):
             else:
                 send_now(response, header)
 
-        service.send_response = send_response
+        def answer(request: Any, header: Any) -> None:
+            send_response(callback(request, kind.Response()), header)
+
+        def take_turns(taken: _Taken, header: Any) -> None:
+            """Put a request that the executor took, and all that wait behind it."""
+            request: Any = taken.request
+            while header is not None:
+                if in_turn is not None and in_turn(request) and self.turns.has_room():
+                    self.turns.put(number_of(header), partial(answer, request, header))
+                else:
+                    answer(request, header)
+                try:
+                    with service.handle:
+                        request, header = service.handle.service_take_request(kind.Request)
+                except InvalidHandle:  # the service has ended, and the node with it
+                    return
+
+        service.send_response = send_response if in_turn is None else take_turns
         return service
+
+
+@dataclass(slots=True, eq=False)
+class _Taken:
+    """A request that waits for its turn, in place of its answer."""
+
+    request: Any
+    response: Any
 
 
 class PatientActionServer(ActionServer):
