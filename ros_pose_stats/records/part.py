@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -152,6 +152,18 @@ class Part:
         """Take for the answer of `prepare` what was made on the way to the part."""
         key = (make, *options)
         self._prepared[key] = prepared
+
+    def all_prepared(self) -> dict[Hashable, Any]:
+        """All that is kept, for the same part in another process."""
+        return dict(self._prepared)
+
+    def keep_all(self, prepared: Mapping[Hashable, Any]) -> None:
+        """Take for the answers of `prepare` what another process has made of the same part."""
+        self._prepared.update(prepared)
+
+    def has_prepared(self, make: Callable[..., object], *options: Hashable) -> bool:
+        """Whether `prepare` would answer at once."""
+        return (make, *options) in self._prepared
 
     def __repr__(self) -> str:
         return (f"Part({self.part_id!r}, {len(self.triangles)} triangles, {self.mass:g} kg, "

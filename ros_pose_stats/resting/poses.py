@@ -151,6 +151,11 @@ def resting_poses(part: Part,
     return part.prepare(_find, scene.cluster_tolerance)
 
 
+def are_found(part: Part, cluster_tolerance: float) -> bool:
+    """Whether `resting_poses` would answer at once."""
+    return part.has_prepared(_find, cluster_tolerance)
+
+
 def _find(part: Part, cluster_tolerance: float) -> RestingPoses:
     found = equilibria(part)
     grouped = clusters(found, cluster_tolerance)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -23,6 +24,9 @@ FAILED = 1
 THREADS = 8
 RESTORE_SECONDS = 10.0
 GLANCE_SECONDS = 0.05
+LAST_SECONDS = 0.5
+"""What callbacks have begun may be finished for so long."""
+
 SWITCH_SECONDS = 0.001
 """Threads that wait for the interpreter get it this soon."""
 
@@ -71,17 +75,28 @@ def _run(stop: StopSignals) -> int:
     spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
     _say_ready(node)
     spinning.start()
+    at_rest = False
     try:
         stop.wait()
     finally:
-        node.close()
-        executor.shutdown(timeout_sec=2.0)
-        spinning.join(timeout=2.0)
-        node.destroy_node()
+        at_rest = node.close()
+        at_rest = executor.shutdown(timeout_sec=LAST_SECONDS) and at_rest
+        spinning.join(timeout=LAST_SECONDS)
+        if at_rest:
+            node.destroy_node()
     if failure:
         print(f"pose_stats: internal failure: {failure[0]!r}", file=sys.stderr)
-        return FAILED
-    return 0
+    status = FAILED if failure else 0
+    if not at_rest:
+        _end_at_once(status)
+    return status
+
+
+def _end_at_once(status: int) -> None:
+    """End although a thread still computes, which Python would wait for."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 def warm_up(say: Callable[[str], object]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
@@ -15,6 +16,7 @@ from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts.part_builder import PartBuilder, is_large
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
 from .parts.result_store import ResultStore
@@ -26,6 +28,12 @@ from .restart.restore import end_unfinished_jobs, restore_parts
 from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
+
+PARTING_SECONDS = 0.1
+"""The middleware has so long to deliver the last answers."""
+
+LAST_SECONDS = 0.5
+"""Requests that wait for their turn when the node ends are refused in that time."""
 
 
 class PoseStatsNode(PatientNode):
@@ -45,6 +53,9 @@ class PoseStatsNode(PatientNode):
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
         self.announcer = Announcer(self, self.recorder)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
+        self.builder = PartBuilder()
+        self.parts.build = lambda request: self.builder.build(
+            request, self._settings().cluster_tolerance)
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
         self.recorder.on_gap = lambda: self.mesh_queue.put_later(self.results.record_again)
@@ -64,8 +75,8 @@ class PoseStatsNode(PatientNode):
 
     def _open(self) -> None:
         """Topics, services, action and diagnostics."""
-        requests = Requests(self._settings, self.results, self.mesh_queue, self.jobs,
-                            self.refusals)
+        self.requests = requests = Requests(self._settings, self.results, self.mesh_queue,
+                                            self.jobs, self.refusals)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         subscribe_to_counts(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
@@ -81,7 +92,8 @@ class PoseStatsNode(PatientNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
-            again = self.mesh_queue.put_later(partial(self.results.show_best, known))
+            again = self.mesh_queue.put_later(partial(self.results.show_best, known),
+                                              is_large(known.part))
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
@@ -103,12 +115,25 @@ class PoseStatsNode(PatientNode):
         """Wait for the parts of the last run; whether they are all there."""
         return not wait(self._coming_back, timeout).not_done
 
-    def close(self) -> None:
-        """End jobs and goals, and finish the bag; what was done is kept."""
-        self.mesh_queue.close()
-        self.jobs.close("the node ended")
+    def close(self) -> bool:
+        """End jobs and goals, and finish the bag; what was done is kept.
+
+        Whoever waits for a part is told that the node ends.
+
+        Returns
+        -------
+        bool
+            Whether nothing is computed any more.
+        """
+        self.requests.close()
+        self.builder.close()
+        at_rest = self.mesh_queue.close()
+        at_rest = self.turns.close(LAST_SECONDS) and at_rest
+        at_rest = self.jobs.close("the node ended") and at_rest
         self.action.wait_until_told()
+        time.sleep(PARTING_SECONDS)
         self.late_answers.close()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")
+        return at_rest

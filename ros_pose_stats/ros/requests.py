@@ -7,18 +7,22 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from ..errors import PoseStatsError, RequestError
-from ..records import Part
+from ..records import DropScene, Part
+from ..resting.poses import are_found, resting_poses
 from .diagnostics import Refusals
 from .jobs import Job, JobRequest, Jobs
 from .messages.part_messages import is_given, request_of_message
 from .parts.mesh_queue import MeshQueue
+from .parts.part_builder import is_large
 from .parts.part_requests import PartRequest, check_request, shown
 from .parts.part_store import KnownPart, at_hand
 from .parts.result_store import ResultStore
 from .settings import Settings
+
+T = TypeVar("T")
 
 PATIENCE = 0.004
 """Seconds that a start waits for a small part, so that most bad meshes are refused at once."""
@@ -65,6 +69,11 @@ class Requests:
         self._mesh_queue = mesh_queue
         self._jobs = jobs
         self._refusals = refusals
+        self._closed = False
+
+    def close(self) -> None:
+        """Refuse whatever comes from now on."""
+        self._closed = True
 
     def resolve_part(self, part_id: str, message: Any,
                      accepted: threading.Event | None = None) -> ResolvedPart:
@@ -82,6 +91,8 @@ class Requests:
         PoseStatsError
             If there is none, or two.
         """
+        if self._closed:
+            raise ending()
         carried = is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
             wanted, found = (
@@ -118,9 +129,17 @@ class Requests:
                 accepted.wait(LONGEST_ACCEPTANCE)
             return self._results.take_part(request)
 
-        coming = self._mesh_queue.put_first(take_part)
+        coming = self._mesh_queue.put_first(take_part, request.bytes(), request.part_id,
+                                            is_large(request))
         self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
         return coming
+
+    def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
+        """Have the poses of a part at hand, whose estimate is a moment's work then."""
+        if not is_large(known.part) or are_found(known.part, scene.cluster_tolerance):
+            return at_hand(None)
+        return self._mesh_queue.put_first(
+            lambda: resting_poses(known.part, scene.cluster_tolerance), large=True)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.
@@ -182,25 +201,30 @@ def _numbers(request: Any, settings: Settings) -> tuple[int, int, float, float]:
     return drops, request.seed, request.target_error, seconds
 
 
-def wait_for_part(coming: Future[KnownPart], timeout: float | None = None) -> KnownPart:
-    """The part, once it is there.
+def ending() -> RequestError:
+    """The refusal of whatever a node that ends is asked for."""
+    return RequestError("a running node", "one that is ending", "start it again")
+
+
+def wait_for(coming: Future[T], timeout: float | None = None) -> T:
+    """What is coming, once it is there.
 
     Raises
     ------
     PoseStatsError
-        If it is none, or the node ends.
+        If it is refused, or the node ends.
     concurrent.futures.TimeoutError
     """
     try:
         return coming.result(timeout)
     except CancelledError as error:
-        raise RequestError("a running node", "one that is ending", "start it again") from error
+        raise ending() from error
 
 
 def _refuse_at_once(coming: Future[KnownPart]) -> None:
     """Refuse a mesh that is found bad in a moment."""
     try:
-        wait_for_part(coming, PATIENCE)
+        wait_for(coming, PATIENCE)
     except NotYet:
         if coming.done():
             raise
@@ -212,7 +236,7 @@ def _bare_part(coming: Future[KnownPart]) -> Future[Part]:
 
     def pass_on(done: Future[KnownPart]) -> None:
         try:
-            part.set_result(wait_for_part(done).part)
+            part.set_result(wait_for(done).part)
         except BaseException as error:  # belongs to whoever asks for the part
             part.set_exception(error)
 

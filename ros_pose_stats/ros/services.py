@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from rclpy.node import Node
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -17,13 +18,15 @@ from ..methods import AUTO
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
+from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
 from .parts.refinement import Refinement
 from .parts.result_store import ResultStore
-from .requests import Requests, check_target, wait_for_part
+from .requests import Requests, ResolvedPart, check_target, wait_for
 from .settings import Settings
+from .transport.late_answers import PatientNode
 from .transport.overruns import SERVICE_QUALITY
 
 CANCEL_PATIENCE = 0.06
@@ -32,20 +35,46 @@ CANCEL_PATIENCE = 0.06
 Callback = Callable[..., Any]
 
 
+class Later(NamedTuple):
+    """What a callback returns that has to wait: for what, and how it goes on then."""
+
+    coming: Future[Any]
+    go_on: Callable[[], Later | None]
+
+
 def refusing(callback: Callback) -> Callback:
-    """Turn refusals into `success = false` and their message."""
+    """Turn refusals into `success = false` and their message, and `Later` into a future."""
     @functools.wraps(callback)
     def answer(self: Services, request: Any, response: Any) -> Any:
+        later = attempt(self, response, lambda: callback(self, request, response))
+        if later is None:
+            return response
+        answered: Future[Any] = Future()
+        wait_for_rest(self, response, later, answered)
+        return answered
+
+    def attempt(self: Services, response: Any, act: Callable[[], Later | None]) -> Later | None:
         try:
             response.success = True
-            callback(self, request, response)
+            return act()
         except PoseStatsError as refusal:
             response.success, response.message = False, str(refusal)
         except Exception as error:  # the client gets an answer in any case
             response.success = False
             response.message = f"internal failure: {type(error).__name__}: {error}"
             self.say_failure(f"{callback.__name__}: {response.message}")
-        return response
+        return None
+
+    def wait_for_rest(self: Services, response: Any, later: Later,
+                      answered: Future[Any]) -> None:
+        def go_on(_: Future[Any]) -> None:
+            further = attempt(self, response, later.go_on)
+            if further is None:
+                answered.set_result(response)
+            else:
+                wait_for_rest(self, response, further, answered)
+
+        later.coming.add_done_callback(go_on)
 
     return answer
 
@@ -53,7 +82,7 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
+    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
                  requests: Requests, refinement: Refinement, jobs: Jobs,
                  reports: JobReports) -> None:
         self._settings = settings
@@ -64,9 +93,12 @@ class Services:
         self._reports = reports
         self.say_failure = node.get_logger().error
         quick = ReentrantCallbackGroup()
-        # Estimates and carried parts take time: one of each at a time, beside the quick ones.
+        # Of estimates a client may want thousands. Meshes have a queue of their own.
+        node.create_service(
+            srv.EstimatePoses, "~/estimate", self.estimate, qos_profile=SERVICE_QUALITY,
+            callback_group=MutuallyExclusiveCallbackGroup(),
+            in_turn=lambda request: not is_given(request.part))
         for name, kind, callback, group in (
-                ("estimate", srv.EstimatePoses, self.estimate, MutuallyExclusiveCallbackGroup()),
                 ("start_drop_simulation", srv.StartDropSimulation, self.start,
                  MutuallyExclusiveCallbackGroup()),
                 ("get_statistics", srv.GetStatistics, self.get_statistics, quick),
@@ -78,13 +110,24 @@ class Services:
                                 callback_group=group)
 
     @refusing
-    def estimate(self, request: Any, response: Any) -> None:
-        """An analytic answer at once."""
+    def estimate(self, request: Any, response: Any) -> Later | None:
+        """An analytic answer, at once where the part is at hand."""
         check_target(request.target_error)
         resolved = self._requests.resolve_part(request.part_id, request.part)
-        known = wait_for_part(resolved.coming)
+        go_on = partial(self._estimate_part, request, response, resolved)
+        return go_on() if resolved.coming.done() else Later(resolved.coming, go_on)
+
+    def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart) -> Later | None:
+        known = wait_for(resolved.coming)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
+        prepared = self._requests.prepare(known, scene)
+        go_on = partial(self._answer, request, response, known, scene, prepared)
+        return go_on() if prepared.done() else Later(prepared, go_on)
+
+    def _answer(self, request: Any, response: Any, known: KnownPart, scene: DropScene,
+                prepared: Future[Any]) -> None:
+        wait_for(prepared)
         if (request.method or self._settings().default_method) == AUTO:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:

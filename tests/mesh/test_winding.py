@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 import trimesh
@@ -12,6 +14,9 @@ from ros_pose_stats.mesh.crossings import crossings
 from ros_pose_stats.mesh.mass_properties import solid_of
 from ros_pose_stats.mesh.shells import oriented_outward
 from ros_pose_stats.mesh.winding import closed_shells
+
+SECONDS_OF_NEEDLES = 10.0
+"""It takes one; to test every pair took thirty."""
 
 
 def box(extents, at=(0, 0, 0), inward=False):
@@ -198,6 +203,26 @@ def test_a_peg_flush_in_its_hole_does_not_overlap():
     assert not volume_and_overlap(ring, peg)[1]
     peg.apply_translation((0.05, 0.0, 0.0))
     assert volume_and_overlap(ring, peg)[1]
+
+
+def needles(count):
+    """Tetrahedra a million times longer than thick that lie all across each other."""
+    chance = np.random.default_rng(0)
+    ends = chance.uniform(-0.5, 0.5, (2, count, 3))
+    aside = 1e-6 * chance.normal(size=(2, count, 3))
+    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[1] + aside[1]], axis=1)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
+    rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    return trimesh.Trimesh(corners.reshape(-1, 3),
+                           (rows + 4 * np.arange(count)[:, None, None]).reshape(-1, 3),
+                           process=False)
+
+
+def test_thousands_of_needles_do_not_take_long():
+    begin = time.monotonic()
+    assert not volume_and_overlap(needles(2500))[1]
+    assert time.monotonic() - begin < SECONDS_OF_NEEDLES
 
 
 def test_hundreds_of_shells_in_one_body_are_all_voids():

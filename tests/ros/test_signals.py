@@ -10,9 +10,14 @@ import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
 from .harness.bags import ends, recorded
-from .harness.client import RUNNING, until
+from .harness.client import RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, known_part, reached, running_with_results, start
+from .harness.parts import flat
+from .harness.slow import builder_at_work, ellipsoid, is_gone
+
+QUICK_END = 10.0
+"""Seconds; half a second where nobody else computes, and once it was the whole estimate."""
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 
@@ -74,6 +79,22 @@ class TestAtWork:
         assert all([one.event for one in events] == [JobEvent.CANCELLED]
                    for events in ended.values())
         goals.close()
+
+    def test_an_estimate_that_takes_long_is_refused(self, node_of, client_of):
+        node = node_of().ready()
+        client = client_of()
+        known_part(client)
+        asked = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
+        process = builder_at_work(node.process.pid)
+        assert not asked.done()
+        begin = time.monotonic()
+        node.stop(signal.SIGTERM)
+        assert time.monotonic() - begin < QUICK_END
+        answer = wait_for(asked)
+        assert not answer.success
+        assert answer.message == "expected a running node, got one that is ending; start it again"
+        assert is_gone(process)
+        assert len(recorded(node.log_directory, "part_mesh")) == 1
 
     def test_a_refinement_and_a_client_in_the_queue(self, node_of, client_of):
         node = node_of(refine_drops=LONG).ready()

@@ -95,6 +95,8 @@ class Job:
         The end result as a serialised message, once made.
     recorded : bool
         Whether the acceptance is on record.
+    ending : bool
+        Whether its end is being told; that happens once.
     name : str
         Of a part that has been let go of.
     """
@@ -114,6 +116,7 @@ class Job:
     recorded: bool = True
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
+    ending: bool = False
     name: str = ""
     _next_snapshot: float = 0.0
 

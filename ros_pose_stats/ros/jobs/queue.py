@@ -30,6 +30,10 @@ CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
 
 POLL_SECONDS = 0.02
 
+LAST_SECONDS = 1.5
+"""What runs may be ended for so long when the queue is closed; a huge part is prepared for minutes
+before its first drop."""
+
 
 class Jobs:
     """The queue and its thread.
@@ -136,8 +140,14 @@ class Jobs:
         """The job that runs."""
         return self._running
 
-    def close(self, reason: str) -> None:
-        """Cancel everything and wait for the threads; what was done is kept."""
+    def close(self, reason: str) -> bool:
+        """Cancel everything and wait a while for the threads; what was done is kept.
+
+        Returns
+        -------
+        bool
+            Whether nothing is computed any more.
+        """
         with self._changed:
             self._closing = reason
             waiting = [*self._asked, *self._refinements]
@@ -151,7 +161,11 @@ class Jobs:
         with self._accepting:  # whoever came too late has ended that job
             pass
         if self._thread.is_alive():
-            self._thread.join()
+            self._thread.join(LAST_SECONDS)
+        running = self._running
+        if self._thread.is_alive() and running is not None:
+            self._end(running, State.CANCELLED, reason)
+        return not self._thread.is_alive()
 
     def _twin(self, request: JobRequest) -> Job | None:
         for job in self._known.values():
@@ -239,6 +253,10 @@ class Jobs:
         return None
 
     def _end(self, job: Job, state: State, message: str) -> None:
+        with self._changed:
+            if job.ending:  # by the other thread, when the queue was closed
+                return
+            job.ending = True
         job.message = message
         self._tell(job, lambda: self._listener.ended(job, state))
         with self._changed:

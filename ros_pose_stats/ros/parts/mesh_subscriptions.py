@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -16,12 +19,19 @@ from ..messages.part_messages import request_of_mesh_bytes, request_of_part_byte
 from ..settings import Settings, mesh_topics
 from ..transport.overruns import SequenceGaps
 from .mesh_queue import MeshQueue
+from .part_builder import is_large
 from .part_requests import PartRequest, named
-from .part_store import KnownPart
 from .result_store import ResultStore
 
 DEPTH = 100
 """Messages that wait in the middleware."""
+
+
+def failed(error: Exception) -> Future[Any]:
+    """A future that has failed."""
+    future: Future[Any] = Future()
+    future.set_exception(error)
+    return future
 
 
 class MeshSubscriptions:
@@ -45,15 +55,14 @@ class MeshSubscriptions:
     def _subscribe(self, kind: type, topic: str, read: Callable[[bytes], PartRequest]) -> None:
         """Plain and latched publishers both arrive; a copy is ignored later."""
         def on_mesh(data: bytes) -> None:
-            source = [topic]
-
-            def take_part() -> KnownPart:
+            try:
                 request = read(data)
-                source[0] += named(request.part_id)
-                return self._results.take_part(request)
-
-            self._refusals.watch_mesh(lambda: source[0],
-                                      self._mesh_queue.put(take_part, len(data)))
+            except Exception as error:  # a refusal, or a failure that is told like one
+                self._refusals.watch_mesh(lambda: topic, failed(error))
+                return
+            coming = self._mesh_queue.put(partial(self._results.take_part, request), len(data),
+                                          request.part_id, is_large(request))
+            self._refusals.watch_mesh(lambda: topic + named(request.part_id), coming)
 
         gaps = SequenceGaps()
 

@@ -19,6 +19,7 @@ from ..messages.part_messages import part_message
 from ..messages.times import now
 from ..recorder import PART_MESH, Recorder
 from .memory import Memory
+from .part_builder import NotBuiltError
 from .part_requests import PartRequest, part_of, shown
 
 T = TypeVar("T")
@@ -116,11 +117,17 @@ class PartStore:
     recorder : Recorder
     on_forgotten : callable
         Told the id of a part that made room or was forgotten.
+
+    Attributes
+    ----------
+    build : callable
+        Makes a `Part` of a `PartRequest`.
     """
 
     def __init__(self, recorder: Recorder, on_forgotten: Callable[[str], object]) -> None:
         self._recorder = recorder
         self._on_forgotten = on_forgotten
+        self.build: Callable[[PartRequest], Part] = part_of
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
@@ -165,7 +172,9 @@ class PartStore:
         part = self._built.get(key)
         if part is None:
             try:
-                part = part_of(request)
+                part = self.build(request)
+            except NotBuiltError:  # the mesh may be good
+                raise
             except PoseStatsError as found:
                 self._refused.put(key, found)
                 raise

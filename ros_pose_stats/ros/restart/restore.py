@@ -15,6 +15,7 @@ from ..diagnostics import Refusals
 from ..jobs import Job, JobRequest, Jobs, State
 from ..jobs.job_reports import job_event
 from ..parts.mesh_queue import MeshQueue
+from ..parts.part_builder import is_large
 from ..parts.part_requests import plain
 from ..parts.part_store import KnownPart
 from ..parts.result_store import ResultStore
@@ -60,6 +61,7 @@ def restore_parts(run: LastRun, results: ResultStore, mesh_queue: MeshQueue,
     coming = []
     for part_id, request in run.parts.items():
         last = results.take_over_part(request, run.results.get(part_id))
-        coming.append(mesh_queue.put_later(partial(results.take_part, request, last)))
+        coming.append(mesh_queue.put_later(partial(results.take_part, request, last),
+                                           is_large(request)))
         refusals.watch_mesh(lambda: "restored part", coming[-1])
     return coming

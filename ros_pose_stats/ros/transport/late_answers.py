@@ -13,6 +13,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -22,6 +23,8 @@ from rclpy.action import ActionServer
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.service import Service
+
+from .turns import Turns
 
 PAUSES = (0.1, 0.4, 1.6, 5.0)
 """Seconds before each further attempt to reach a client, the last one again and again.
@@ -282,19 +285,68 @@ class PatientNode(Node):
     Attributes
     ----------
     late_answers : LateAnswers
+    turns : Turns
+        Of the clients of services that answer in turn.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         self.late_answers = LateAnswers(lambda line: self.get_logger().warning(line))
+        self.turns = Turns(lambda line: self.get_logger().error(line))
         super().__init__(name, **options)
 
-    def create_service(self, *arguments: Any, **options: Any) -> Service:
-        """Make a service whose answers reach clients that are still being discovered."""
-        service = super().create_service(*arguments, **options)
+    def create_service(self, kind: Any, name: str, callback: Callable[..., Any], *,
+                       in_turn: Callable[[Any], bool] | None = None, **options: Any) -> Service:
+        """Make a service whose answers reach clients that are still being discovered.
+
+        Parameters
+        ----------
+        kind, name, callback, **options
+            As rclpy takes them; the callback may also return a `concurrent.futures.Future` of
+            its answer.
+        in_turn : callable, optional
+            Whether a request may wait for its client's turn; it must hold on to little.
+        """
+        service: Service = super().create_service(
+            kind, name, callback if in_turn is None else _Taken, **options)
         send = service.send_response
-        service.send_response = lambda response, header: self.late_answers.send(
-            service.srv_name, number_of(header), partial(send, response, header))
+
+        def send_now(response: Any, header: Any) -> None:
+            self.late_answers.send(service.srv_name, number_of(header),
+                                   partial(send, response, header))
+
+        def send_response(response: Any, header: Any) -> None:
+            if isinstance(response, Future):  # no thread waits until the answer is there
+                response.add_done_callback(lambda done: send_now(done.result(), header))
+            else:
+                send_now(response, header)
+
+        def answer(request: Any, header: Any) -> None:
+            send_response(callback(request, kind.Response()), header)
+
+        def take_turns(taken: _Taken, header: Any) -> None:
+            """Put a request that the executor took, and all that wait behind it."""
+            request: Any = taken.request
+            while header is not None:
+                if in_turn is not None and in_turn(request) and self.turns.has_room():
+                    self.turns.put(number_of(header), partial(answer, request, header))
+                else:
+                    answer(request, header)
+                try:
+                    with service.handle:
+                        request, header = service.handle.service_take_request(kind.Request)
+                except InvalidHandle:  # the service has ended, and the node with it
+                    return
+
+        service.send_response = send_response if in_turn is None else take_turns
         return service
+
+
+@dataclass(slots=True, eq=False)
+class _Taken:
+    """A request that waits for its turn, in place of its answer."""
+
+    request: Any
+    response: Any
 
 
 class PatientActionServer(ActionServer):

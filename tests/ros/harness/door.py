@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from concurrent.futures import Future
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs import srv
@@ -21,6 +22,7 @@ from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.services import Services
 from ros_pose_stats.ros.settings import settings_of
 
+from .node import PATIENCE
 from .quiet import FakeRecorder, fake_node, quiet_results
 
 SERVICES = {
@@ -97,6 +99,8 @@ class Door:
     def _answer(self, kind, request):
         answer_type, name = SERVICES[kind]
         response = getattr(self._services, name)(request, answer_type())
+        if isinstance(response, Future):
+            response = response.result(PATIENCE)
         assert serialize_message(response)
         assert response.success or response.message
         assert_line(response.message)

@@ -52,6 +52,24 @@ class TestCancel:
         with queue_of(monkeypatch, Listener()) as (jobs, _):
             assert jobs.cancel("none", "no more") is None
 
+    def test_close_waits_for_no_run_that_does_not_listen(self, monkeypatch):
+        monkeypatch.setattr("ros_pose_stats.ros.jobs.queue.LAST_SECONDS", 0.1)
+        leave = threading.Event()
+        with queue_of(monkeypatch, listener := Listener()) as (jobs, simulation):
+            def deaf(*args, should_stop, **kwargs):
+                assert leave.wait(60.0)
+                return simulation(*args, should_stop=should_stop, **kwargs)
+
+            monkeypatch.setattr("ros_pose_stats.ros.jobs.run.simulate", deaf)
+            job = submit(jobs)
+            until(lambda: job.state == State.RUNNING)
+            assert not jobs.close("the node ended")
+            assert (job.state, job.message) == (State.CANCELLED, "the node ended")
+            leave.set()
+            jobs._thread.join(60.0)
+            assert jobs.close("again")
+        assert listener.of(job) == ["queued", "started", "CANCELLED", "told"]
+
     def test_close_cancels_all(self, monkeypatch):
         with queue_of(monkeypatch, Listener()) as (jobs, _):
             sent = [submit(jobs, seed=seed, refinement=seed > 3) for seed in range(1, 7)]

@@ -22,9 +22,9 @@ def queue():
 class Gate:
     """A task that holds up the queue until the test opens it."""
 
-    def __init__(self, queue):
+    def __init__(self, queue, **options):
         self.entered, self._opened = threading.Event(), threading.Event()
-        self.future = queue.put(self._wait, 0)
+        self.future = queue.put(self._wait, 0, **options)
 
     def _wait(self):
         self.entered.set()
@@ -46,11 +46,17 @@ def blocked_put(queue, size):
     return done
 
 
+def started_gate(queue, **options):
+    """A gate in a queue that has begun to work."""
+    queue.start()
+    found = Gate(queue, **options)
+    assert found.entered.wait(PATIENCE)
+    return found
+
+
 @pytest.fixture
 def gate(queue):
-    queue.start()
-    found = Gate(queue)
-    assert found.entered.wait(PATIENCE)
+    found = started_gate(queue)
     yield found
     found.open()
 
@@ -73,6 +79,47 @@ class TestOrder:
         for future in futures:
             future.result(PATIENCE)
         assert done == ["request", "mesh", "mesh 2", "later"]
+
+
+class TestLanes:
+    def test_a_large_mesh_holds_up_no_small_one(self, queue):
+        slow = started_gate(queue, large=True)
+        assert queue.put(lambda: 1, 1).result(PATIENCE) == 1
+        assert queue.put_first(lambda: 2).result(PATIENCE) == 2
+        behind = queue.put(lambda: 3, 1, large=True)
+        assert not behind.done()
+        slow.open()
+        assert behind.result(PATIENCE) == 3
+
+    def test_a_small_mesh_after_a_large_one_of_its_name(self, queue):
+        slow = started_gate(queue, large=True, part_id="a")
+        later = queue.put(lambda: 1, 1, "a")
+        urgent = queue.put_first(lambda: 2, 1, "a")
+        assert queue.put(lambda: 3, 1, "b").result(PATIENCE) == 3
+        assert not later.done() and not urgent.done()
+        slow.open()
+        assert later.result(PATIENCE) == 1
+        assert urgent.result(PATIENCE) == 2
+        assert queue.put(lambda: 4, 1, "a").result(PATIENCE) == 4
+
+    def test_a_large_mesh_after_a_small_one_of_its_name(self, queue):
+        quick = started_gate(queue, part_id="a")
+        later = queue.put(lambda: 1, 1, "a", large=True)
+        urgent = queue.put_first(lambda: 2, 1, "a", large=True)
+        with pytest.raises(TimeoutError):
+            urgent.result(0.1)
+        quick.open()
+        assert later.result(PATIENCE) == 1
+        assert urgent.result(PATIENCE) == 2
+
+    def test_too_many_large_ones_are_refused(self, queue):
+        slow = started_gate(queue, large=True)
+        queue.put(lambda: None, 600, large=True)
+        refused = queue.put(lambda: None, 600, large=True)
+        with pytest.raises(PoseStatsError, match="large meshes"):
+            refused.result(PATIENCE)
+        assert queue.put(lambda: 1, 600).result(PATIENCE) == 1
+        slow.open()
 
 
 class TestBounds:
@@ -113,6 +160,11 @@ class TestClose:
         closing.join(PATIENCE)
         assert all(future.cancelled() for future in waiting)
         assert gate.future.result(PATIENCE) is None
+
+    def test_nobody_waits_for_what_takes_long(self, queue, gate):
+        assert not queue.close()
+        assert gate.future.cancelled()
+        gate.open()
 
     def test_nothing_is_taken_in_afterwards(self, queue):
         queue.start()

@@ -1,0 +1,193 @@
+"""Builds parts: small ones here, large ones in a process that can be stopped."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from typing import Any
+
+from ...errors import MeshError, PoseStatsError, RequestError
+from ...records import Part
+from .building_process import BuildRequest, main
+from .part_requests import PartRequest, part_of
+
+LARGE_TRIANGLES = 5000
+"""A mesh with more of them may take longer than others should wait."""
+
+CORNERS = 3
+"""Vertices a triangle where each has its own."""
+
+BUDGET_SECONDS = 60.0
+"""For one mesh."""
+
+IDLE_SECONDS = 60.0
+"""After which the process gives its memory back by ending."""
+
+
+class NotBuiltError(RequestError):
+    """A part that was not built for a reason that is not the mesh's."""
+
+
+def is_large(request: PartRequest | Part) -> bool:
+    """Whether a mesh may take longer than others should wait."""
+    return (len(request.triangles) > LARGE_TRIANGLES
+            or len(request.vertices) > CORNERS * LARGE_TRIANGLES)
+
+
+class BuildingProcess:
+    """A process that builds one part after the other; see `building_process`.
+
+    Starting it returns once it can work.
+    """
+
+    def __init__(self) -> None:
+        program = (f"import sys; sys.path[:] = {sys.path!r}; "
+                   f"from {main.__module__} import main; main()")
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            start_new_session=True)  # whoever interrupts the node ends it, and this with it
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self._requests, self._answers = self.process.stdin, self.process.stdout
+
+    def wait_until_ready(self) -> None:
+        """Wait until it can work: kernels are loaded, or even compiled, before.
+
+        Raises
+        ------
+        EOFError
+            If it has ended.
+        """
+        pickle.load(self._answers)
+
+    def ask(self, asked: BuildRequest) -> Any:
+        """What it answers.
+
+        Raises
+        ------
+        EOFError, BrokenPipeError, UnpicklingError
+            If it has ended.
+        """
+        pickle.dump(asked, self._requests, pickle.HIGHEST_PROTOCOL)
+        self._requests.flush()
+        return pickle.load(self._answers)
+
+    def end(self) -> int:
+        """End it at once; its exit status."""
+        self.process.kill()
+        return self.process.wait()
+
+    def close(self) -> None:
+        """End it and let go of its pipes."""
+        self.end()
+        self._answers.close()
+        with suppress(BrokenPipeError):  # of a request that it did not read to its end
+            self._requests.close()
+
+
+class PartBuilder:
+    """Builds parts one at a time, each large one within `BUDGET_SECONDS`."""
+
+    def __init__(self) -> None:
+        self._turn = threading.Lock()
+        self._process: BuildingProcess | None = None
+        self._idle: threading.Timer | None = None
+        self._closed = threading.Event()
+
+    def build(self, request: PartRequest, cluster_tolerance: float) -> Part:
+        """Build a part; a large one with its poses.
+
+        Raises
+        ------
+        PoseStatsError
+            With one line that says what is wrong.
+        """
+        if not is_large(request):
+            return part_of(request)
+        with self._turn:
+            found = self._built(request, cluster_tolerance)
+        if isinstance(found, PoseStatsError):
+            raise found
+        if isinstance(found, str):
+            raise RuntimeError(found)
+        part: Part = found.part
+        part.keep_all(found.prepared)
+        return part
+
+    def _built(self, request: PartRequest, cluster_tolerance: float) -> Any:
+        begin, late = time.monotonic(), threading.Event()
+        try:
+            process = self._running()
+            begin = time.monotonic()
+            guard = threading.Timer(BUDGET_SECONDS, self._stop, (process, late))
+            guard.daemon = True
+            guard.start()
+            try:
+                return process.ask(BuildRequest(request, cluster_tolerance))
+            finally:
+                guard.cancel()
+                self._rest(process)
+        except (EOFError, BrokenPipeError, pickle.UnpicklingError) as error:
+            status = self._drop()
+            if late.is_set():
+                return MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
+                                 f"{len(request.triangles)} triangles", "decimate it")
+            raise self._not_built(status, time.monotonic() - begin) from error
+
+    @staticmethod
+    def _stop(process: BuildingProcess, late: threading.Event) -> None:
+        late.set()
+        process.end()
+
+    def _not_built(self, status: int | None, seconds: float) -> NotBuiltError:
+        if self._closed.is_set():
+            return NotBuiltError("a running node", "one that is ending", "start it again")
+        return NotBuiltError("a process that builds the part to its end",
+                             f"one that ended with status {status} after {seconds:.1f} s",
+                             "send the mesh again; decimate it if memory is short")
+
+    def _running(self) -> BuildingProcess:
+        """The process, started anew where there is none."""
+        if self._idle is not None:
+            self._idle.cancel()
+            self._idle = None
+        if self._process is not None and self._process.process.poll() is not None:
+            self._drop()
+        if self._closed.is_set():
+            raise EOFError
+        if self._process is None:
+            self._process = BuildingProcess()
+            if self._closed.is_set():  # meanwhile
+                self._process.end()
+            self._process.wait_until_ready()
+        return self._process
+
+    def _rest(self, process: BuildingProcess) -> None:
+        """Have the process end once it has not been used for a while."""
+        def end() -> None:
+            with self._turn:
+                if self._idle is idle and self._process is process:
+                    self._drop()
+
+        idle = self._idle = threading.Timer(IDLE_SECONDS, end)
+        idle.daemon = True
+        idle.start()
+
+    def _drop(self) -> int | None:
+        """End the process; its status, None where there is none."""
+        process, self._process = self._process, None
+        if process is None:
+            return None
+        process.close()
+        return process.process.returncode
+
+    def close(self) -> None:
+        """End the process, whatever it computes."""
+        self._closed.set()
+        process = self._process
+        if process is not None:
+            process.end()

@@ -1,0 +1,86 @@
+"""While a large mesh is checked, others are served; a real node."""
+
+from __future__ import annotations
+
+import pytest
+
+from ..harness.cell import Health, MeshPublisher, cell_of, latched
+from ..harness.client import until, wait_for
+from ..harness.parts import WEDGE, flat, library_part, new_id
+from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill
+
+SLOW = ellipsoid(120_000)
+
+
+@pytest.fixture(scope="module")
+def started(domain, tmp_path_factory):
+    with cell_of(domain, tmp_path_factory.mktemp("bags"), "slow") as cell:
+        yield cell
+
+
+@pytest.fixture
+def node(started):
+    yield started[0]
+    started[0].assert_sound()
+
+
+@pytest.fixture
+def client(started):
+    return started[1]
+
+
+@pytest.fixture
+def publisher(client):
+    return MeshPublisher(client).matched()
+
+
+def is_known(client, part_id):
+    return client.call("get_statistics", part_id=part_id).success
+
+
+class TestOthers:
+    def test_small_meshes_and_known_parts_do_not_wait(self, node, client, publisher):
+        known, slow, small, published = (new_id() for _ in range(4))
+        client.good("estimate", part=flat(WEDGE, known))
+        asked = client.send("estimate", part=flat(SLOW, slow))
+        builder_at_work(node.process.pid)
+        client.good("estimate", part_id=known, restitution=0.3)
+        client.good("estimate", part=flat(WEDGE, small))
+        publisher.publish(flat(WEDGE, published))
+        latched(client, published)
+        assert not asked.done()
+        assert wait_for(asked).success
+        client.good("estimate", part_id=slow, restitution=0.3)
+
+    def test_of_one_name_the_later_mesh_wins(self, client, publisher):
+        part_id, other = new_id(), new_id()
+        publisher.publish(flat(SLOW, part_id), flat(WEDGE, part_id), flat(WEDGE, other))
+        latched(client, other)
+        assert not is_known(client, part_id)
+        last = library_part(WEDGE).digest
+        until(lambda: latched(client, part_id).part_digest == last)
+
+
+class TestTheProcess:
+    def test_killed_in_the_middle(self, node, client, publisher):
+        first, again, published = (new_id() for _ in range(3))
+        asked = client.send("estimate", part=flat(SLOW, first))
+        kill(builder_at_work(node.process.pid))
+        answer = wait_for(asked)
+        assert not answer.success
+        assert "send the mesh again" in answer.message
+        publisher.publish(flat(SLOW, published))
+        process = builder_at_work(node.process.pid)
+        kill(process)
+        Health(client).line("parts", lambda line, _: f"part '{published}'" in line.message
+                            and "send the mesh again" in line.message)
+        client.good("estimate", part=flat(SLOW, again))
+
+    def test_gone_with_a_node_that_is_killed(self, node_of, client_of):
+        node = node_of().ready()
+        client = client_of()
+        asked = client.send("estimate", part=flat(SLOW, "slow"))
+        process = builder_at_work(node.process.pid)
+        assert not asked.done()
+        node.kill()
+        assert until(lambda: is_gone(process))
