@@ -96,6 +96,21 @@ class TestAtWork:
         assert is_gone(process)
         assert len(recorded(node.log_directory, "part_mesh")) == 1
 
+    @pytest.mark.long
+    def test_while_the_node_itself_computes(self, node_of, client_of):
+        node = node_of().ready()
+        client = client_of()
+        client.good("estimate", part=flat(ellipsoid(300_000), "long"))
+        assert client.set(cluster_tolerance=0.011) == {}
+        asked = client.send("estimate", part_id="long")
+        time.sleep(0.5)
+        assert not asked.done(), "too quick for this test"
+        begin = time.monotonic()
+        node.stop(signal.SIGTERM)
+        assert time.monotonic() - begin < QUICK_END
+        assert "a running node" in wait_for(asked).message
+        assert len(recorded(node.log_directory, "part_mesh")) == 1
+
     def test_a_refinement_and_a_client_in_the_queue(self, node_of, client_of):
         node = node_of(refine_drops=LONG).ready()
         client = client_of()
