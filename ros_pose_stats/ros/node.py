@@ -23,8 +23,10 @@ from .parts.result_store import ResultStore
 from .pose_counts import subscribe_to_counts
 from .recorder import Recorder
 from .requests import Requests
-from .restart.last_run import bags_to_restore, last_run
-from .restart.restore import end_unfinished_jobs, restore_parts
+from .restart.earlier_runs import earlier_runs
+from .restart.handover import Handover, RunsInUse
+from .restart.last_run import last_run
+from .restart.restore import end_unfinished_jobs, parts_to_restore, restore_parts
 from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
@@ -58,7 +60,7 @@ class PoseStatsNode(PatientNode):
             request, self._settings().cluster_tolerance)
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
-        self.recorder.on_gap = lambda: self.mesh_queue.put_later(self.results.record_again)
+        self.recorder.on_gap = lambda: self.mesh_queue.put_later(self._record_again)
         self.refusals = Refusals(log.warning)
         self.reports = JobReports(self.results, self.recorder, log.info)
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
@@ -97,19 +99,32 @@ class PoseStatsNode(PatientNode):
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
-        """Go on with what the last run left, and mend its bag once all of that is on record."""
-        log = self.get_logger()
-        run = last_run(bags_to_restore(settings.directory(), self.get_fully_qualified_name()))
+        """Go on with what earlier runs left, and mend their bags once that is on record."""
+        log, folder = self.get_logger(), settings.directory()
+        earlier = earlier_runs(folder, self.get_fully_qualified_name())
+        run = last_run(earlier.bags, settings.max_parts)
         for bag, problem in run.problems.items():
             log.warning(f"not all of {bag.name} could be read: {problem}")
-        end_unfinished_jobs(run, settings, self.jobs, self.recorder, log.warning)
-        coming: list[Future[KnownPart]] = []
-        if settings.restore and run.parts:
-            coming = restore_parts(run, self.results, self.mesh_queue, self.refusals)
-            log.info(f"restoring {len(run.parts)} parts of the last run")
-        self.recorder.sync()
+        records = end_unfinished_jobs(run, settings, self.jobs, log.warning)
+        parts = parts_to_restore(run, self.results) if settings.restore else []
+        self.handover = Handover(self.recorder, earlier, [
+            *records, *(record for part in parts for record in part.records())])
+        self.recorder.before_record = self.handover.settle
+        self.recorder.log.keep_runs(RunsInUse(self.handover, self.results, self.mesh_queue))
+        coming = restore_parts(parts, folder, self.results, self.mesh_queue, self.refusals)
+        if parts:
+            log.info(f"restoring {len(parts)} parts of the last run")
+        if records or run.problems or not earlier.settled or any(one.changed for one in parts):
+            self.handover.settle()
         self.recorder.mend_bags()
         return coming
+
+    def _record_again(self) -> None:
+        """Put all that is known on record, after a gap in it."""
+        lost = self.recorder.lost
+        self.results.record_again()
+        if self.recorder.lost == lost:
+            self.handover.repeat()
 
     def restored(self, timeout: float) -> bool:
         """Wait for the parts of the last run; whether they are all there."""

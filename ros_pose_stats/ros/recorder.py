@@ -67,6 +67,8 @@ class Recorder:
     on_gap : callable
         Called when something may be missing in the bag that goes on: after recording has
         failed, or when the bag was deleted and a new one begun.
+    before_record : callable
+        Puts on record what has to be there before anything else; whether it is.
     """
 
     def __init__(self, settings: Settings, node: str, say: Callable[[str], object]) -> None:
@@ -75,6 +77,7 @@ class Recorder:
                           max_log_bytes=settings.max_log_bytes, node=node)
         self._say = say
         self.on_gap: Callable[[], object] = lambda: None
+        self.before_record: Callable[[], bool] = lambda: True
         self._bags_lost = 0
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
@@ -92,6 +95,8 @@ class Recorder:
         bool
             False if it could not be written; `problem` says why.
         """
+        if not self.before_record():
+            return False
         written = self._attempt(partial(self.log.write, topic, data, durable=durable))
         if written:
             self._note("")

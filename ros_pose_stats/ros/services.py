@@ -163,10 +163,9 @@ class Services:
     @refusing
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
-        known = self._results.parts.known(request.part_id)
+        self._results.parts.known(request.part_id)
         self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
         self._results.parts.forget(request.part_id)
-        self._reports.record_forgotten(known.part)
 
     @refusing
     def get(self, request: Any, response: Any) -> None:

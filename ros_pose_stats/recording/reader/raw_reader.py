@@ -41,6 +41,10 @@ class RawMessage:
         Definition of the type, as the bag has it.
     node : str
         Name of the node that recorded it; empty in bags of other tools.
+    file : str
+        Name of the file that it is in.
+    offset : int
+        Where in the file its record begins; -1 where that is in a chunk.
     """
 
     topic: str
@@ -49,6 +53,8 @@ class RawMessage:
     log_time: int
     definition: str
     node: str = ""
+    file: str = ""
+    offset: int = -1
 
 
 @dataclass(frozen=True)
@@ -138,7 +144,8 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
                 describe(one)
             elif one.channel_id in channels:
                 topic, type_name, definition, node = channels[one.channel_id]
-                yield RawMessage(topic, type_name, one.data, one.log_time, definition, node)
+                yield RawMessage(topic, type_name, one.data, one.log_time, definition, node,
+                                 path.name, -1 if one is not record else frame.start)
             else:
                 damaged(frame.start, frame.end, f"no channel {one.channel_id}")
 

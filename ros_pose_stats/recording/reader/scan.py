@@ -72,7 +72,7 @@ class Frame:
         return None if read is None else read(ReadDataStream(BytesIO(self.body)))
 
 
-def frames(file: BinaryIO, on_damage: OnDamage) -> Iterator[Frame]:
+def frames(file: BinaryIO, on_damage: OnDamage, begin: int = 0) -> Iterator[Frame]:
     """All whole records of a file in order, up to the footer.
 
     Damage is passed over where a checksum record behind it shows where to go on; otherwise it
@@ -84,10 +84,14 @@ def frames(file: BinaryIO, on_damage: OnDamage) -> Iterator[Frame]:
         Seekable. It may grow meanwhile; what is there now is read.
     on_damage : callable
         Told what is passed over.
+    begin : int
+        Where to look for the first one; a checksum record shows it.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     position = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
+    if begin > position:
+        position = _next_checked(file, begin, size)
     while position < size:
         frame = _frame(file, position, size) if position else None
         if frame is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -36,6 +37,8 @@ class SpaceBound:
     exceeded : bool
         Whether there was too much at the last look, and nothing that may be deleted: this run,
         runs of living nodes, unfinished runs, and runs with files of somebody else in them.
+    in_use : callable
+        Whether a run holds what this one does not have yet; then it stays until it does.
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
@@ -43,6 +46,7 @@ class SpaceBound:
         self.exceeded = False
         self._log_directory = log_directory
         self._limit = limit
+        self.in_use: Callable[[Path], bool] = lambda run: False
         self._others = 0
         self._next_scan = 0.0
 
@@ -74,7 +78,7 @@ class SpaceBound:
         for run, size in sizes.items():
             if self._others + own_bytes <= self._limit:
                 break
-            if delete_run(run):
+            if not self.in_use(run) and delete_run(run):
                 self._others -= size
                 self.deleted.append(run)
         self.exceeded = self._others + own_bytes > self._limit

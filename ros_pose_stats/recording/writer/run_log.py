@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..repair.removal import SpaceBound
@@ -130,6 +130,10 @@ class RunLog:
                 file.sync(file.written)
         except OSError as error:
             raise RecordingError(self.directory, error) from error
+
+    def keep_runs(self, in_use: Callable[[Path], bool]) -> None:
+        """Have runs asked for before they are deleted to make room, by their directories."""
+        self._space.in_use = in_use
 
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.

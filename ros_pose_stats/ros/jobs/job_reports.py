@@ -10,7 +10,6 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
-from ...records import Part
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
@@ -117,13 +116,6 @@ class JobReports:
     def told(self, job: Job) -> None:
         """Tell the goals."""
         self.on_end(job)
-
-    def record_forgotten(self, part: Part) -> None:
-        """Put on record that a client had a part forgotten."""
-        event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part.part_id,
-                         part_digest=part.digest)
-        event.header.stamp = time_message(now())
-        self._record(event, durable=True)
 
     def _recorded_answer(self, job: Job) -> PoseStatistics | None:
         """The message of what a job has done; it is durable once the job's end is."""

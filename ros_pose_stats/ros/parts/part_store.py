@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import DropScene, Part
 from ...records.part import array_bytes, digest_name
-from ..messages.part_messages import part_message
-from ..messages.times import now
-from ..recorder import PART_MESH, Recorder
+from ..messages.times import now, time_message
+from ..recorder import JOB_EVENTS, Recorder
 from .memory import Memory
+from .mesh_record import MeshRecord
 from .part_builder import NotBuiltError
 from .part_requests import PartRequest, part_of, shown
 
@@ -29,9 +29,6 @@ REFUSED = 1024
 
 BUILT_BYTES = 64 * 2**20
 """Of parts kept after another mesh of the same name has come: the first may come again."""
-
-RECORDED = 4096
-"""Meshes that are known to be in the bag."""
 
 NUMBERED = 1024
 """Forgotten parts whose revisions go on where they come again."""
@@ -122,6 +119,8 @@ class PartStore:
     ----------
     build : callable
         Makes a `Part` of a `PartRequest`.
+    meshes : MeshRecord
+        Which of their meshes are on record.
     """
 
     def __init__(self, recorder: Recorder, on_forgotten: Callable[[str], object]) -> None:
@@ -133,7 +132,7 @@ class PartStore:
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         self._built: Memory[tuple[str, bytes], Part] = Memory(
             BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
-        self._recorded: Memory[tuple[str, str], tuple[float, float]] = Memory(RECORDED)
+        self.meshes = MeshRecord(recorder)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def resolve(self, request: PartRequest) -> tuple[KnownPart, bool]:
@@ -199,29 +198,11 @@ class PartStore:
                             f"{len(known.part.triangles)} triangles",
                             "decimate the mesh, or raise the parameter")
         with known.revisions.lock:
-            self.record(known)
+            self.meshes.record(known)
             with self._lock:
                 self._parts.pop(known.part.part_id, None)
                 self._parts[known.part.part_id] = known
         self.shrink(most, most_bytes)
-
-    def record(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, unless it is there with the same scene of its own."""
-        if known.request is not None:
-            self.record_mesh(known.request, known.part.part_id, known.part.digest)
-
-    def record_mesh(self, request: PartRequest, part_id: str, digest: str) -> None:
-        """Put a mesh on record under its final name, unless it is there."""
-        key, override = (part_id, digest), (request.restitution, request.drop_height)
-        if self._recorded.get(key) == override:
-            return
-        message = part_message(request, part_id, request.stamp or now())
-        if self._recorder.record(PART_MESH, serialize_message(message)):
-            self._recorded.put(key, override)
-
-    def distrust_record(self) -> None:
-        """Count no mesh as recorded any more, for the bag may have a gap."""
-        self._recorded.clear()
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""
@@ -267,25 +248,38 @@ class PartStore:
         RequestError
             If it is not known.
         """
-        self.known(part_id)
-        with self._lock:
-            known = self._parts.pop(part_id, None)
-        if known is not None:
-            self._let_go(known)
+        self._let_go(self.known(part_id), durable=True)
 
     def shrink(self, most: int, most_bytes: int) -> None:
         """Forget the least recently used ones beyond `most` parts and bytes; one is kept."""
-        too_many = []
+        while (oldest := self._oldest_beyond(most, most_bytes)) is not None:
+            self._let_go(oldest, durable=False)
+
+    def _oldest_beyond(self, most: int, most_bytes: int) -> KnownPart | None:
         with self._lock:
             total = sum(known.size for known in self._parts.values())
-            while len(self._parts) > max(1, most) or (total > most_bytes and len(self._parts) > 1):
-                too_many.append(self._parts.popitem(last=False)[1])
-                total -= too_many[-1].size
-        for forgotten in too_many:
-            self._let_go(forgotten)
+            too_many = len(self._parts) > most or total > most_bytes
+            return next(iter(self._parts.values())) if too_many and len(self._parts) > 1 else None
 
-    def _let_go(self, known: KnownPart) -> None:
-        with known.revisions.lock:  # what is being latched is withdrawn afterwards
-            self._on_forgotten(known.part.part_id)
+    def record_forgotten(self, part_id: str, digest: str, *, durable: bool = False) -> None:
+        """Put on record that a part is not known any more, so that no later run begins with it."""
+        event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=digest)
+        event.header.stamp = time_message(now())
+        self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)
+
+    def _let_go(self, known: KnownPart, *, durable: bool) -> None:
+        """Forget a part, unless another one has taken its place.
+
+        While its name is locked nothing is recorded of that: neither a result of it after the
+        word that it is forgotten, nor that word after the same part has come again.
+        """
+        part_id = known.part.part_id
+        with known.revisions.lock:
+            if self.current(part_id) is not known:
+                return
+            self.record_forgotten(part_id, known.part.digest, durable=durable)
+            self._on_forgotten(part_id)
             known.revisions.shown = known.revisions.newest
-            self._revisions.put(known.part.part_id, known.revisions)
+            self._revisions.put(part_id, known.revisions)
+            with self._lock:
+                self._parts.pop(part_id, None)

@@ -91,7 +91,8 @@ class ResultStore:
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def take_part(self, request: PartRequest, last: PoseStatistics | None = None) -> KnownPart:
+    def take_part(self, request: PartRequest, last: PoseStatistics | None = None, *,
+                  recorded: bool = False) -> KnownPart:
         """Make a received mesh a known part, estimated and latched.
 
         A copy of what is known is ignored; one that was refused is refused again at once.
@@ -101,6 +102,8 @@ class ResultStore:
         request : PartRequest
         last : PoseStatistics, optional
             What was latched for it in the last run.
+        recorded : bool
+            Whether that stands for this run too, if it holds.
 
         Raises
         ------
@@ -112,6 +115,8 @@ class ResultStore:
         scene = settings.scene((request.restitution, request.drop_height))
         known, new = self.parts.resolve(request)
         restored = self._restore_result(known, last, scene)
+        if recorded:
+            known.on_record = restored
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
             self.parts.put(known, settings.max_parts, settings.max_part_bytes)
@@ -121,47 +126,47 @@ class ResultStore:
             self.offer_results(known, scene, [restored])
         return known
 
-    def take_over_part(self, request: PartRequest,
-                       last: PoseStatistics | None) -> PoseStatistics | None:
-        """Put a part of the last run on record, with what was latched if that still holds.
+    def relabel(self, last: PoseStatistics) -> PoseStatistics:
+        """A result of the last run with the present names of plate and frame."""
+        return _labelled(last, self._settings())
 
-        Returns
-        -------
-        PoseStatistics or None
-            What was latched, for `take_part`, which makes the part known.
-        """
-        if last is None:
-            return None
-        last = _labelled(last, self._settings())
-        self.parts.record_mesh(request, request.part_id, last.part_digest)
+    def holds(self, last: PoseStatistics, override: tuple[float, float]) -> bool:
+        """Whether a result of the last run is one of the present scene of its part."""
         with suppress(PoseStatsError):  # of an override that holds no more
-            scene = self._settings().scene((request.restitution, request.drop_height))
-            if _still_true(last, scene):
-                self.announcer.record_result(last)
-        return last
+            return _still_true(last, self._settings().scene(override))
+        return False
 
     def _restore_result(self, known: KnownPart, last: PoseStatistics | None,
                         scene: DropScene) -> PoseStatistics | None:
-        """Remember a result of the last run, which is on record already, if it still holds."""
+        """Remember a result of the last run, if it still holds."""
         if last is None:
             return None
         with known.revisions.lock:
             known.revisions.newest = max(known.revisions.newest, last.revision)
         if last.part_digest != known.part.digest or not _still_true(last, scene):
             return None
-        known.on_record = last
         if not last.drops:
             self._results.put(self._key(last.method, known, scene), last)
         return last
 
-    def record_again(self) -> None:
-        """Put all parts and what is latched for them on record, after a gap in it."""
-        self.parts.distrust_record()
+    def record_again(self, run: str | None = None) -> None:
+        """Put all parts and what is latched for them on record, after a gap in it.
+
+        Parameters
+        ----------
+        run : str, optional
+            Only parts whose mesh lies in the bag of this earlier run, which then may go.
+        """
+        meshes = self.parts.meshes
+        meshes.distrust(run)
         for known in self.parts.all():
             with known.revisions.lock:
-                self.parts.record(known)
+                if meshes.holds(known):
+                    continue
+                meshes.record(known)
                 if known.latched is not None:
                     self.announcer.record_result(known.latched)
+        meshes.leave_run(run, self.parts.all())
 
     def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""

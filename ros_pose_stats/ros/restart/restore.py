@@ -2,39 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
-from ...errors import RequestError
+from ...errors import PoseStatsError, RequestError
 from ...records import Part
 from ..diagnostics import Refusals
 from ..jobs import Job, JobRequest, Jobs, State
 from ..jobs.job_reports import job_event
+from ..messages.part_messages import request_of_part_bytes
+from ..messages.times import now, time_message
 from ..parts.mesh_queue import MeshQueue
-from ..parts.part_builder import is_large
-from ..parts.part_requests import plain
+from ..parts.part_requests import named, plain
 from ..parts.part_store import KnownPart
 from ..parts.result_store import ResultStore
-from ..recorder import JOB_EVENTS, Recorder
+from ..recorder import JOB_EVENTS, POSE_STATISTICS
 from ..settings import Settings
-from .last_run import LastRun, scene_of
+from .current_meshes import RecordedMesh
+from .last_run import PART_RESTORED, LastRun, scene_of
+from .places import place_text, read_at
 
 INTERRUPTED = "the node ended before the simulation did"
 
 
-def end_unfinished_jobs(run: LastRun, settings: Settings, jobs: Jobs, recorder: Recorder,
-                        say: Callable[[str], object]) -> None:
-    """Put simulations that the last run did not end on record as cancelled, and say so."""
+def end_unfinished_jobs(run: LastRun, settings: Settings, jobs: Jobs,
+                        say: Callable[[str], object]) -> list[tuple[str, bytes]]:
+    """End simulations that the last run did not end as cancelled, and say so.
+
+    Returns
+    -------
+    list of (str, bytes)
+        What is to be recorded of that.
+    """
     interrupted = [_interrupted_job(event, settings) for event in run.unfinished.values()]
     for job in interrupted:
-        event = job_event(job, JobEvent.CANCELLED, job.message)
-        recorder.record(JOB_EVENTS, serialize_message(event), durable=True)
         say(f"{plain(job.job_id)}: CANCELLED: {job.message}")
     jobs.add_ended(interrupted)
+    return [(JOB_EVENTS, serialize_message(job_event(job, JobEvent.CANCELLED, job.message)))
+            for job in interrupted]
 
 
 def _interrupted_job(event: JobEvent, settings: Settings) -> Job:
@@ -49,19 +60,77 @@ def _interrupted_job(event: JobEvent, settings: Settings) -> Job:
     return job
 
 
-def restore_parts(run: LastRun, results: ResultStore, mesh_queue: MeshQueue,
-                  refusals: Refusals) -> list[Future[KnownPart]]:
-    """Put the parts of the last run on record, and begin to make them known.
+class RestoredPart(NamedTuple):
+    """A part of the last run on its way into this one.
 
-    Returns
-    -------
-    list of Future of KnownPart
-        On their way, with their results.
+    Attributes
+    ----------
+    part_id : str
+    mesh : RecordedMesh
+        Where its mesh lies.
+    last : PoseStatistics or None
+        What was latched for it, under the present names of plate and frame.
+    holds : bool
+        Whether that still is a result of this mesh in the present scene.
+    changed : bool
+        Whether something of it is not as it was recorded.
     """
-    coming = []
-    for part_id, request in run.parts.items():
-        last = results.take_over_part(request, run.results.get(part_id))
-        coming.append(mesh_queue.put_later(partial(results.take_part, request, last),
-                                           is_large(request)))
-        refusals.watch_mesh(lambda: "restored part", coming[-1])
-    return coming
+
+    part_id: str
+    mesh: RecordedMesh
+    last: PoseStatistics | None
+    holds: bool
+    changed: bool
+
+    def records(self) -> Iterator[tuple[str, bytes]]:
+        """What this run's bag has to say of it; the mesh itself stays where it is."""
+        event = JobEvent(event=PART_RESTORED, part_id=self.part_id, part_digest=self.mesh.digest,
+                         restitution=self.mesh.restitution, drop_height=self.mesh.drop_height,
+                         message=place_text(self.mesh.place))
+        event.header.stamp = time_message(now())
+        yield JOB_EVENTS, serialize_message(event)
+        if self.holds:
+            yield POSE_STATISTICS, serialize_message(self.last)
+
+
+def parts_to_restore(run: LastRun, results: ResultStore) -> list[RestoredPart]:
+    """The parts of the last run, with what still holds of their results."""
+    found = []
+    for part_id, mesh in run.parts.items():
+        recorded = run.results.get(part_id)
+        last = None if recorded is None else results.relabel(recorded)
+        holds = (last is not None and last.part_digest == mesh.digest
+                 and results.holds(last, (mesh.restitution, mesh.drop_height)))
+        found.append(RestoredPart(part_id, mesh, last, holds,
+                                  not holds or last is not recorded))
+    return found
+
+
+def restore_parts(coming: Sequence[RestoredPart], log_directory: Path, results: ResultStore,
+                  mesh_queue: MeshQueue, refusals: Refusals) -> list[Future[KnownPart]]:
+    """Begin to make the parts of the last run known; each mesh is read when its turn comes."""
+    futures = []
+    for part in coming:
+        mesh = part.mesh
+        if mesh.digest:
+            results.parts.meshes.count_as_recorded((part.part_id, mesh.digest), (
+                mesh.restitution, mesh.drop_height), mesh.place.run)
+        futures.append(mesh_queue.put_later(
+            partial(_restore_part, part, log_directory, results), large=True))  # it may be
+        refusals.watch_mesh(partial(_source, part.part_id), futures[-1])
+    return futures
+
+
+def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore) -> KnownPart:
+    """Make a part known; one that cannot be is not tried again by later runs."""
+    try:
+        request = request_of_part_bytes(read_at(log_directory, part.mesh.place))
+        return results.take_part(request, part.last, recorded=part.holds)
+    except PoseStatsError:
+        if results.parts.current(part.part_id) is None:
+            results.parts.record_forgotten(part.part_id, part.mesh.digest)
+        raise
+
+
+def _source(part_id: str) -> str:
+    return f"restored part{named(part_id)}"

@@ -20,6 +20,36 @@ WEDGE = shapes.hull_mesh(np.array([
 """A body with several stable poses and no symmetry, in metres."""
 
 
+def fine_box(triangles, length=0.04):
+    """A box whose six faces are grids: many triangles, eight corners of the hull.
+
+    Returns
+    -------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array
+        About as many as were asked for.
+    """
+    cells = max(1, round((triangles / 12) ** 0.5))
+    ticks = np.arange(cells + 1)
+    u, v = (grid.ravel() for grid in np.meshgrid(ticks, ticks, indexing="ij"))
+    faces = []
+    for axis in range(3):
+        for side in (0, cells):
+            corners = np.empty((len(u), 3), dtype=np.int64)
+            corners[:, axis] = side
+            corners[:, (axis + 1) % 3], corners[:, (axis + 2) % 3] = (u, v) if side else (v, u)
+            faces.append(corners)
+    points = np.concatenate(faces)
+    names = (points[:, 0] * (cells + 1) + points[:, 1]) * (cells + 1) + points[:, 2]
+    _, first, place = np.unique(names, return_index=True, return_inverse=True)
+    place = place.reshape(6, cells + 1, cells + 1)
+    a, b, c, d = place[:, :-1, :-1], place[:, 1:, :-1], place[:, 1:, 1:], place[:, :-1, 1:]
+    rows = np.concatenate([np.stack(one, -1).reshape(-1, 3) for one in ((a, b, c), (a, c, d))])
+    sides = np.array([1.0, 0.75, 0.5]) * length
+    return points[first] / cells * sides, rows.astype(np.uint32)
+
+
 def new_id():
     """A part_id that no other test uses."""
     return f"part_{next(NUMBERS)}"

@@ -21,6 +21,9 @@ class FakeRecorder:
         self.topics.append(topic)
         return bool(data)
 
+    def sync(self):
+        """Nothing is written."""
+
 
 def fake_node(failures):
     """A node whose topics nobody hears; what it logs as failures goes to a list."""

@@ -21,7 +21,7 @@ PLENTY = 10**9
 
 def known(name, size=0):
     mesh = np.zeros(size, dtype=np.uint8)
-    part = SimpleNamespace(part_id=name, triangles=mesh, view=mesh[1:])
+    part = SimpleNamespace(part_id=name, digest="", triangles=mesh, view=mesh[1:])
     return KnownPart(part, b"", (-1.0, -1.0))
 
 
@@ -129,10 +129,10 @@ def test_a_mesh_is_recorded_once_until_the_record_is_distrusted():
     assert is_new
     store.put(new, 10, PLENTY)
     assert store.resolve(request(TETRAHEDRON)) == (new, False)
-    store.record(new)
+    store.meshes.record(new)
     assert recorder.topics == ["/pose_stats/part_mesh"]
-    store.distrust_record()
-    store.record(new)
+    store.meshes.distrust()
+    store.meshes.record(new)
     assert recorder.topics == 2 * ["/pose_stats/part_mesh"]
 
 
@@ -145,3 +145,29 @@ def test_numbers_of_results_go_on_where_a_part_comes_again():
         assert new.revisions.next() == before + 1
     store.forget("part")
     assert store.resolve(request(3.0 * TETRAHEDRON))[0].revisions.shown == 3
+
+
+def test_what_makes_room_is_recorded_as_forgotten():
+    recorder = FakeRecorder()
+    store = PartStore(recorder, print)
+    for name in "abc":
+        store.put(known(name), 2)
+    assert recorder.topics == ["/pose_stats/job_events"]
+    store.shrink(1)
+    store.forget("c")
+    assert recorder.topics == 3 * ["/pose_stats/job_events"]
+
+
+def test_a_mesh_in_the_bag_of_an_earlier_run_is_not_recorded_until_that_goes():
+    recorder = FakeRecorder()
+    store = PartStore(recorder, print)
+    new, _ = store.resolve(request(TETRAHEDRON))
+    store.meshes.count_as_recorded(("part", new.part.digest), new.scene_override, "earlier")
+    store.put(new, 10)
+    assert recorder.topics == [] and store.meshes.needs_run("earlier")
+    store.meshes.distrust("earlier")
+    store.meshes.leave_run("earlier", store.all())
+    assert store.meshes.needs_run("earlier")  # it could not be recorded
+    store.meshes.record(new)
+    store.meshes.leave_run("earlier", store.all())
+    assert recorder.topics == ["/pose_stats/part_mesh"] and not store.meshes.needs_run("earlier")

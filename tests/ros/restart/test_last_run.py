@@ -8,8 +8,11 @@ from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.writer.run_log import RunLog
+from ros_pose_stats.ros.messages.part_messages import request_of_part_bytes
 from ros_pose_stats.ros.recorder import bag_types
-from ros_pose_stats.ros.restart.last_run import bags_to_restore, last_run
+from ros_pose_stats.ros.restart.earlier_runs import earlier_runs
+from ros_pose_stats.ros.restart.last_run import last_run
+from ros_pose_stats.ros.restart.places import read_at
 
 from ..harness.parts import WEDGE, flat
 
@@ -51,13 +54,18 @@ class Writing:
 
 
 def found(folder):
-    return last_run(bags_to_restore(folder, "/pose_stats"))
+    return last_run(earlier_runs(folder, "/pose_stats").bags, 1000)
 
 
-def factors(run):
+def vertices(folder, run, part_id):
+    """Of the mesh of a part, read where it lies."""
+    return request_of_part_bytes(read_at(folder, run.parts[part_id].place)).vertices
+
+
+def factors(folder, run):
     """The present mesh of each part, told by its size."""
-    return {part_id: round(float(request.vertices.max() / VERTICES.max()), 6)
-            for part_id, request in run.parts.items()}
+    return {part_id: round(float(vertices(folder, run, part_id).max() / VERTICES.max()), 6)
+            for part_id in run.parts}
 
 
 class TestMeshes:
@@ -69,7 +77,7 @@ class TestMeshes:
         for factor in (1.0, 2.0, 3.0):
             writing.part("part", factor)
         writing.end()
-        assert factors(found(tmp_path)) == {"part": 3.0}
+        assert factors(tmp_path, found(tmp_path)) == {"part": 3.0}
 
     def test_an_earlier_one_that_came_back(self, writing, tmp_path):
         for factor in (1.0, 2.0, 3.0):
@@ -78,7 +86,8 @@ class TestMeshes:
         writing.result("part", 2.0, 4)
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"other 1.0": 5.0, "other 2.0": 5.0, "other 3.0": 5.0, "part": 2.0}
+        assert factors(tmp_path, run) == {
+            "other 1.0": 5.0, "other 2.0": 5.0, "other 3.0": 5.0, "part": 2.0}
         assert list(run.parts)[-1] == "part"
         assert run.results["part"].revision == 4
 
@@ -86,7 +95,7 @@ class TestMeshes:
         writing.part("part", 1.0)
         writing.mesh("part", 2.0)
         writing.end()
-        assert factors(found(tmp_path)) == {"part": 2.0}
+        assert factors(tmp_path, found(tmp_path)) == {"part": 2.0}
 
     def test_a_forgotten_part(self, writing, tmp_path):
         writing.part("part", 1.0)
@@ -94,7 +103,7 @@ class TestMeshes:
         writing.event(JobEvent.PART_FORGOTTEN, part_id="part")
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"other": 1.0} and "part" not in run.results
+        assert factors(tmp_path, run) == {"other": 1.0} and "part" not in run.results
 
     def test_a_forgotten_part_that_came_back(self, writing, tmp_path):
         writing.part("part", 1.0)
@@ -103,12 +112,12 @@ class TestMeshes:
         writing.result("part", 1.0, 7)
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"part": 1.0} and run.results["part"].revision == 7
+        assert factors(tmp_path, run) == {"part": 1.0} and run.results["part"].revision == 7
 
     def test_a_result_without_a_mesh(self, writing, tmp_path):
         writing.result("part", 1.0)
         writing.end()
-        assert factors(found(tmp_path)) == {}
+        assert factors(tmp_path, found(tmp_path)) == {}
 
 
 class TestBags:

@@ -22,7 +22,7 @@ from ..harness.client import CANCELLED
 from ..harness.jobs import finished, start
 from ..harness.parts import WEDGE, flat, library_part
 from ..harness.readers import on_topic, raw
-from .test_last_run import RUNS, Writing, factors, found
+from .test_last_run import RUNS, Writing, factors, found, vertices
 
 VERTICES, TRIANGLES = WEDGE
 HEAD = 120
@@ -72,7 +72,7 @@ class TestMessages:
         writing.event(JobEvent.PART_FORGOTTEN, part_id="nobody")
         writing.end()
         run = found(tmp_path)
-        assert factors(run) == {"part": 1.0, "after": 3.0}
+        assert factors(tmp_path, run) == {"part": 1.0, "after": 3.0}
         assert run.results["after"].part_digest == "digest 3.0"
         assert "part" not in run.results and run.unfinished == {}
         assert [bag.name for bag in run.problems] == [RUNS[0]]
@@ -92,7 +92,7 @@ class TestMessages:
         writing.result("part", 2.0, 9)
         writing.die()
         run = found(tmp_path)
-        assert factors(run) == {"old": 1.0, "older": 1.5, "part": 2.0, "other": 3.0}
+        assert factors(tmp_path, run) == {"old": 1.0, "older": 1.5, "part": 2.0, "other": 3.0}
         assert run.results["part"].revision == 9
 
     def test_jobs_of_the_same_bag_are_still_known(self, tmp_path):
@@ -136,7 +136,7 @@ def test_hundreds_of_bad_ones(tmp_path, seed):
     writing.end()
     run = found(tmp_path)
     for part_id, factor in (("good", 1.0), ("last", 2.0)):
-        assert_array_equal(run.parts[part_id].vertices, factor * VERTICES)
+        assert_array_equal(vertices(tmp_path, run, part_id), factor * VERTICES)
     assert len(run.problems) == 1
 
 

@@ -9,6 +9,8 @@ from ros_pose_stats_msgs.msg import JobEvent
 from shape_msgs.msg import Mesh
 
 from ros_pose_stats.recording.run_names import runs
+from ros_pose_stats.ros.restart.earlier_runs import RUNS_TAKEN_IN
+from ros_pose_stats.ros.restart.last_run import PART_RESTORED
 
 from ..harness.bags import recorded
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
@@ -183,7 +185,9 @@ def test_killed_while_it_starts(again, tmp_path, node_of):
     node.says(" mended: ")
     node.kill()
     last = runs(tmp_path)[-1]
-    assert {message.part_id for message in recorded_in(last, "part_mesh")} == set(before)
+    events = recorded_in(last, "job_events")
+    assert {event.part_id for event in events if event.event == PART_RESTORED} == set(before)
+    assert (events[0].event, events[-1].event) == (RUNS_TAKEN_IN, RUNS_TAKEN_IN)
     results = {message.part_id: message for message in recorded_in(last, "pose_statistics")}
     assert {part_id: whole(message) for part_id, message in results.items()} == {
         part_id: whole(message) for part_id, message in before.items()}
