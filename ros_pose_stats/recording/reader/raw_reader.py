@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, Final, cast
 
 import zstandard
 from mcap.exceptions import McapError
+from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import breakup_chunk
 
@@ -100,6 +101,21 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
         with _opened(path) as file:
             yield from _messages(path, file, on_damage or (lambda damage: None),
                                  on_read or (lambda share: None))
+
+
+def messages_from(path: Path, offset: int) -> Iterator[tuple[int, bytes]]:
+    """Log time [ns] and data of the messages of a file of the node, from a place on.
+
+    Raises
+    ------
+    OSError
+        There is no such file, or it cannot be read.
+    """
+    with path.open("rb") as file:
+        for frame in frames(file, lambda begin, end: None, offset):
+            if frame.opcode == Opcode.MESSAGE:
+                record = cast(Message, frame.record())
+                yield record.log_time, record.data
 
 
 def finished_runs(log_directory: Path) -> list[Path]:

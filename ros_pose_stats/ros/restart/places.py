@@ -9,13 +9,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from mcap.opcode import Opcode
-
 from ...errors import BagError
-from ...recording.reader.raw_reader import RawMessage, raw_messages
+from ...recording.reader.raw_reader import RawMessage, messages_from, raw_messages
 from ...recording.reader.run_identity import bags_in, identity_of
-from ...recording.reader.scan import frames
-from ...recording.writer.mcap_layout import MESSAGE
 
 _NEAR = 1 << 16
 """Bytes before a message's place where it is looked for: mending may have moved it."""
@@ -95,15 +91,11 @@ def _bags_of(log_directory: Path, run: str) -> Iterator[Path]:
 def _candidates(bag: Path, place: Place) -> Iterator[bytes]:
     """What was recorded at that time: near its place, or else anywhere in the bag."""
     if place.offset >= 0 and (bag / place.file).is_file():
-        with (bag / place.file).open("rb") as file:
-            for frame in frames(file, lambda begin, end: None, max(0, place.offset - _NEAR)):
-                if frame.opcode != Opcode.MESSAGE:
-                    continue
-                time = MESSAGE.unpack_from(frame.body)[2]
-                if time == place.time:
-                    yield frame.body[MESSAGE.size:]
-                if time >= place.time:
-                    break
+        for time, data in messages_from(bag / place.file, max(0, place.offset - _NEAR)):
+            if time == place.time:
+                yield data
+            if time >= place.time:
+                break
     for message in raw_messages(bag):
         if message.log_time == place.time:
             yield message.data
