@@ -151,7 +151,7 @@ def test_what_makes_room_is_recorded_as_forgotten():
     recorder = FakeRecorder()
     store = PartStore(recorder, print)
     for name in "abc":
-        store.put(known(name), 2)
+        store.put(known(name), 2, PLENTY)
     assert recorder.topics == ["/pose_stats/job_events"]
     store.shrink(1)
     store.forget("c")
@@ -163,7 +163,7 @@ def test_a_mesh_in_the_bag_of_an_earlier_run_is_not_recorded_until_that_goes():
     store = PartStore(recorder, print)
     new, _ = store.resolve(request(TETRAHEDRON))
     store.meshes.count_as_recorded(("part", new.part.digest), new.scene_override, "earlier")
-    store.put(new, 10)
+    store.put(new, 10, PLENTY)
     assert recorder.topics == [] and store.meshes.needs_run("earlier")
     store.meshes.distrust("earlier")
     store.meshes.leave_run("earlier", store.all())
