@@ -20,8 +20,8 @@ from .commands import (
     shapes,
     simulate,
 )
+from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
-from .commands.reading import REFUSED, CommandParser
 from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .version import VERSION

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .reading import add_part_options, add_scene_options, part_of, read_count
+from .arguments import add_part_options, add_scene_options, part_of, read_count
 from .running import announce_slow_start, end_on_interrupt, output_file
 
 if TYPE_CHECKING:

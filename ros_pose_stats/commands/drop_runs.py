@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from .arguments import part_of, read_count
 from .progress_bar import ProgressBar
-from .reading import part_of, read_count
 from .running import (
     INTERRUPTED,
     announce_slow_start,

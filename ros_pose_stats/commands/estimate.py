@@ -10,8 +10,8 @@ from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
+from .arguments import add_part_options, add_scene_options, part_of
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .reading import add_part_options, add_scene_options, part_of
 from .running import announce_slow_start, print_json
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .reading import (
+from .arguments import (
     JoinIndices,
     add_part_options,
     add_scene_options,

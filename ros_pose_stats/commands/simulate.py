@@ -6,8 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 from ..records.scene import DEFAULT_DROPS, SAMPLINGS
+from .arguments import add_part_options, add_scene_options
 from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .reading import add_part_options, add_scene_options
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
