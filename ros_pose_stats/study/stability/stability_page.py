@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
 from ...plots.study.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
+from ...text import listed
 from ..output import markdown_table, points, write_page
 from ..paper import ERRORS
 from .jumps import spread
@@ -234,11 +235,13 @@ def draw_walk(found: WalkResults) -> Figure:
     walk, simulated = found.walk, found.simulated
     paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
     ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
+    with_drops = "drops with it" if len(ours) == 1 else "hybrid"
+    heading = f"{listed([one.label for one in ours])}, and {with_drops}"
     ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
     drops = int(simulated.settled.max())
     return walk_figure(
         found.values, [WalkPanel(PAPER, paper),
-                       WalkPanel("split, and drops with it", ours, paper, "those on the left")],
+                       WalkPanel(heading, ours, paper, "those on the left")],
         np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
         note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
