@@ -12,7 +12,7 @@ from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.kernels.drops.drop import run_drops
 from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, drop_rules, run
+from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, compute_drops, drop_rules
 from ros_pose_stats.simulation.starts import starting_directions
 
 from .. import bodies
@@ -46,7 +46,7 @@ class Dropper:
     def drop(self, rules: DropRules, seed: int, drops: int,
              sampling: str = "random") -> DropOutcomes:
         """The first drops of a seed, on this thread: what a worker does."""
-        return run(self.prepared, rules, starting_directions(sampling, seed, 0, drops))
+        return compute_drops(self.prepared, rules, starting_directions(sampling, seed, 0, drops))
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
         """Mean effort of such drops."""

@@ -134,7 +134,7 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
                          "released touching the plate")
 
 
-def part_of(options: argparse.Namespace) -> Part:
+def load_named_part(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
     from ..mesh.parts import load_part
 

@@ -18,7 +18,7 @@ from ...errors import DatasetError, RequestError
 from ...records import DropScene
 from ...shapes.random_polyhedra import RandomPolyhedron, random_polyhedron
 from ...simulation.drop_body import PreparedBody, drop_body
-from ...simulation.drops import drop_rules, run
+from ...simulation.drops import compute_drops, drop_rules
 from ...simulation.request import MOST_WORKERS
 from ...simulation.starts import random_starts
 from .archive import Arrays, read_archive, write_archive
@@ -255,7 +255,7 @@ def _counts(spec: DatasetSpec, number: int, body: PreparedBody,
             if should_stop():
                 raise Stopped
             starts = random_starts(seed, start, min(AT_ONCE, spec.drops - start))
-            pose = run(body, rules, starts).pose
+            pose = compute_drops(body, rules, starts).pose
             block = (start + np.arange(len(pose))) // spec.block
             settled = pose >= 0
             np.add.at(counts[:, k], (pose[settled], block[settled]), 1)
