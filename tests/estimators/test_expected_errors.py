@@ -89,10 +89,10 @@ def test_inputs_by_their_definition(polyhedron):
     expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
     known = known_answers(resting)
-    unsure = error_scale(resting, p["adre"], known)
-    found = error_inputs(resting, p["adre"], scene, known, unsure)
+    scale = error_scale(resting, p["adre"], known)
+    found = error_inputs(resting, p["adre"], scene, known, scale)
     np.testing.assert_allclose(found[:len(expected)], expected)
-    np.testing.assert_allclose(unsure, single)
+    np.testing.assert_allclose(scale, single)
 
 
 def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not():
@@ -134,7 +134,7 @@ class TestFit:
         """Four bins by what is expected; the true mean square is within a fifth of it and three
         standard errors, as they follow from its scatter over the bodies."""
         some = new_bodies[method]
-        expected = some.doubt * np.exp(ERROR_FITS[method](some.inputs))
+        expected = some.scale * np.exp(ERROR_FITS[method](some.inputs))
         true = some.square - some.noise
         for part in np.array_split(np.argsort(expected), 4):
             scatter = math.sqrt(6.0) * true[part].std() / math.sqrt(len(part))  # six scenes each

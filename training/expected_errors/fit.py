@@ -1,6 +1,6 @@
 """The fit of the expected errors.
 
-The mean square error of each sample of `training/split/samples.npz`, over its doubt
+The mean square error of each sample of `training/split/samples.npz`, over its scale
 (`estimators.fitted_inputs`), is a smooth function of what is known without simulation
 (`estimators.fitted_weights`). A square error scatters about as much as it is large; so the
 likelihood is that of an exponential distribution whose mean is the expected square and the drops'
@@ -63,7 +63,7 @@ def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     inputs = (samples.inputs - mean) / scale
     columns = inputs.shape[1]
     begin = start(columns, UNITS, np.random.default_rng(seed))
-    begin[0] = math.log(samples.square.mean() / samples.doubt.mean())
+    begin[0] = math.log(samples.square.mean() / samples.scale.mean())
     found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
     return ErrorFit(lowest, highest, unscaled(network_of(found, columns, UNITS), mean, scale))
@@ -85,7 +85,7 @@ def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[flo
     """Mean negative log likelihood with the ridge, and its gradient."""
     network = network_of(values, inputs.shape[1], UNITS)
     tangents = np.tanh(inputs @ network.hidden_weights + network.hidden_bias)
-    square = samples.doubt * np.exp(network.bias + inputs @ network.skip
+    square = samples.scale * np.exp(network.bias + inputs @ network.skip
                                     + tangents @ network.output_weights)
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)

@@ -59,7 +59,7 @@ def _families(fit: ErrorFit, samples: ErrorSamples) -> Iterator[Row]:
 
 
 def _method(name: str, fit: ErrorFit, samples: ErrorSamples) -> Row:
-    told, true = _told(fit, samples, np.ones(samples.doubt.shape, dtype=bool))
+    told, true = _told(fit, samples, np.ones(samples.scale.shape, dtype=bool))
     cells: dict[str, Cell] = {"expected": told, "true": true}
     order = np.argsort(_squares(fit, samples))
     ratios = []
@@ -86,4 +86,4 @@ def _told(fit: ErrorFit, samples: ErrorSamples, where: Bools) -> tuple[float, fl
 
 
 def _squares(fit: ErrorFit, samples: ErrorSamples) -> NDArray[np.float64]:
-    return np.asarray(samples.doubt * np.exp(fit(samples.inputs)))
+    return np.asarray(samples.scale * np.exp(fit(samples.inputs)))
