@@ -1,6 +1,6 @@
 """Weighs the prior of `hybrid` against simpler ones, on parts that no fit has seen.
 
-.venv/bin/python -m training.weigh_posterior [--every N] [--write]
+.venv/bin/python -m training.weigh_posterior [--every N] [--reference DROPS] [--write]
 """
 
 from __future__ import annotations
@@ -10,24 +10,27 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from benchmarks.command import DOCS
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from benchmarks.auto.cases import Case
+from benchmarks.auto.cases import Case, dropped
 from benchmarks.auto.sharpening import covered, kept_bound
+from benchmarks.report import DOCS
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 from ros_pose_stats.statistics.posterior.prior import prior_fit
 
 from .fit_posterior import CLOSE, LIKELY, STEP, log_likelihood
-from .posterior_samples import RESTITUTIONS, Sample, held_out, samples
+from .posterior_samples import RESTITUTIONS, Sample, held_out, sample_of, samples
 
 Array = NDArray[np.float64]
 Fits = dict[float, PriorFit]
 
 RARE = 0.01
 DROPS = (0, 10, 100, 500)
+MANY = (0, 100, 1000, 10_000)
+PARTS, USUAL = 80, 0.5
+"""Of the long references: so many parts, at this restitution."""
 NO_SCATTER = 1e-9
 PAGE = DOCS / "study" / "posterior.md"
 
@@ -60,14 +63,21 @@ def halved(known: Sequence[Sample]) -> list[Case]:
     return cases
 
 
-def compare(known: Sequence[Sample], models: dict[str, Fits]) -> list[list[str]]:
+def long_cases(reference: int) -> tuple[list[Sample], list[Case]]:
+    """Other parts that no fit has seen, dropped thousands of times."""
+    cases = dropped(PARTS, print, (USUAL,), reference)
+    return [sample_of(one.number, one.resting(), USUAL, FITTED_METHOD, one.reference)
+            for one in cases], cases
+
+
+def compare(known: Sequence[Sample], cases: Sequence[Case], models: dict[str, Fits],
+            told: Sequence[int] = DROPS) -> list[list[str]]:
     """Rows: model, drops, error in points, coverage of the poses and of the bound."""
-    cases = halved(known)
     rare = [one.reference < RARE * one.reference.sum() for one in cases]
     rows = []
     for name, fits in models.items():
         priors = [one.prior(fits[one.restitution]) for one in known]
-        for drops in DROPS:
+        for drops in told:
             both = list(zip(cases, priors, strict=True))
             squares = [case.square_error(prior.updated(case.counts(drops)).probability)
                        for case, prior in both]
@@ -91,10 +101,15 @@ def _share(held: Array, of: Array) -> str:
     return f"{100.0 * share:.1f} ± {100.0 * error:.1f}"
 
 
-def page(rows: Sequence[Sequence[str]], parts: int) -> str:
-    """The page with a table of rows."""
-    table = "\n".join("| " + " | ".join(row) + " |" for row in rows)
-    return f"{HEAD.format(parts=parts)}{table}\n"
+def page(rows: Sequence[Sequence[str]], parts: int, long: Sequence[Sequence[str]],
+         reference: int) -> str:
+    """The page with its tables, by the halves of many parts and by long references of some."""
+    return (f"{HEAD.format(parts=parts)}{_table(rows)}"
+            f"{LONG.format(parts=PARTS, reference=reference, at=USUAL)}{_table(long)}")
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    return COLUMNS + "".join("| " + " | ".join(row) + " |\n" for row in rows)
 
 
 HEAD = """# Priors of hybrid, weighed
@@ -115,7 +130,17 @@ Bound: share of the parts whose error is within the 90 % bound. Each share with 
 by the scatter between parts. Intervals and bound are widened by the noise of the judging half,
 which hides intervals that are too narrow where there are many drops or a pose is rare.
 
-| prior | drops | error | poses | rare poses | bound |
+"""
+
+LONG = """
+## At many drops
+
+The same of {parts} other parts that no fit has seen, at restitution {at:g}, each dropped ten
+thousand times to tell and {reference} times to judge.
+
+"""
+
+COLUMNS = """| prior | drops | error | poses | rare poses | bound |
 |---|---|---|---|---|---|
 """
 
@@ -126,6 +151,8 @@ def main() -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--every", type=int, default=24,
                         help="fit to every so many bodies (default: %(default)s)")
+    parser.add_argument("--reference", type=int, default=20_000, metavar="DROPS",
+                        help=f"drop {PARTS} parts so often to judge (default: %(default)s)")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     options = parser.parse_args()
     some = samples(FITTED_METHOD, options.every)
@@ -134,7 +161,8 @@ def main() -> None:
     for name, fits in models.items():
         print(name, *(f"{rho:g}: {fit}" for rho, fit in fits.items()), sep="\n  ")
     known = held_out(FITTED_METHOD)
-    text = page(compare(known, models), len(known) // len(RESTITUTIONS))
+    text = page(compare(known, halved(known), models), len(known) // len(RESTITUTIONS),
+                compare(*long_cases(options.reference), models, MANY), options.reference)
     print(text)
     if options.write:
         PAGE.write_text(text, encoding="utf-8")

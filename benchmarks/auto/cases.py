@@ -43,7 +43,7 @@ class Case(NamedTuple):
     sequence : (SEQUENCE,) array of int
         Pose of one drop after the other.
     reference : (P,) array of int
-        Counts of `REFERENCE` other drops.
+        Counts of other drops, `REFERENCE` of them in the benchmark.
     """
 
     number: int
@@ -93,17 +93,19 @@ def probabilities(found: PoseStatistics) -> Array:
     return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
 
 
-def dropped(parts: int, said: Callable[[str], object]) -> list[Case]:
-    """Drop that many parts at every restitution."""
-    cases = []
+def dropped(parts: int, said: Callable[[str], object],
+            restitutions: Sequence[float] = RESTITUTIONS,
+            reference: int | None = None) -> list[Case]:
+    """Drop that many parts at every restitution; without a number `REFERENCE` times to judge."""
+    drops, cases = REFERENCE if reference is None else reference, []
     for number in range(parts):
-        cases += [_dropped(number, restitution) for restitution in RESTITUTIONS]
+        cases += [_dropped(number, restitution, drops) for restitution in restitutions]
         if number % 10 == 9:
             said(f"{number + 1} of {parts} parts are dropped")
     return cases
 
 
-def _dropped(number: int, restitution: float) -> Case:
+def _dropped(number: int, restitution: float, reference_drops: int) -> Case:
     empty = Case(number, restitution, np.zeros(0, np.int16), np.zeros(0, np.int64))
     part, outcomes = empty.part(), []
 
@@ -112,7 +114,7 @@ def _dropped(number: int, restitution: float) -> Case:
 
     simulate(part, SEQUENCE, restitution, 1000 + number, cluster_tolerance=empty.tolerance,
              on_drops=on_drops)
-    reference = simulate(part, REFERENCE, restitution, 900_000 + number,
+    reference = simulate(part, reference_drops, restitution, 900_000 + number,
                          cluster_tolerance=empty.tolerance)
     counts = [pose.count for pose in sorted(reference.poses, key=lambda one: one.index)]
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.features.component_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
@@ -78,8 +79,8 @@ def kept_shares(resting: RestingPoses) -> Array:
     joined = resting.clusters.split[:, None] & (below >= 0)
     joined[joined] = resting.clusters.split[below[joined]]
     at, rows = below[joined], np.nonzero(joined)[0]
-    level = features[:, 0, 4]
-    depth = level[at] - features[at, :2, 5].max(axis=1)
+    level = features[:, 0, LEVEL]
+    depth = level[at] - features[at, :2, LOWEST].max(axis=1)
     grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth, SHALLOWEST)
     kept = np.zeros(tree.child.shape)
     kept[joined] = 1.0 / (1.0 + grown * grown)
@@ -103,5 +104,6 @@ def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
 
     The angle vanishes with the depth, where the level is hardly above the lowest face.
     """
-    depth = np.maximum(rows[:, 3], LEAST_DEPTH)
-    return np.asarray(rows[:, 0]), np.asarray(rows[:, 7] + np.log(depth / (depth + HOLDING)))
+    depth = np.maximum(rows[:, DEPTH], LEAST_DEPTH)
+    holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))
+    return np.asarray(rows[:, LOG_AREA]), np.asarray(holding)

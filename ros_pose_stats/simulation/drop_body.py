@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import build_body
-from ..kernels.drops.layout import DropBody
+from ..kernels.drops.layout import BALL_NEXT, DropBody
 from ..kernels.drops.motion import TURN
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
@@ -169,7 +169,7 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             waiting += [far, near]
         while ancestors and ancestors[-1][1] == placed:
             done, _ = ancestors.pop()
-            ranges[done][2] = len(balls)
+            ranges[done][BALL_NEXT] = len(balls)
     return np.concatenate(order), np.array(balls), np.array(ranges, dtype=np.int64)
 
 

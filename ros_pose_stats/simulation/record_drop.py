@@ -10,8 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..kernels.drops.layout import (
+    ALONG,
+    CONTACT,
+    CORNER,
     EDGE,
     FLIGHT,
+    LENGTH,
     STATE,
     TAPE,
     TAPE_CONTACT,
@@ -37,6 +41,8 @@ from .request import drop_request, real_number
 from .starts import starting_directions
 
 Array = NDArray[np.float64]
+
+STATE_ON_TAPE = slice(TAPE_STATE, TAPE_STATE + STATE)
 
 EVENTS = ("release", "arrival", "impact", "stop", "lift-off", "end")
 MODES = ("flight", "vertex", "edge", "face")
@@ -132,7 +138,7 @@ def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ..
     speed = body.radius / unit
     found = []
     for row in tape:
-        state = row[TAPE_STATE:TAPE_STATE + STATE]
+        state = row[STATE_ON_TAPE]
         held = row[TAPE_CONTACT:TAPE_CONTACT + 2].astype(int)
         vertex = int(row[TAPE_VERTEX])
         found.append(DropEvent(
@@ -148,7 +154,7 @@ def _samples(body: PreparedBody, tape: Array, down: Array,
              frame: float) -> tuple[Array, Array, Array]:
     """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
-    times, states, turns = [tape[:1, TAPE_TIME]], [tape[:1, TAPE_STATE:9]], [turn[None, :]]
+    times, states, turns = [tape[:1, TAPE_TIME]], [tape[:1, STATE_ON_TAPE]], [turn[None, :]]
     for before, after in pairwise(tape):
         begin, span = before[TAPE_TIME], after[TAPE_TIME] - before[TAPE_TIME]
         if span > 0.0:
@@ -157,7 +163,7 @@ def _samples(body: PreparedBody, tape: Array, down: Array,
             state, orientation = np.empty((inner.size, STATE)), np.empty((inner.size, 4))
             mode = int(before[TAPE_MODE])
             sample_motion(body.arrays.moment, body.axes, mode if mode <= EDGE else FLIGHT,
-                          _contact(body, before), before[TAPE_STATE:9].copy(), turn, inner, state,
+                          _contact(body, before), before[STATE_ON_TAPE].copy(), turn, inner, state,
                           orientation)
             turn = orientation[-1]
             # The sum may round up beyond the event.
@@ -165,23 +171,24 @@ def _samples(body: PreparedBody, tape: Array, down: Array,
             states.append(state)
             turns.append(orientation)
         times.append(after[None, TAPE_TIME])
-        states.append(after[None, TAPE_STATE:9])
+        states.append(after[None, STATE_ON_TAPE])
         turns.append(turn[None, :])
     return np.concatenate(times), np.concatenate(states), np.concatenate(turns)
 
 
 def _contact(body: PreparedBody, row: Array) -> Array:
     """Vertex, direction of the edge and its length, as the kernels keep them."""
-    contact = np.zeros(7)
-    contact[6] = 1.0
+    contact = np.zeros(CONTACT)
+    contact[LENGTH] = 1.0
     first, second = row[TAPE_CONTACT:TAPE_CONTACT + 2].astype(int)
     arrays = body.arrays
     if row[TAPE_MODE] >= VERTEX and first >= 0:
-        contact[:3] = arrays.x[first], arrays.y[first], arrays.z[first]
+        contact[CORNER:CORNER + 3] = arrays.x[first], arrays.y[first], arrays.z[first]
     if second >= 0:
-        edge = np.array([arrays.x[second], arrays.y[second], arrays.z[second]]) - contact[:3]
-        contact[6] = lengths(edge[None])[0]
-        contact[3:6] = edge / contact[6]
+        end = np.array([arrays.x[second], arrays.y[second], arrays.z[second]])
+        edge = end - contact[CORNER:CORNER + 3]
+        contact[LENGTH] = lengths(edge[None])[0]
+        contact[ALONG:ALONG + 3] = edge / contact[LENGTH]
     return contact
 
 
