@@ -141,7 +141,7 @@ def check_shift(shift: float, shift_moment: str) -> None:
 
 
 def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
-           attempt: int) -> RandomPolyhedron | None:
+               attempt: int) -> RandomPolyhedron | None:
     """Draw a body from uniform numbers in [0, 1); None where it is to be drawn anew."""
     count_of_points = _FEWEST_POINTS + failures(numbers, _LAST_POINT)
     points = normals(numbers, 3 * count_of_points).reshape(count_of_points, 3)

@@ -121,7 +121,7 @@ def _as_row(start: ArrayLike | None) -> ArrayLike | None:
 
 
 def _record_tape(body: PreparedBody, scene: DropScene, down: Array,
-          to_rest: bool) -> tuple[Array, DropOutcomes]:
+                 to_rest: bool) -> tuple[Array, DropOutcomes]:
     """Compute a drop with a tape that is long enough for all of its events."""
     rules = drop_rules(scene, body.radius, to_rest=to_rest)
     rows = FIRST_TAPE

@@ -15,7 +15,7 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from training.expected_errors.fit import fitted, write_weights
+from training.expected_errors.fit import fit_errors, write_weights
 from training.expected_errors.samples import ErrorSamples, error_samples
 from training.split.samples import JUDGE_SEED, read_samples
 
@@ -151,8 +151,8 @@ class TestFit:
         single, noise = rng.uniform(0.05, 0.2, count), np.full(count, 2e-4)
         square = single * np.exp(log_ratio) * rng.gamma(2.0, 0.5, count)
         square += noise * rng.gamma(4.0, 0.25, count)
-        found = fitted(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
-                                    np.ones(count), np.zeros(count, dtype=str)))
+        found = fit_errors(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
+                                        np.ones(count), np.zeros(count, dtype=str)))
         off = found(inputs) - log_ratio
         assert abs(off.mean()) < 0.03
         assert off.std() < 0.12

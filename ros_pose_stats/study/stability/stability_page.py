@@ -1,4 +1,4 @@
-"""The stability study for people: a page, a figure a walk, and the numbers."""
+"""The documents of the stability study: a page, a figure for each walk, and the numbers."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def stability_text(found: StabilityResults) -> str:
 
 
 def reliability_text(found: StabilityResults) -> str:
-    """A row a method: expected and true error in every bin of parts."""
+    """Table with a row for each method: expected and true error in every bin of parts."""
     bins = len(next(iter(found.reliability.values())))
     head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
     rows = [[ESTIMATORS[name].title if name in ESTIMATORS else name,
@@ -126,7 +126,7 @@ def reliability_text(found: StabilityResults) -> str:
 
 
 def walk_text(found: WalkResults) -> str:
-    """Where methods part company, a line, and a table with a row a method."""
+    """A line that says where methods differ most, and a table with a row for each method."""
     curves = {one.method: one.values for one in found.curves}
     place, apart = spread(list(curves.values()))
     at = {name: float(values[place]) for name, values in curves.items()}
@@ -231,7 +231,7 @@ PAPER = "the paper's estimators and those before it"
 
 
 def draw_walk(found: WalkResults) -> Figure:
-    """The paper's on the left, those that know the scene on the right, the simulation in both."""
+    """Estimators of the paper on the left, newer ones on the right, the simulation in both."""
     walk, simulated = found.walk, found.simulated
     paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
     ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
