@@ -9,7 +9,7 @@ from . import bodies
 from .bodies import Body
 from .estimates import TOLERANCES, all_estimators, answers, near_spheres, paper_size
 from .growth import FIT_FROM, growth, slopes
-from .report import collected, command
+from .report import collect_results, command
 from .results import Results, Section
 from .timing import Pace
 
@@ -58,7 +58,7 @@ QUICK = Plan(smooth=(200, 2000), near_sphere=1000, fineness=(1, 3, 7, 16, 24, 35
 
 
 def sections(plan: Plan) -> Iterator[Section]:
-    """Measure and hand over one table after the other."""
+    """Measure, and yield one table after the other."""
     polyhedra = [[bodies.random_polyhedron(vertices, seed) for seed in range(plan.seeds)]
                  for vertices in plan.random]
     warm_up(polyhedra[0][0])
@@ -86,9 +86,9 @@ def warm_up(body: Body) -> None:
     paper_size([body], Pace(1, 1.0))
 
 
-def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
-    """Measure everything, telling each table as it comes."""
-    return collected(sections(plan), said)
+def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
+    """Measure everything, and say each table as it comes."""
+    return collect_results(sections(plan), say)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""From mesh arrays to all estimates, and estimates of polyhedra of the paper's size."""
+"""Times of all estimates from the mesh arrays, and of estimates of paper-size polyhedra."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .timing import Contender, Pace, Timings, race
 
 TOLERANCES = (0.0, DEFAULT_CLUSTER_TOLERANCE)
 HULLS_FROM = 2000
-"""Vertices from which on scipy's hull is the yardstick; below it fixed costs dominate."""
+"""Vertices from which on times are compared with scipy's hull; below, fixed costs dominate."""
 FEW_POSES = 20
 MOST_HULLS = 5.0
 NEAR_SPHERE_SECONDS = 1.0
@@ -45,13 +45,13 @@ TIMED = (
 
 def all_estimators(bodies: Sequence[Body], pace: Pace, name: str = "all_estimators",
                    title: str = "All estimators from the mesh") -> Section:
-    """Rows for each body at both cluster tolerances, demanded to beat trimesh."""
+    """Table with rows for each body at both cluster tolerances, with trimesh as the target."""
     rows = [row for body in bodies for row in _rows(body, pace)]
     return Section(name, title, TIMED, tuple(rows))
 
 
 def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
-    """Rows for bodies with many stable poses, demanded to take less than a second."""
+    """Table of bodies with many stable poses; the target is a second."""
     rows = [row for body in bodies for row in _rows(body, pace, NEAR_SPHERE_SECONDS)]
     return Section("near_sphere", "Hundreds of stable poses and more", TIMED, tuple(rows))
 

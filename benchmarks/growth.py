@@ -21,7 +21,7 @@ STEEPEST = 1.2
 FIT_FROM = 500
 """Vertices from which on slopes are fitted: fixed costs no longer show."""
 DECADE = 1.1
-"""Slack by which a body may lie outside the last decade and still count."""
+"""Factor by which a body may lie outside the last decade and still count."""
 TOLERANCE = 0.0
 
 HULL, MESH, BODY, SPLITS = "scipy hull", "mesh to part", "body + equilibria", "MEAE splits"
@@ -75,13 +75,13 @@ def family(row: Row) -> str:
     return row.name.partition(",")[0]
 
 
-def fitted(vertices: ArrayLike, seconds: ArrayLike) -> Slope:
+def fit_slope(vertices: ArrayLike, seconds: ArrayLike) -> Slope:
     """Slope of a straight line through the logarithms of at least three points.
 
     Raises
     ------
     ValueError
-        If there are fewer: then nothing tells the error.
+        If there are fewer, so that the error is not known.
     """
     if np.size(vertices) < 3:
         raise ValueError(f"a slope needs three points, not {np.size(vertices)}")
@@ -128,7 +128,8 @@ def _slope_row(growth: Section, name: str, stage: str, from_vertices: int) -> Ro
     vertices = [int(cells["vertices"]) for cells in used]
     milliseconds = [float(cells[stage]) for cells in used]
     last = sum(10 * DECADE * count >= vertices[-1] for count in vertices)
-    whole, end = fitted(vertices, milliseconds), fitted(vertices[-last:], milliseconds[-last:])
+    whole = fit_slope(vertices, milliseconds)
+    end = fit_slope(vertices[-last:], milliseconds[-last:])
     return Row(f"{name}: {stage}", {
         "slope": whole.value, "error": whole.error, "points": len(used),
         "from": vertices[0], "to": vertices[-1],

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ros_pose_stats import part_from_mesh
-from ros_pose_stats.study.mujoco_drops import Plate, Setting, dropped, setting
+from ros_pose_stats.study.mujoco_drops import Plate, Setting, drop_in_mujoco, setting
 
 from . import bodies
 
@@ -30,9 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for restitution in (0.2, 0.5, 0.8):
             mark = "*"
             for found in settings(plate, restitution, 0.01):
-                right = accepted(found, restitution, 0.01)
+                right = is_accepted(found, restitution, 0.01)
                 usable = abs(found.restitution / restitution - 1.0) <= MEDIAN
-                rates = [drops / dropped(plate, found, drops, 1, to_rest).seconds
+                rates = [drops / drop_in_mujoco(plate, found, drops, 1, to_rest).seconds
                          for to_rest in (False, True) if usable] or [math.nan] * 2
                 print(f"{vertices:8}{restitution:6.1f}{found.steps:6}{mark if right else ' '}"
                       f"{found.step:9.2e}{found.penetration:8.4f}"
@@ -47,8 +47,8 @@ def settings(plate: Plate, restitution: float, penetration: float) -> Iterator[S
         yield setting(plate, restitution, penetration, steps)
 
 
-def accepted(found: Setting, restitution: float, penetration: float) -> bool:
-    """Whether a setting is right within the limits."""
+def is_accepted(found: Setting, restitution: float, penetration: float) -> bool:
+    """Whether depth and restitution of a setting are right within the limits."""
     return (DEPTHS[0] <= found.penetration / penetration <= DEPTHS[1]
             and abs(found.restitution / restitution - 1.0) <= MEDIAN
             and found.typical <= TYPICAL)
@@ -57,7 +57,7 @@ def accepted(found: Setting, restitution: float, penetration: float) -> bool:
 def choose_setting(plate: Plate, restitution: float, penetration: float) -> Setting:
     """Longest time step at which depth and restitution of first impacts are right."""
     for found in settings(plate, restitution, penetration):
-        if accepted(found, restitution, penetration):
+        if is_accepted(found, restitution, penetration):
             return found
     raise RuntimeError(f"no time step gives MuJoCo a restitution of {restitution:g}")
 

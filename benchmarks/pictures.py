@@ -1,6 +1,6 @@
-"""The figures of the page on speed: which section has one, and how it is drawn.
+"""The figures of the page on speed, and the sections that they belong to.
 
-Time of a part or of a drop against the number of vertices, on logarithmic axes.
+They show the time of a part or of a drop against the number of vertices, on logarithmic axes.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from .results import Section
 
 Array = NDArray[np.float64]
 
-# Okabe and Ito's colours for the colour-blind, each with its own marker so that nothing
-# hangs on the colour.
+# Okabe and Ito's colours for the colour-blind, each with its own marker, so that nobody needs to
+# see colours.
 STYLES = (
     ("#000000", "-", "o"),
     ("#0072B2", "--", "s"),
@@ -43,7 +43,7 @@ class Picture(NamedTuple):
     stem : Path
         File relative to the page, without its suffix.
     says : str
-        What it shows, for those who do not see it.
+        Description of the figure, for those who do not see it.
     figure : callable
     """
 

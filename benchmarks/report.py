@@ -1,4 +1,4 @@
-"""The page on speed, from stored results; the command line that the benchmarks share."""
+"""The page of the benchmarks from stored results, and the command line that they share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from . import pictures
-from .results import Results, Row, Section, load, save, shown
+from .results import Results, Row, Section, format_cell, load, save
 from .speed import write_speed
 
 STORED = ("core", "start", "drops", "expected_errors", "auto", "node", "node_soak")
@@ -24,21 +24,20 @@ Written by `python -m benchmarks.core --write`, and so by `benchmarks.start`, `b
 `training.expected_errors`, `benchmarks.auto`, `benchmarks.node` and `tests.soak.node`,
 from `docs/benchmarks/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
-what counts, and times are there to give an idea. Kernels were compiled before, unless said
-otherwise. Times are medians, unless said otherwise. [speed.md](speed.md) is the short page for
-people. The load at the start is given with each run;
-on a busy machine the threads of the linear algebra library wait for each other, which
-`OPENBLAS_NUM_THREADS=1` avoids.
+what counts, and times only give an idea. Kernels were compiled before, and times are medians,
+unless said otherwise. [speed.md](speed.md) is the short page for users. The load at the start is
+given with each run; on a busy machine the threads of the linear algebra library wait for each
+other, which `OPENBLAS_NUM_THREADS=1` avoids.
 """
 
 
-def collected(sections: Iterable[Section], said: Callable[[str], object]) -> Results:
-    """Results of sections as they are measured, telling each table as it comes."""
+def collect_results(sections: Iterable[Section], say: Callable[[str], object]) -> Results:
+    """Collect the sections as they are measured, and say each table as it comes."""
     found, where = [], machine()
     begin = time.monotonic()
     for section in sections:
         found.append(section)
-        said(f"\n{section.title} ({time.monotonic() - begin:.0f} s)\n{table(section)}")
+        say(f"\n{section.title} ({time.monotonic() - begin:.0f} s)\n{table(section)}")
     return Results(where, tuple(found))
 
 
@@ -56,13 +55,13 @@ def write_page(docs: Path) -> Path:
         for section in results.sections:
             pictures.draw(section, docs)
     page = docs / "benchmarks.md"
-    page.write_text(rendered(found), encoding="utf-8")
+    page.write_text(render_page(found), encoding="utf-8")
     write_speed(docs)
     return page
 
 
-def rendered(runs: Sequence[Results]) -> str:
-    """Whole page."""
+def render_page(runs: Sequence[Results]) -> str:
+    """Render the whole page."""
     parts = [INTRODUCTION, _misses(runs)]
     for run in runs:
         where = ", ".join(f"{name} {value}" for name, value in run.machine.items())
@@ -82,7 +81,7 @@ def table(section: Section) -> str:
     lines = [["", *columns, *(["target"] * judged)]]
     lines.append(["---", *(["---:"] * len(columns)), *(["---"] * judged)])
     for row in section.rows:
-        lines.append([row.name, *(shown(row.cells[column]) for column in columns),
+        lines.append([row.name, *(format_cell(row.cells[column]) for column in columns),
                       *([_judged(row)] * judged)])
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
@@ -94,7 +93,7 @@ def _judged(row: Row) -> str:
 
 
 def _misses(runs: Sequence[Results]) -> str:
-    """What falls short, first thing on the page."""
+    """The targets that are missed, for the head of the page."""
     targets = [(row, target) for run in runs for row in run.rows for target in row.targets]
     short = [f"- {row.name}: {target}" for row, target in targets if not target.met]
     met = f"{len(targets) - len(short)} of {len(targets)} targets are met"
@@ -115,9 +114,9 @@ def command(name: str, about: str | None, quick: str, run: Callable[[bool], Resu
     about : str or None
         Description for `--help`.
     quick : str
-        What `--quick` leaves out.
+        What `--quick` measures, for its help.
     run : callable
-        Measures, fewer things where it is told True.
+        Measures; with True, fewer things.
     arguments : sequence of str, optional
         Default: the process's own.
     """
@@ -155,7 +154,7 @@ def machine() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Model name from the system, where it tells."""
+    """Model name of the processor, where the system has it."""
     described = Path("/proc/cpuinfo")
     if described.exists():
         for line in described.read_text(encoding="utf-8").splitlines():

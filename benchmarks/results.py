@@ -1,4 +1,4 @@
-"""What a benchmark found: sections of rows, and their JSON."""
+"""Results of a benchmark: sections of rows, and their JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Cell = float | int | str
 
 @dataclass(frozen=True)
 class Target:
-    """A demand: `value` below `limit`, or at least it.
+    """A target: `value` below `limit`, or at least `limit`.
 
     Attributes
     ----------
@@ -37,12 +37,12 @@ class Target:
 
     def __str__(self) -> str:
         demand = "at least" if self.at_least else "limit"
-        return f"{self.name} {shown(self.value)}, {demand} {self.limit:g}"
+        return f"{self.name} {format_cell(self.value)}, {demand} {self.limit:g}"
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table: a name, a cell for each column, and the demands on it."""
+    """A line of a table: a name, a cell for each column, and targets."""
 
     name: str
     cells: dict[str, Cell]
@@ -59,7 +59,7 @@ class Section:
         Key.
     title : str
     timed : str
-        What exactly the figures are times of.
+        Says exactly what the figures are times of.
     rows : tuple of Row
         All with the same columns.
     """
@@ -72,7 +72,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Results:
-    """A run: where, and what it found."""
+    """A run: its machine, and its sections."""
 
     machine: dict[str, str]
     sections: tuple[Section, ...]
@@ -88,8 +88,8 @@ class Results:
         return next(section for section in self.sections if section.name == name)
 
 
-def shown(value: Cell) -> str:
-    """Cell as text: three significant digits, thousands apart."""
+def format_cell(value: Cell) -> str:
+    """Format a cell: three significant digits, thousands apart."""
     if isinstance(value, str):
         return value
     if isinstance(value, int):

@@ -1,8 +1,7 @@
-"""The page for people: what a part costs, by size, from what the benchmarks stored.
+"""The page for users: the time that a part takes, by size, from stored results of benchmarks.
 
-python -m benchmarks.speed      writes docs/speed.md anew without measuring anything
-
-Every benchmark that stores its results writes the page too.
+`python -m benchmarks.speed` writes docs/speed.md anew without measuring anything. Every benchmark
+that stores its results writes the page too.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import Any, NamedTuple
 from ros_pose_stats.study.chart.speed_accuracy import duration
 from ros_pose_stats.study.output import markdown_table, points
 
-from .results import Results, Row, Section, load, shown
+from .results import Results, Row, Section, format_cell, load
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 MEASURED = ("core", "drops", "auto", "start", "node")
@@ -29,8 +28,8 @@ INTRODUCTION = """# What a part costs
 Written by `python -m benchmarks.speed`, and by every benchmark that stores its results, from
 `docs/benchmarks/*.json`; edits here are lost. Times are medians on one core unless said
 otherwise, with kernels that were compiled before. The machines, named below, were shared while
-these ran, so times give an idea. [benchmarks.md](benchmarks.md) has all of it in detail, with
-every target that was met or missed.
+these ran, so times only give an idea. [benchmarks.md](benchmarks.md) has the details, and every
+target that was met or missed.
 """
 
 CHART = """## By size
@@ -38,7 +37,7 @@ CHART = """## By size
 ![Time of a part on one core against the error of its probabilities, for three sizes of
 part](figures/speed_accuracy.png)
 
-An estimate is the first answer, and drops sharpen it. Time is from the mesh arrays to the
+An estimate is the first answer, and drops lower its error. Time is from the mesh arrays to the
 probabilities; the error is the root mean square over the poses in percentage points, against the
 drop simulation's own limit. No poses are merged (cluster tolerance 0). A real plate adds some 5
 points, whatever the method.
@@ -46,8 +45,8 @@ points, whatever the method.
 
 DEMO_PARTS = """## The demo parts
 
-From the mesh arrays to the answers of every estimator; beside it trimesh, which has the
-quasi-static one.
+Time from the mesh arrays to the answers of every estimator, beside that of trimesh, which has the
+quasi-static estimator.
 """
 
 DROP = """## A drop
@@ -59,8 +58,8 @@ VERTICES = (100, 1000, 5000)
 
 WANTED_ERROR = """## A wanted error
 
-`auto` drops a part only as often as the wanted error takes. Mean processor time a part, and the
-share of the cases that kept the error (90 % is promised).
+`auto` drops a part only as often as the wanted error takes. The table gives the mean processor
+time a part, and the share of the cases that kept the error (90 % is promised).
 """
 
 CHOSEN = (("estimate (`split`)", None, "split"),
@@ -73,7 +72,7 @@ CHOSEN = (("estimate (`split`)", None, "split"),
 
 
 class Stored(NamedTuple):
-    """What the page is made of.
+    """The stored results that the page is made of.
 
     Attributes
     ----------
@@ -93,7 +92,7 @@ class Stored(NamedTuple):
 
 
 def read_stored(docs: Path) -> Stored:
-    """Read what is stored under a folder of documents; what is not there is left out."""
+    """Read the results under a folder of documents; missing ones are left out."""
     folder = docs / "benchmarks"
     files = {name: folder / f"{name}.json" for name in MEASURED}
     chart = folder / "chart.json"
@@ -147,7 +146,7 @@ def _point(measured: Iterable[dict[str, Any]], series: str | None, name: str) ->
 
 
 def _demo_parts(section: Section) -> str:
-    rows = [(row.name.removesuffix(TOLERANCE), shown(row.cells["poses"]),
+    rows = [(row.name.removesuffix(TOLERANCE), format_cell(row.cells["poses"]),
              _milliseconds(row.cells["all, ms"]), _milliseconds(row.cells["trimesh, ms"]))
             for row in section.rows if row.name.endswith(TOLERANCE)]
     head = ("part", "poses", "all estimators", "trimesh")
@@ -160,20 +159,20 @@ def _drop_growth(section: Section) -> str:
         families.setdefault(row.name.rpartition(", ")[0], []).append(row)
     rows = [(family, *(_of_drop(found, vertices) for vertices in VERTICES))
             for family, found in families.items()]
-    head = ("time (vertices)", *(f"about {shown(vertices)} vertices" for vertices in VERTICES))
+    head = ("time (vertices)", *(f"about {format_cell(size)} vertices" for size in VERTICES))
     return f"{DROP}\n{markdown_table(head, rows)}"
 
 
 def _of_drop(rows: Sequence[Row], vertices: int) -> str:
-    """Of the body whose number of vertices is nearest, on a logarithmic scale."""
+    """Time for the body whose number of vertices is nearest, on a logarithmic scale."""
     nearest = min(rows, key=lambda row: abs(math.log(float(row.cells["vertices"]) / vertices)))
     return (f"{duration(1e-6 * float(nearest.cells['µs a drop']))} "
-            f"({shown(nearest.cells['vertices'])})")
+            f"({format_cell(nearest.cells['vertices'])})")
 
 
 def _targets(section: Section) -> str:
     rows = [(row.name.removeprefix("auto, ").replace("1 points", "1 point"),
-             _milliseconds(row.cells["auto, ms"]), f"{shown(row.cells['kept'])} %")
+             _milliseconds(row.cells["auto, ms"]), f"{format_cell(row.cells['kept'])} %")
             for row in section.rows if row.name.endswith("points")]
     return f"{WANTED_ERROR}\n{markdown_table(('error', 'time', 'kept'), rows)}"
 
@@ -202,7 +201,7 @@ WAITS = (
       for load, words in (("idle", "nothing else running"),
                           ("full load", "while a simulation takes all cores"))),
 )
-"""Section, row, column, seconds a unit, and what it is to a user."""
+"""Section, row, column, seconds a unit, and what a user waits for."""
 
 
 def _machines(stored: Stored) -> Iterable[str]:

@@ -1,4 +1,4 @@
-"""Whole-process time of the command: `python -m benchmarks.start [--runs N] [--write]`."""
+"""Time of whole processes of the command: `python -m benchmarks.start [--runs N] [--write]`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .timing import Contender, Pace, Timings, race
 
 ROOT = DOCS.parent
 FIRST, LIMIT, AIM, DROPS = 1.5, 1.2, 0.8, 1.2
-"""Seconds: the first command after set-up, warm ones, as hoped, and one with 1000 drops."""
+"""Limits in seconds: the first command after set-up, a warm one, its aim, one with 1000 drops."""
 COMPILE_CPU, COMPILE_WALL = 60.0, 35.0
 
 COMMAND = "ros_pose_stats estimate clamp.stl --unit mm"

@@ -1,4 +1,4 @@
-"""Contenders timed in turn, so that what else the machine does hits all of them alike."""
+"""Contenders timed in turns, so that other load of the machine affects all of them alike."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Contender:
-    """Something to time.
+    """A call to time, and its preparation.
 
     Attributes
     ----------
     name : str
     call : callable
-        What is timed; takes what `prepare` returns.
+        Timed; its argument is what `prepare` returns.
     prepare : callable
-        Runs before each call, untimed: makes what the call uses up.
+        Runs before each call, untimed, and makes what the call uses up.
     collected : bool
         Whether the garbage collector runs during the call. trimesh copies the hull for each
         pose, in cycles; uncollected, the copies of a large body fill the memory.
@@ -63,8 +63,8 @@ class Timings:
 def race(contenders: Sequence[Contender], pace: Pace) -> Timings:
     """Time the contenders A B C, A B C, ... and leave out those whose patience is used up.
 
-    As in `timeit`, the garbage collector is off during a call: a full collection walks all
-    that the compiler holds and takes tens of milliseconds, in every round in the same call.
+    As in `timeit`, the garbage collector is off during a call: a full collection goes through all
+    objects of the compiler and takes tens of milliseconds, in the same call of every round.
     """
     seconds: dict[str, list[float]] = {one.name: [] for one in contenders}
     gc.collect()

@@ -20,8 +20,8 @@ from .commands import (
     shapes,
     simulate,
 )
+from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
-from .commands.reading import REFUSED, CommandParser
 from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .version import VERSION
@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _split(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Our own arguments, and those from --ros-args on."""
+    """Divide the arguments into those of the command and those from --ros-args on."""
     if "--ros-args" not in arguments:
         if arguments[:1] == ["node"] and {"-p", "-r", "--params-file"} & set(arguments):
             raise SystemExit(_misplaced())

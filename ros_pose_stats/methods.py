@@ -1,7 +1,7 @@
-"""The methods: what each is called, what it goes by, and what it needs.
+"""The methods: what each is called, what decides in it, and what it needs.
 
-Commands, requests to the node, helps and documents take the names from here. Nothing heavy is
-loaded for them; `estimators.registry` finds the functions.
+Commands, their helps and the node take the names from here, and `estimators.registry` finds the
+functions. This module imports nothing heavy, so that helps are quick.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ AUTO = "auto"
 SIMULATION = "simulation"
 
 DEFAULT_METHOD = AUTO
-"""Of the library, the commands and the node."""
+"""Default of the library, the commands and the node."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Method:
     title : str
         For tables and figures.
     about : str
-        What decides, in one line.
+        What decides in it, in one line.
     source : str
-        Where it comes from, with the equation; empty for what is this project's own.
+        Where it comes from in the paper, with the equation; empty for this project's own.
     module : str
-        Module of `estimators` with the function of that name; empty where there is none.
+        Module of `estimators` that has the function of that name; empty for what is no estimator.
     knows_scene : bool
         Whether restitution and drop height change its answer.
     drops : {'none', 'some', 'all'}
-        Whether it simulates: some drops besides an estimate, or nothing but drops.
+        Whether it simulates: some drops beside an estimate, or nothing but drops.
     """
 
     name: str
@@ -76,7 +76,7 @@ METHODS = (
 )
 
 AT_ONCE = (*(one.name for one in METHODS if one.module), AUTO)
-"""Names that stand for an estimator."""
+"""Names of the estimators, and `auto`, which picks one where no error is asked for."""
 
 BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")
-"""Names of those that may drop the part, too."""
+"""Names of the methods that combine an estimate with drops."""

@@ -1,4 +1,4 @@
-"""Numbers, units, plurals and tables in words, for whoever writes text."""
+"""Numbers, units, plurals, lists and tables as text."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import NamedTuple
 SECOND = 1_000_000_000
 GAP = "  "
 WIDTH = 100
-"""Of a report, in characters."""
+"""Width of a report, in characters."""
 MOST_POSES = 40
-"""That a report lists; the rest is summed."""
+"""Poses that a report lists; the others are summed up in one line."""
 
 
 class Column(NamedTuple):
@@ -36,17 +36,17 @@ def columns(heads: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]
 
 
 def printable(text: str) -> str:
-    """Text out of a bag without line ends and other signs that would disturb a terminal."""
+    """Text of a bag without line ends and other characters that would disturb a terminal."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)
 
 
 def shortened(text: str, width: int) -> str:
-    """At most `width` signs; the end gives way."""
+    """At most `width` characters of a text, cut at its end."""
     return text if len(text) <= width else text[:width - 3] + "..."
 
 
 def ending(text: str, width: int) -> str:
-    """At most `width` signs; the beginning gives way."""
+    """At most `width` characters of a text, cut at its beginning."""
     return text if len(text) <= width else "..." + text[3 - width:]
 
 

@@ -14,7 +14,7 @@ PREFIX = ".unfinished-"
 
 
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
-    """Let files be written aside, then move them into a folder.
+    """Write files in a temporary folder, then move them into their folder.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
 
 
 def write_file(file: Path, data: bytes) -> None:
-    """Write one file, whole or not at all; its folder is created."""
+    """Write one file, whole or not at all, and create its folder."""
     write_whole(file.parent, lambda aside: (aside / file.name).write_bytes(data))
 
 
@@ -54,12 +54,12 @@ def write_json(file: Path, values: Any) -> None:
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Find out, before anything is measured, whether files can be written to a folder.
+    """Check, before anything is measured, that files can be written to a folder.
 
     Raises
     ------
     RequestError
-        If not. The folder need not exist, and is not created.
+        If they cannot. The folder need not exist, and is not created.
     """
     path = folder.absolute()
     try:

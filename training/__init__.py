@@ -1,1 +1,1 @@
-"""Families of bodies, samples and fits: where the weights of the estimators come from."""
+"""Families of bodies, samples of drops, and the fits that give the weights of the estimators."""

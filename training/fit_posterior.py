@@ -1,10 +1,9 @@
-"""Fits how estimates err, for `statistics/posterior/fitted.py`.
+"""Fits the prior of `hybrid`, how estimates err, for `statistics/posterior/fitted.py`.
 
     .venv/bin/python -m training.fit_posterior [--method NAME] [--every N] [--write]
 
-Five numbers a restitution, by maximum likelihood: the probability that the counts of the
-reference datasets, and of bodies of other families, have where the estimates are all that is known
-beforehand.
+Five numbers for each restitution maximise the likelihood of the counts of the reference datasets
+and of bodies of other families, where the estimates are all that is known before the drops.
 """
 
 from __future__ import annotations
@@ -30,18 +29,18 @@ MODULE = Path(__file__).resolve().parents[1] / "ros_pose_stats/statistics/poster
 BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))
 MOST = (0.0, 0.0, 0.0, math.log(0.9))
 STEP = 0.4
-"""Size of the first simplex, in the logarithms that are searched."""
+"""Size of the first simplex of the search, in logarithms."""
 CLOSE, LIKELY = 0.01, 0.1
-"""Where the search ends: in the logarithms, and in the log likelihood of all counts."""
+"""Tolerances at which the search ends: of the logarithms, and of the log likelihood."""
 
 
 def log_likelihood(some: Sequence[Sample], fit: PriorFit) -> float:
-    """Of the counts of some bodies."""
+    """Log likelihood of the counts of some bodies."""
     return sum(one.prior(fit).log_evidence(one.count) for one in some)
 
 
-def fitted(some: Sequence[Sample]) -> PriorFit:
-    """The likeliest numbers for bodies at one restitution."""
+def fit_prior(some: Sequence[Sample]) -> PriorFit:
+    """Fit the numbers to bodies at one restitution."""
     begin = np.array(BEGIN)
     simplex = np.vstack((begin, begin + STEP * np.eye(len(begin))))
     found = minimize(lambda x: -log_likelihood(some, _fit(x)), begin, method="Nelder-Mead",
@@ -49,20 +48,20 @@ def fitted(some: Sequence[Sample]) -> PriorFit:
     return _fit(found.x)
 
 
-def fitted_everywhere(some: Sequence[Sample]) -> dict[float, PriorFit]:
-    """By restitution."""
-    return {rho: fitted([one for one in some if one.restitution == rho])
+def fit_priors(some: Sequence[Sample]) -> dict[float, PriorFit]:
+    """Fit the numbers of each restitution."""
+    return {rho: fit_prior([one for one in some if one.restitution == rho])
             for rho in RESTITUTIONS}
 
 
 def _fit(x: Array) -> PriorFit:
-    """Numbers of a point of the search; but for the first, logarithms of at most `MOST`."""
+    """Numbers of a point of the search; all but the first are logarithms, at most `MOST`."""
     return PriorFit(float(x[0]), *(math.exp(min(value, most))
                                    for value, most in zip(x[1:], MOST, strict=True)))
 
 
 def source(method: str, fits: dict[float, PriorFit]) -> str:
-    """The module that holds the numbers."""
+    """Source of the module that holds the numbers."""
     rows = "\n".join(f'    ({", ".join(f"{value:.4g}" for value in fit)}),'
                      for fit in fits.values())
     return TEXT.format(method, tuple(fits), rows)
@@ -97,7 +96,7 @@ def main() -> None:
                         "others are left to judge by (default: %(default)s)")
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
     options = parser.parse_args()
-    text = source(options.method, fitted_everywhere(samples(options.method, options.every)))
+    text = source(options.method, fit_priors(samples(options.method, options.every)))
     if options.write:
         MODULE.write_text(text, encoding="utf-8")
     print(text)

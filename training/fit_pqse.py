@@ -1,4 +1,4 @@
-"""Fits the redistributed share of PQSE to dice that were really rolled.
+"""Fits the redistributed share of PQSE to dice that were rolled.
 
     .venv/bin/python -m training.fit_pqse
 

@@ -1,4 +1,4 @@
-"""Estimates and counts of bodies, as the posterior takes them."""
+"""Estimates and counts of bodies, to which the prior of `hybrid` is fitted."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ class Sample(NamedTuple):
     count: Index
 
     def prior(self, fit: PriorFit | None = None) -> PosePrior:
-        """What the estimate says of this body."""
+        """Prior of this body around its estimate."""
         return PosePrior(self.estimate, self.group, self.expected_error, self.restitution, fit)
 
 
 def samples(method: str, every: int = 1) -> list[Sample]:
-    """Of every so many bodies of each reference dataset and of each other family."""
+    """Samples of every so many bodies of each reference dataset and each other family."""
     found = [sample for dataset in shipped_datasets()
              for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))]
     return [*found, *_of_families(method, every)]
@@ -78,7 +78,7 @@ def held_out(method: str) -> list[Sample]:
 
 def _of_families(method: str, every: int, seed: int = FIT_SEED,
                  families: Collection[str] = tuple(MADE)) -> Iterator[Sample]:
-    """Bodies from the usual height; by default those that are no random polyhedra."""
+    """Samples of bodies from the usual height, by default of all but random polyhedra."""
     wanted = (row for row in read_samples() if row.seed == seed and row.family in families
               and row.number % every == 0 and row.height == USUAL_RADII
               and row.restitution in RESTITUTIONS and row.count.any())
@@ -90,7 +90,7 @@ def _of_families(method: str, every: int, seed: int = FIT_SEED,
 
 def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
               count: Index) -> Sample:
-    """A body, estimated."""
+    """Make a sample: a body with its estimate."""
     scene = DropScene(restitution)
     estimate = estimated(method, resting, scene)
     error = expected_error(method, resting, estimate, scene).here

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from benchmarks.auto.cases import Case, dropped
-from benchmarks.auto.sharpening import covered, kept_bound
+from benchmarks.auto.cases import Case, drop_parts
+from benchmarks.auto.sharpening import bound_holds, intervals_hold
 from benchmarks.report import DOCS
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
@@ -52,7 +52,7 @@ def _simplest(some: Sequence[Sample], begin: tuple[float, ...]) -> PriorFit:
     return fit(found.x)
 
 
-def halved(known: Sequence[Sample]) -> list[Case]:
+def halve_drops(known: Sequence[Sample]) -> list[Case]:
     """Half of each body's drops in a row, in any order, and the counts of the other half."""
     draw, cases = np.random.default_rng(1), []
     for one in known:
@@ -65,7 +65,7 @@ def halved(known: Sequence[Sample]) -> list[Case]:
 
 def long_cases(reference: int) -> tuple[list[Sample], list[Case]]:
     """Other parts that no fit has seen, dropped thousands of times."""
-    cases = dropped(PARTS, print, (USUAL,), reference)
+    cases = drop_parts(PARTS, print, (USUAL,), reference)
     return [sample_of(one.number, one.resting(), USUAL, FITTED_METHOD, one.reference)
             for one in cases], cases
 
@@ -81,7 +81,7 @@ def compare(known: Sequence[Sample], cases: Sequence[Case], models: dict[str, Fi
             both = list(zip(cases, priors, strict=True))
             squares = [case.square_error(prior.updated(case.counts(drops)).probability)
                        for case, prior in both]
-            inside = [covered(case, prior, drops) for case, prior in both]
+            inside = [intervals_hold(case, prior, drops) for case, prior in both]
             poses = np.array([one.size for one in inside])
             error = math.sqrt(max(float(np.average(squares, weights=poses)), 0.0))
             rows.append([name, f"{drops}", f"{100.0 * error:.3f}",
@@ -89,7 +89,7 @@ def compare(known: Sequence[Sample], cases: Sequence[Case], models: dict[str, Fi
                          _share(np.array([one[few].sum() for one, few in
                                           zip(inside, rare, strict=True)]),
                                 np.array([few.sum() for few in rare])),
-                         _share(np.array([kept_bound(case, prior, drops)
+                         _share(np.array([bound_holds(case, prior, drops)
                                           for case, prior in both]), np.ones(len(both)))])
     return rows
 
@@ -161,7 +161,7 @@ def main() -> None:
     for name, fits in models.items():
         print(name, *(f"{rho:g}: {fit}" for rho, fit in fits.items()), sep="\n  ")
     known = held_out(FITTED_METHOD)
-    text = page(compare(known, halved(known), models), len(known) // len(RESTITUTIONS),
+    text = page(compare(known, halve_drops(known), models), len(known) // len(RESTITUTIONS),
                 compare(*long_cases(options.reference), models, MANY), options.reference)
     print(text)
     if options.write:

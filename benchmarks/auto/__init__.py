@@ -1,1 +1,1 @@
-"""Benchmark of estimates combined with drops, and of the choice of method for a target."""
+"""Benchmark of estimates combined with drops, and of `auto`, which chooses a method."""

@@ -38,10 +38,10 @@ class Case(NamedTuple):
     Attributes
     ----------
     number : int
-        Of the part in the series; the families take turns.
+        Number of the part in the series, in which the families take turns.
     restitution : float
     sequence : (SEQUENCE,) array of int
-        Pose of one drop after the other.
+        Poses of successive drops.
     reference : (P,) array of int
         Counts of other drops, `REFERENCE` of them in the benchmark.
     """
@@ -53,19 +53,19 @@ class Case(NamedTuple):
 
     @property
     def family(self) -> str:
-        """That the part is of."""
+        """Family of the part."""
         return KINDS[self.number % len(KINDS)]
 
     def part(self) -> Part:
-        """A new one, with nothing remembered."""
+        """Make the part anew, with nothing prepared."""
         return family_part(self.family, SERIES, self.number)
 
     def counts(self, drops: int) -> Index:
-        """Of the first drops (P,)."""
+        """Counts (P,) of the first drops."""
         return np.bincount(self.sequence[:drops], minlength=self.reference.size)
 
     def prior(self) -> PosePrior:
-        """What the base estimate says."""
+        """Prior around the estimate that `hybrid` starts from."""
         return pose_prior(self.resting(), self.scene())
 
     def resting(self) -> RestingPoses:
@@ -78,7 +78,7 @@ class Case(NamedTuple):
         return family_tolerance(self.family)
 
     def scene(self) -> DropScene:
-        """In which it is dropped."""
+        """Scene in which the part is dropped."""
         return DropScene(self.restitution, None, self.tolerance)
 
     def square_error(self, probability: Array) -> float:
@@ -89,23 +89,23 @@ class Case(NamedTuple):
 
 
 def probabilities(found: PoseStatistics) -> Array:
-    """By index (P,)."""
+    """Probabilities (P,) by `index`."""
     return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
 
 
-def dropped(parts: int, said: Callable[[str], object],
-            restitutions: Sequence[float] = RESTITUTIONS,
-            reference: int | None = None) -> list[Case]:
+def drop_parts(parts: int, say: Callable[[str], object],
+               restitutions: Sequence[float] = RESTITUTIONS,
+               reference: int | None = None) -> list[Case]:
     """Drop that many parts at every restitution; without a number `REFERENCE` times to judge."""
     drops, cases = REFERENCE if reference is None else reference, []
     for number in range(parts):
-        cases += [_dropped(number, restitution, drops) for restitution in restitutions]
+        cases += [_drop_part(number, restitution, drops) for restitution in restitutions]
         if number % 10 == 9:
-            said(f"{number + 1} of {parts} parts are dropped")
+            say(f"{number + 1} of {parts} parts are dropped")
     return cases
 
 
-def _dropped(number: int, restitution: float, reference_drops: int) -> Case:
+def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
     empty = Case(number, restitution, np.zeros(0, np.int16), np.zeros(0, np.int64))
     part, outcomes = empty.part(), []
 
@@ -120,8 +120,8 @@ def _dropped(number: int, restitution: float, reference_drops: int) -> Case:
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))
 
 
-def store(cases: Sequence[Case], file: Path) -> None:
-    """Keep cases, which take the longest to make, for another run."""
+def write_cases(cases: Sequence[Case], file: Path) -> None:
+    """Write cases, which take the longest to make, for another run."""
     np.savez_compressed(
         file, number=[one.number for one in cases], family=[one.family for one in cases],
         poses=[one.reference.size for one in cases],
@@ -130,8 +130,8 @@ def store(cases: Sequence[Case], file: Path) -> None:
         reference=np.concatenate([one.reference for one in cases]))
 
 
-def stored(file: Path) -> list[Case]:
-    """What `store` kept.
+def read_cases(file: Path) -> list[Case]:
+    """Read what `write_cases` wrote.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`auto` beside the best that one fixed method can do for all parts."""
+"""`auto` beside the best fixed method for all parts."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ Array = NDArray[np.float64]
 TARGETS = (0.05, 0.03, 0.02, 0.01)
 SLOWER = 1.5
 TIMED_EVERY = 5
-"""Fixed methods are timed on every so many cases, and `auto` beside them; with no common divisor
-with the families and restitutions that take turns, all of these are among them."""
+"""Fixed methods, and `auto` beside them, are timed on every so many cases. Families and
+restitutions take turns, and their numbers have no common divisor with this one, so that all of
+them are among these cases."""
 
 TIMED = (
     "`auto(part, target)` on {} parts at three restitutions, on one thread. `kept`: share of the "
@@ -41,7 +42,7 @@ FAMILIES = (
 
 
 def choosing(cases: Sequence[Case]) -> tuple[Section, Section]:
-    """A row for each target, and one for all; what was kept by family."""
+    """Table of the targets, a row each and one for all, and table of the families."""
     priors = [one.prior() for one in cases]
     some = cases[::TIMED_EVERY]
     rows, totals, kept_all = [], np.zeros(2), []
@@ -64,7 +65,7 @@ def choosing(cases: Sequence[Case]) -> tuple[Section, Section]:
 
 
 def _families(cases: Sequence[Case], kept: NDArray[np.bool_]) -> Section:
-    """From what was kept (T, C) of the targets."""
+    """Table of the families, from which case (T, C) kept each target."""
     family = np.array([one.family for one in cases])
     rows = []
     for name in np.unique(family).tolist():
@@ -97,7 +98,7 @@ def _auto(case: Case, target: float) -> tuple[PoseStatistics, float]:
 KEPT = 0.9
 
 Run = Callable[[Part, Case], PoseStatistics]
-"""Answers for the part of a case, which has nothing remembered."""
+"""Answers for the part of a case, made anew with nothing prepared."""
 
 
 class Policy(NamedTuple):
@@ -127,9 +128,9 @@ def best_policy(cases: Sequence[Case], priors: Sequence[PosePrior], some: Sequen
 
 
 def _estimates(cases: Sequence[Case], target: float) -> list[Policy]:
-    """The most accurate estimator: all take the same time but for some per cent."""
+    """The most accurate estimator; all take the same time but for some per cent."""
     def share(name: str) -> float:
-        return _kept(cases, [ESTIMATORS[name].function(
+        return _share_kept(cases, [ESTIMATORS[name].function(
             one.resting(), one.scene()) for one in cases], target)
 
     shares = {name: share(name) for name in ESTIMATORS}
@@ -142,13 +143,13 @@ def _drops(cases: Sequence[Case], priors: Sequence[PosePrior], target: float) ->
     """Hybrid and simulation, each with as few drops as keep the target."""
     found = []
     for drops in _steps(cases[0].sequence.size):
-        kept = _kept(cases, [prior.updated(one.counts(drops)).probability
-                             for one, prior in zip(cases, priors, strict=True)], target)
+        kept = _share_kept(cases, [prior.updated(one.counts(drops)).probability
+                                   for one, prior in zip(cases, priors, strict=True)], target)
         if kept >= KEPT:
             found.append(Policy(f"hybrid, {drops} drops", kept, _hybrid(drops), drops))
             break
     for drops in _steps(cases[0].sequence.size):
-        kept = _kept(cases, [one.counts(drops) / drops for one in cases], target)
+        kept = _share_kept(cases, [one.counts(drops) / drops for one in cases], target)
         if kept >= KEPT:
             found.append(Policy(f"simulation, {drops} drops", kept, _simulation(drops), drops))
             break
@@ -165,7 +166,7 @@ def _simulation(drops: int) -> Run:
                                       cluster_tolerance=one.tolerance)
 
 
-def _kept(cases: Sequence[Case], answers: Sequence[Array], target: float) -> float:
+def _share_kept(cases: Sequence[Case], answers: Sequence[Array], target: float) -> float:
     return float(np.mean([one.square_error(answer) <= target ** 2
                           for one, answer in zip(cases, answers, strict=True)]))
 

@@ -9,30 +9,30 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from ..report import DOCS, collected, write_page
+from ..report import DOCS, collect_results, write_page
 from ..results import Section, save
-from .cases import Case, dropped, store, stored
+from .cases import Case, drop_parts, read_cases, write_cases
 from .choosing import choosing
-from .sharpening import coverage, needed, sharpening
+from .sharpening import coverage, drops_needed, sharpening
 
 PARTS = 200
 
 
 def sections(cases: Sequence[Case]) -> Iterator[Section]:
-    """Measure and hand over one table after the other."""
+    """Measure, and yield one table after the other."""
     yield sharpening(cases)
-    yield needed(cases)
+    yield drops_needed(cases)
     yield coverage(cases)
     yield from choosing(cases)
 
 
-def cases_of(parts: int, file: Path | None, said: Callable[[str], object]) -> list[Case]:
-    """Parts with their drops, from a file where there is one, else kept in it."""
+def cases_of(parts: int, file: Path | None, say: Callable[[str], object]) -> list[Case]:
+    """Read parts with their drops from a file if it is there; else make them, and write it."""
     if file is not None and file.exists():
-        return [one for one in stored(file) if one.number < parts]
-    made = dropped(parts, said)
+        return [one for one in read_cases(file) if one.number < parts]
+    made = drop_parts(parts, say)
     if file is not None:
-        store(made, file)
+        write_cases(made, file)
     return made
 
 
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--write", action="store_true",
                         help="store docs/benchmarks/auto.json and render docs/benchmarks.md")
     options = parser.parse_args(arguments)
-    results = collected(sections(cases_of(options.parts, options.cases, print)), print)
+    results = collect_results(sections(cases_of(options.parts, options.cases, print)), print)
     if options.write:
         save(results, DOCS / "benchmarks" / "auto.json")
         print(write_page(DOCS))

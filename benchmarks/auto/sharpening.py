@@ -1,4 +1,4 @@
-"""How the error of estimate and drops together falls, beside either alone."""
+"""Error of estimate and drops together, beside that of either alone."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ NEEDED_TIMED = (
 
 
 def sharpening(cases: Sequence[Case]) -> Section:
-    """A row for each number of drops."""
+    """Table of errors, a row for each number of drops."""
     priors = [one.prior() for one in cases]
     alone = math.sqrt(_mean_square(cases, [_estimate(one) for one in cases]))
     rows = []
@@ -64,7 +64,7 @@ def sharpening(cases: Sequence[Case]) -> Section:
 
 
 def coverage(cases: Sequence[Case]) -> Section:
-    """A row for each number of drops, 0 for the estimate alone."""
+    """Table of coverage, a row for each number of drops; 0 is the estimate alone."""
     priors = [one.prior() for one in cases]
     true = np.concatenate([one.reference / one.reference.sum() for one in cases])
     estimated = np.concatenate([_estimate(one) for one in cases])
@@ -72,10 +72,10 @@ def coverage(cases: Sequence[Case]) -> Section:
              "estimate below 1 %": estimated < RARE}
     rows = []
     for drops in (0, *DROPS):
-        inside = np.concatenate([covered(one, prior, drops)
+        inside = np.concatenate([intervals_hold(one, prior, drops)
                                  for one, prior in zip(cases, priors, strict=True)])
         shares = {name: float(inside[kind].mean()) for name, kind in kinds.items() if kind.any()}
-        kept = np.mean([kept_bound(one, prior, drops)
+        kept = np.mean([bound_holds(one, prior, drops)
                         for one, prior in zip(cases, priors, strict=True)])
         rows.append(Row(f"hybrid, {drops} drops", {
             **{name: 100.0 * shares[name] if name in shares else "-" for name in kinds},
@@ -83,8 +83,8 @@ def coverage(cases: Sequence[Case]) -> Section:
     return Section("hybrid_coverage", "How well hybrid knows itself", COVERAGE_TIMED, tuple(rows))
 
 
-def needed(cases: Sequence[Case]) -> Section:
-    """Drops for some errors, counted alone and with the estimate."""
+def drops_needed(cases: Sequence[Case]) -> Section:
+    """Table of the drops that some errors take, counted alone and with the estimate."""
     priors = [one.prior() for one in cases]
     steps = [10]
     while steps[-1] < cases[0].sequence.size * 2 // 3:
@@ -110,13 +110,13 @@ def _estimate(case: Case) -> Array:
 
 
 def _mean_square(cases: Sequence[Case], answers: Sequence[Array]) -> float:
-    """Over the poses of all cases."""
+    """Mean square error over the poses of all cases."""
     poses = [one.reference.size for one in cases]
     return float(np.average([one.square_error(answer) for one, answer in
                              zip(cases, answers, strict=True)], weights=poses))
 
 
-def covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
+def intervals_hold(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
     """Whether the interval of each pose (P,) holds its reference, with the reference's noise."""
     after = prior.updated(case.counts(drops))
     total = int(case.reference.sum())
@@ -125,7 +125,7 @@ def covered(case: Case, prior: PosePrior, drops: int) -> NDArray[np.bool_]:
     return (low <= true) & (true <= high)
 
 
-def kept_bound(case: Case, prior: PosePrior, drops: int) -> bool:
+def bound_holds(case: Case, prior: PosePrior, drops: int) -> bool:
     """Whether the distance to the reference is within the bound, both with its noise."""
     after = prior.updated(case.counts(drops))
     s = case.reference / case.reference.sum()
@@ -143,6 +143,6 @@ def _off(shares: dict[str, float]) -> tuple[Target, ...]:
 
 
 def _crossing(steps: Sequence[int], squares: Sequence[float], wanted: float) -> float:
-    """Where a falling curve meets a value, straight in logarithms."""
+    """Where a falling curve meets a value, interpolated in logarithms."""
     falling = np.log(np.maximum(squares[::-1], 1e-12))
     return float(np.exp(np.interp(math.log(wanted), falling, np.log(steps[::-1]))))

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import NamedTuple
 
-from ros_pose_stats.study.mujoco_drops import Plate, Setting, available, dropped, setting
+from ros_pose_stats.study.mujoco_drops import Plate, Setting, available, drop_in_mujoco, setting
 
 from ..mujoco import choose_setting
 from ..results import Row, Section, Target
@@ -18,7 +18,7 @@ TITLE = "Beside MuJoCo"
 MISSING = "MuJoCo cannot be imported here, so nothing was compared: `pip install mujoco`."
 PENETRATION = 0.01
 RIGHT_STEPS = 10
-"""Steps a contact from which on restitution hardly gets any better impact by impact."""
+"""Steps a contact from which on the restitution of single impacts hardly gets better."""
 LEAST = {0.2: 500.0, 0.5: 500.0, 0.8: 300.0}
 
 SETTINGS: dict[str, Callable[[Plate, float], Setting]] = {
@@ -26,7 +26,7 @@ SETTINGS: dict[str, Callable[[Plate, float], Setting]] = {
     f"{RIGHT_STEPS} steps a contact":
         lambda plate, wanted: setting(plate, wanted, PENETRATION, RIGHT_STEPS),
 }
-"""From the plate and restitution to MuJoCo's contact and time step."""
+"""Functions from the plate and restitution to MuJoCo's contact and time step."""
 
 
 class Race(NamedTuple):
@@ -87,7 +87,7 @@ def _race(plate: Plate, dropper: Dropper, restitution: float, name: str, theirs:
         dropper.drop(rules, seed, ours)
         seconds.append((time.perf_counter() - begin) / ours)
         if seed == 1:
-            mujoco = dropped(plate, found, theirs, 1).seconds / theirs
+            mujoco = drop_in_mujoco(plate, found, theirs, 1).seconds / theirs
     return Race(found, mujoco, fmean(seconds))
 
 

@@ -1,4 +1,4 @@
-"""A part ready to be dropped."""
+"""A body prepared for drops, for measurements of the kernel itself."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.kernels.drops.drop import run_drops
 from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, drop_rules, run
+from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, compute_drops, drop_rules
 from ros_pose_stats.simulation.starts import starting_directions
 
 from .. import bodies
@@ -22,7 +22,7 @@ RESTITUTIONS = (0.2, 0.5, 0.8)
 
 
 class Effort(NamedTuple):
-    """What a drop costs on average: single impacts, and steps of the motion between them."""
+    """Mean cost of a drop: single impacts, and steps of the motion between them."""
 
     impacts: float
     steps: float
@@ -39,17 +39,17 @@ class Dropper:
         self.poses = len(self.prepared.resting.poses)
 
     def rules(self, restitution: float, height: float = 20.0) -> DropRules:
-        """Scene, the height of release in radii."""
+        """Rules of a scene; the height of release is in radii."""
         scene = DropScene(restitution, height * self.prepared.radius)
         return drop_rules(scene, self.prepared.radius)
 
     def drop(self, rules: DropRules, seed: int, drops: int,
              sampling: str = "random") -> DropOutcomes:
-        """The first drops of a seed, on this thread: what a worker does."""
-        return run(self.prepared, rules, starting_directions(sampling, seed, 0, drops))
+        """Compute the first drops of a seed on this thread, as a worker does."""
+        return compute_drops(self.prepared, rules, starting_directions(sampling, seed, 0, drops))
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
-        """Mean effort of such drops."""
+        """Mean cost of such drops."""
         ups = np.ascontiguousarray(
             -starting_directions("random", seed, 0, drops) @ self.prepared.axes)
         outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
@@ -58,8 +58,8 @@ class Dropper:
         return Effort(float(impacts.mean()), float((outcome[:, STEP_COUNT] - impacts).mean()))
 
 
-def a_few(droppers: Sequence[Dropper], number: int) -> list[Dropper]:
-    """Some of them, evenly spread from few vertices to many."""
+def pick_evenly(droppers: Sequence[Dropper], number: int) -> list[Dropper]:
+    """Pick some bodies, evenly spread from few vertices to many."""
     ranked = sorted(droppers, key=lambda dropper: dropper.vertices)
     return [ranked[(2 * i + 1) * len(ranked) // (2 * number)] for i in range(number)]
 

@@ -1,4 +1,4 @@
-"""Everything about the drop simulation that can be measured, section after section."""
+"""All measurements of the drop simulation, section after section."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from .. import bodies
-from ..report import collected, command
+from ..report import collect_results, command
 from ..results import Results, Section
 from ..timing import Pace
 from .beside_mujoco import beside_mujoco
-from .dropper import Dropper, a_few, paper_droppers
+from .dropper import Dropper, paper_droppers, pick_evenly
 from .rates import growth, rates, scaling, slopes
 from .soundness import lattice, stopping, thresholds
 
@@ -27,7 +27,7 @@ class Plan:
     Attributes
     ----------
     bodies, few : int
-        Random polyhedra for the rates, and how many of them for what takes longer.
+        Random polyhedra for the rates, and how many of them for longer measurements.
     drops : int
         Of each body in a round of the rates.
     rates, scaling, growth : Pace
@@ -77,10 +77,10 @@ QUICK = Plan(bodies=20, few=2, rates=Pace(9, 5.0), theirs=8, ours=200, scaling_d
 
 
 def sections(plan: Plan) -> Iterator[Section]:
-    """Measure and hand over one table after the other."""
+    """Measure, and yield one table after the other."""
     droppers = paper_droppers(plan.bodies)
     droppers[0].drop(droppers[0].rules(0.5), 0, 100)  # compiles or loads the kernel
-    few = a_few(droppers, plan.few)
+    few = pick_evenly(droppers, plan.few)
     merged = [Dropper(one.body, MERGED) for one in few]
     yield rates(droppers, plan.drops, plan.rates)
     yield beside_mujoco(merged, plan.theirs, plan.ours)
@@ -105,9 +105,9 @@ def families(plan: Plan) -> list[tuple[str, float, list[bodies.Body]]]:
     ]
 
 
-def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
-    """Measure everything, telling each table as it comes."""
-    return collected(sections(plan), said)
+def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
+    """Measure everything, and say each table as it comes."""
+    return collect_results(sections(plan), say)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

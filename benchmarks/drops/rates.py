@@ -14,7 +14,7 @@ from numba import njit
 from ros_pose_stats import simulate
 
 from ..bodies import Body
-from ..growth import family, fitted
+from ..growth import family, fit_slope
 from ..results import Row, Section, Target
 from ..timing import Contender, Pace, race
 from .dropper import RESTITUTIONS, Dropper
@@ -181,9 +181,9 @@ def slopes(growth: Section) -> Section:
     for name in dict.fromkeys(map(family, growth.rows)):
         cells = [row.cells for row in growth.rows if family(row) == name]
         vertices = [int(each["vertices"]) for each in cells]
-        cost = fitted(vertices, [float(each[COST]) for each in cells])
-        events = fitted(vertices, [float(each[IMPACTS]) + float(each[STEPS]) for each in cells])
-        each_one = fitted(vertices, [float(each[EACH]) for each in cells])
+        cost = fit_slope(vertices, [float(each[COST]) for each in cells])
+        events = fit_slope(vertices, [float(each[IMPACTS]) + float(each[STEPS]) for each in cells])
+        each_one = fit_slope(vertices, [float(each[EACH]) for each in cells])
         rows.append(Row(name, {
             "slope": cost.value, "error": cost.error,
             "of events": events.value, "its error": events.error,

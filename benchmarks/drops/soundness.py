@@ -1,4 +1,4 @@
-"""Whether stopping and thresholds have a say in the answers, and what even starts are worth."""
+"""Effects of stopping and of thresholds on the answers, and the worth of even starts."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _stopping_row(dropper: Dropper, sampling: str, target: float, seeds: int, kn
 
 
 def _probabilities(statistics: PoseStatistics) -> Array:
-    """By index."""
+    """Probabilities by `index`."""
     ranked = sorted(statistics.poses, key=lambda pose: pose.index)
     return np.array([pose.probability for pose in ranked])
 
@@ -95,7 +95,7 @@ THRESHOLDS_TIMED = (
 
 
 class Change(NamedTuple):
-    """What a factor changed on one body: drops, largest change and the same in its errors."""
+    """Changes by a factor on one body: share of drops, largest change, and that in its errors."""
 
     otherwise: int
     largest: float
@@ -105,8 +105,8 @@ class Change(NamedTuple):
     before: float
 
 
-def scaled(rules: DropRules, factor: float) -> DropRules:
-    """Rules with other thresholds."""
+def scale_thresholds(rules: DropRules, factor: float) -> DropRules:
+    """Multiply the thresholds of the rules."""
     return rules._replace(slow=factor * rules.slow, touching=factor * rules.touching,
                           soft=factor**2 * rules.soft)
 
@@ -127,7 +127,7 @@ def _changes(dropper: Dropper, restitution: float, drops: int) -> Iterator[Chang
     rules = dropper.rules(restitution)
     known, before = _timed(dropper, rules, drops)
     for factor in FACTORS:
-        found, seconds = _timed(dropper, scaled(rules, factor), drops)
+        found, seconds = _timed(dropper, scale_thresholds(rules, factor), drops)
         moved = found != known
         came, left = (np.bincount(each[moved] + 1, minlength=dropper.poses + 1)
                       for each in (found, known))
@@ -166,7 +166,7 @@ def _largest_by_chance(number: int) -> float:
 
 
 HEIGHTS = (1.5, 5.0, 20.0)
-"""Of release, in radii."""
+"""Heights of release, in radii."""
 
 LATTICE_TIMED = (
     "Variance of the pose probabilities from n drops of a lattice over that from n independent "

@@ -1,10 +1,10 @@
-"""What rclpy itself costs: a process with an empty service and subscriptions to meshes.
+"""The cost of rclpy itself: a process with an empty service and subscriptions to meshes.
 
     python -m benchmarks.node.bare
 
-Started by the benchmark. The ordinary subscription is made as any rclpy node makes it, so
-rclpy turns each vertex and triangle into an object before the callback sees the mesh; the raw
-one, as the node has it, is handed the bytes.
+The benchmark starts it. The ordinary subscription is that of any rclpy node, so rclpy turns each
+vertex and triangle into an object before the callback sees the mesh. The raw one, like the node's,
+receives the bytes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A client that costs little itself: raw subscriptions, spun in the calling thread."""
+"""A client that takes little time itself: raw subscriptions, spun in the calling thread."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OWN = "/pose_stats"
 
 
 def quiet() -> PublisherEventCallbacks:
-    """No warnings of readers that want latched meshes only; the node has both kinds."""
+    """Callbacks without warnings about readers of latched meshes only; the node has both kinds."""
     return PublisherEventCallbacks(incompatible_qos=lambda _: None)
 
 
@@ -53,12 +53,12 @@ class Client:
         self.context.try_shutdown()
 
     def spin_until(self, done: Callable[[], object], what: str) -> None:
-        """Handle what comes until `done()`.
+        """Handle messages until `done()`.
 
         Raises
         ------
         TimeoutError
-            Saying `what` did not come.
+            If that takes too long; `what` is named in it.
         """
         until = time.monotonic() + PATIENCE
         while not done():
@@ -67,13 +67,13 @@ class Client:
             self._executor.spin_once(timeout_sec=0.02)
 
     def spin_for(self, seconds: float) -> None:
-        """Handle what comes for a time."""
+        """Handle messages for a time."""
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
 
     def result(self, future: Future, what: str) -> Any:
-        """What an answer brings, once it is there."""
+        """Wait for an answer and return it."""
         future.add_done_callback(lambda _: self._executor.wake())
         self.spin_until(future.done, what)
         return future.result()
@@ -102,11 +102,11 @@ class Client:
         self._publishers[topic].publish(data)
 
     def forget_latched(self) -> None:
-        """Forget what was seen on the latched topic."""
+        """Forget the messages of the latched topic."""
         self._seen.clear()
 
     def has_latched(self, text: str) -> bool:
-        """Whether a result with that name or digest in it has been seen since."""
+        """Whether a result with that name or digest in it has come since then."""
         wanted = text.encode()
         return any(wanted in seen for seen in self._seen)
 

@@ -1,4 +1,4 @@
-"""Drops by the action: how many a second, how often it tells how far it is, how soon it ends."""
+"""Drops by the action: their rate, the rate of its feedback, and how soon a cancelled one ends."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def cancelling(client: Client, parts: dict[str, str], runs: int) -> Section:
     ----------
     client : Client
     parts : dict of str to str
-        What to call a part in the table, by the id of a known part.
+        Names of the parts in the table, by the id of a known part.
     runs : int
     """
     rows = []

@@ -1,4 +1,4 @@
-"""Drop simulations as the other measurements need them."""
+"""Drop simulations for the other measurements."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SEEDS = count(1)
 
 
 def make_known(client: Client, part_id: str, body: Body) -> None:
-    """Send a part and wait until it is estimated."""
+    """Send a part, and wait until it is estimated."""
     digest = part_from_mesh(body.vertices, body.triangles).digest
     client.publish_until_latched(
         PART_TOPIC, part_mesh_bytes(part_id, body.vertices, body.triangles), digest)
@@ -40,7 +40,7 @@ def start_request(part_id: str, drops: int) -> Any:
 
 def carry(request: Any, part_id: str, vertices: NDArray[np.float64],
           triangles: NDArray[np.int64]) -> Any:
-    """The request with the part in it, as flat arrays."""
+    """Put the part into a request, as flat arrays."""
     request.part.part_id = part_id
     request.part.vertices = array("d", np.ascontiguousarray(vertices).tobytes())
     request.part.triangles = array("I", triangles.astype(np.uint32).tobytes())
@@ -60,27 +60,27 @@ def start(client: Client, request: Any) -> str:
 
 
 def accepted(response: Any) -> Any:
-    """The response, if it says success."""
+    """Return the response if it says success."""
     if not response.success:
         raise RuntimeError(response.message)
     return response
 
 
 def state(client: Client, job_id: str) -> Any:
-    """How far a job is."""
+    """State of a job."""
     return accepted(client.call(srv.GetDropSimulation, "get_drop_simulation",
                                 srv.GetDropSimulation.Request(job_id=job_id)))
 
 
 def wait_for_end(client: Client, job_id: str) -> Any:
-    """Ask until the job has ended."""
+    """Wait until a job has ended."""
     while (found := state(client, job_id)).state < DONE:
         client.spin_for(0.005)
     return found
 
 
 def make_many(client: Client, part_id: str, number: int) -> None:
-    """Have so many small jobs done, so that the node knows of them."""
+    """Run so many small jobs, so that the node knows of them."""
     made, last = 0, ""
     while made < number:
         try:
@@ -92,7 +92,7 @@ def make_many(client: Client, part_id: str, number: int) -> None:
 
 
 def wait_for_drops(client: Client, job_id: str) -> None:
-    """Ask until the job is at work."""
+    """Wait until a job has begun to drop."""
     while not state(client, job_id).drops_done:
         client.spin_for(0.01)
 
@@ -110,7 +110,7 @@ def under_way(client: Client, part_id: str) -> Iterator[str]:
     Raises
     ------
     RuntimeError
-        If it did not last.
+        If it ended before the context.
     """
     job_id = start(client, start_request(part_id, ENDLESS))
     wait_for_drops(client, job_id)
@@ -124,7 +124,7 @@ def under_way(client: Client, part_id: str) -> Iterator[str]:
 
 @contextmanager
 def action_client(client: Client) -> Iterator[Any]:
-    """The action, ready."""
+    """A client of the action whose server is ready."""
     action = ActionClient(client.node, SimulateDrops, f"{OWN}/simulate_drops")
     try:
         client.spin_until(action.server_is_ready, "action server")

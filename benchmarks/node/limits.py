@@ -1,4 +1,4 @@
-"""Services where there is much to tell: many poses, many jobs, a large mesh on its way."""
+"""Services with long answers: many poses, many jobs, a large mesh that is being received."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def limits(client: Client, part_id: str, body: Body, large: Body, number: int,
     ----------
     client : Client
     part_id : str
-        A known part, to have done the jobs with.
+        A known part, for the jobs.
     body : Body
         With many poses.
     large : Body
@@ -69,7 +69,7 @@ def _at_work(client: Client, poses: str, known: str, pace: Pace) -> list[Row]:
 
 
 def _polled(client: Client, large: Body, pace: Pace) -> list[Row]:
-    """Calls while a mesh is taken in, for the patience of the pace."""
+    """Calls while a mesh is received, for the patience of the pace."""
     calls = Calls(client)
     timings = race([bare_call(calls), calls.list("list")], pace)
     fresh, until = Fresh(large), time.monotonic() + pace.patience

@@ -1,4 +1,4 @@
-"""Everything about the node that is measured, section after section."""
+"""All measurements of the node, section after section."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shape_msgs.msg import Mesh
 from ros_pose_stats import part_from_mesh
 
 from ..bodies import Body, demo_parts, near_sphere, random_polyhedron
-from ..report import collected, command
+from ..report import collect_results, command
 from ..results import Results, Section
 from ..timing import Pace
 from . import jobs
@@ -40,7 +40,7 @@ CLAMP, LARGE = "clamp", "large"
 
 
 def sections(plan: Plan) -> Iterator[Section]:
-    """Measure and hand over one table after the other."""
+    """Measure, and yield one table after the other."""
     with surroundings() as folder:
         yield starting(folder / "starts", plan.starts)
         yield disk(folder / "disk", plan.disk)
@@ -79,14 +79,14 @@ def _clamp() -> Body:
 
 
 def _many_poses(vertices: int) -> Body:
-    """About a seventh as many stable poses."""
+    """A body with about a seventh as many stable poses as vertices."""
     body = near_sphere(vertices)
     return body._replace(vertices=LENGTH * body.vertices)
 
 
-def run(plan: Plan, said: Callable[[str], object] = print) -> Results:
-    """Measure everything, telling each table as it comes."""
-    found = collected(sections(plan), said)
+def run(plan: Plan, say: Callable[[str], object] = print) -> Results:
+    """Measure everything, and say each table as it comes."""
+    found = collect_results(sections(plan), say)
     return replace(found, machine={**found.machine, "rclpy": version("rclpy"),
                                    "middleware": get_rmw_implementation_identifier()})
 
@@ -117,7 +117,7 @@ class Plan:
     many : int
         Vertices of the part with many poses.
     jobs : int
-        To be known; the node keeps 1000.
+        Jobs that the node is to know; it keeps 1000.
     limits : Pace
     cancels : int
         For each part and way.

@@ -1,4 +1,4 @@
-"""From the publishing of a mesh to the latched estimate, and what other subscriptions take."""
+"""Time from the publishing of a mesh to the latched estimate, beside that of subscriptions."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def mesh_to_estimate(client: Client, bodies: Sequence[Body], pace: Pace) -> Sect
 
 
 def _scale(body: Body) -> list[Contender]:
-    """What the same takes in this process."""
+    """Contenders that do the same in this process, for scale."""
     fresh = Fresh(body)
 
     def library(vertices: NDArray[np.float64]) -> object:
@@ -63,7 +63,7 @@ def _scale(body: Body) -> list[Contender]:
 
 
 def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Contender]:
-    """Through the node; each has met its topic and, but for new names, its part before."""
+    """Contenders through the node; their topics and, but for new names, parts are known to it."""
     numbers = count()
     for name in names:
         topic = CAD_TOPIC if name == STANDARD else PART_TOPIC
@@ -77,7 +77,7 @@ def senders(client: Client, body: Body, names: Sequence[str]) -> Iterator[Conten
 
 
 def _maker(name: str, fresh: Fresh, numbers: count[int]) -> Callable[[], tuple[bytes, str]]:
-    """Makes message and digest of ever other meshes."""
+    """Return a function that makes message and digest of another mesh at each call."""
     triangles = fresh.body.triangles
 
     def make() -> tuple[bytes, str]:
@@ -170,13 +170,13 @@ _numbers = count(1)
 
 
 class Fresh:
-    """Slightly larger copies of a body: the node has seen none of them."""
+    """Slightly larger copies of a body, each of which is new to the node."""
 
     def __init__(self, body: Body) -> None:
         self.body = body
 
     def __call__(self) -> NDArray[np.float64]:
-        """Vertices of the next one."""
+        """Vertices of the next copy."""
         return self.body.vertices * (1.0 + STEP * next(_numbers))
 
 

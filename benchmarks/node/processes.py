@@ -1,4 +1,4 @@
-"""Processes that say `ready`, the node or the bare one beside it: where they run, and how soon."""
+"""Processes that say `ready`, the node or the bare one beside it, and their start and end."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Number of the process."""
         return self._process.pid
 
     def kill(self) -> None:
@@ -96,16 +96,16 @@ class Child:
                 self.seconds_to_ready = time.perf_counter() - self.started
                 self._is_ready.set()
             self._lines.append(line.rstrip())
-        self._is_ready.set()  # has ended: nobody shall wait
+        self._is_ready.set()  # the process has ended, so nobody shall wait
 
 
 def says_ready(line: str) -> bool:
-    """Whether a process says with a line that it answers."""
+    """Whether a line says that the process answers."""
     return line.split()[-1:] == ["ready"]
 
 
 def node(log_directory: Path, mesh_topics: Sequence[str] = (), workers: int = 0) -> Child:
-    """The node with bags in a folder of its own."""
+    """Start the node with bags in a folder of its own."""
     values = {"log_directory": str(log_directory), "restore": "false", "workers": str(workers)}
     if mesh_topics:
         values["mesh_topics"] = f"[{', '.join(mesh_topics)}]"
@@ -114,13 +114,13 @@ def node(log_directory: Path, mesh_topics: Sequence[str] = (), workers: int = 0)
 
 
 def bare() -> Child:
-    """The process beside it that does nothing."""
+    """Start the process beside the node that does nothing."""
     return Child("benchmarks.node.bare")
 
 
 @contextmanager
 def surroundings() -> Iterator[Path]:
-    """Set up the environment of this process and its children; gives an empty folder."""
+    """Set up the environment of this process and its children, and yield an empty folder."""
     with tempfile.TemporaryDirectory(prefix="ros_pose_stats_") as name, _domain() as domain:
         folder = Path(name)
         own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -131,7 +131,7 @@ def surroundings() -> Iterator[Path]:
 
 @contextmanager
 def _domain() -> Iterator[int]:
-    """A domain that nobody else on this machine uses; `domain_id` would swallow an OSError."""
+    """Reserve a domain that nobody else on this machine uses; `domain_id` hides an OSError."""
     reserved = domain_id()
     number = reserved.__enter__()
     try:

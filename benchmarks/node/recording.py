@@ -1,4 +1,4 @@
-"""What results and jobs cost in the bag, and what the disk under it takes."""
+"""Bytes of results and jobs in the bag, and the time that the disk under it takes."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class _Reader:
         self.new()
 
     def new(self) -> list[RawMessage]:
-        """Those that are new."""
+        """Messages since the last call."""
         bags = sorted(self._directory.iterdir()) if self._directory.is_dir() else []
         found = list(raw_messages(bags[-1])) if bags else []
         fresh, self._read = found[self._read:], len(found)
@@ -70,7 +70,7 @@ def _rows(step: str, messages: Sequence[RawMessage]) -> list[Row]:
 
 
 RECORD = bytes(range(256)) * 8
-"""About a result with a few poses."""
+"""Bytes of about a result with a few poses."""
 MOST_MILLISECONDS = 2.0
 
 DISK_TIMED = (
@@ -86,7 +86,7 @@ def disk(folder: Path, pace: Pace) -> Section:
     Parameters
     ----------
     folder : Path
-        To be made in the log directory's file system.
+        Created in the file system of the log directory.
     pace : Pace
     """
     types = bag_types()

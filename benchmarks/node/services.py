@@ -1,4 +1,4 @@
-"""Round trips of the services, the node idle and at work on every core."""
+"""Round trips of the services while the node is idle, and while it drops on every core."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Known(NamedTuple):
     Attributes
     ----------
     part_id : str
-        Asked for, and dropped meanwhile.
+        Id of the part that is asked for, and dropped meanwhile.
     carried_id : str
     carried : Body
-        What requests carry.
+        Part that requests carry.
     """
 
     part_id: str
@@ -71,7 +71,7 @@ def bare_call(calls: Calls) -> Contender:
 
 
 def _contenders(client: Client, known: Known, job_id: str, drops: int) -> list[Contender]:
-    """All calls, in the order of the table; `drops` of what is started."""
+    """All calls in the order of the table; `drops` are those of a job that is started."""
     calls, part_id, body, fresh = Calls(client), known.part_id, known.carried, Fresh(known.carried)
 
     def again() -> Any:
@@ -93,7 +93,7 @@ START, OTHERS = 10.0, 50.0  # milliseconds
 
 
 class Calls:
-    """Makes contenders; before each call the last one's doing is undone, untimed.
+    """Maker of contenders; before each call the effect of the last one is undone, untimed.
 
     Parameters
     ----------
@@ -114,27 +114,27 @@ class Calls:
         return Contender(name, lambda made: self._client.call(kind, service, made), prepare)
 
     def get(self, name: str, job_id: str) -> Contender:
-        """How far a job is."""
+        """Ask for the state of a job."""
         return self.query(name, srv.GetDropSimulation, "get_drop_simulation",
                           lambda: srv.GetDropSimulation.Request(job_id=job_id))
 
     def get_statistics(self, name: str, part_id: str) -> Contender:
-        """What is latched for a part."""
+        """Ask for the latched result of a part."""
         return self.query(name, srv.GetStatistics, "get_statistics",
                           lambda: srv.GetStatistics.Request(part_id=part_id))
 
     def list(self, name: str) -> Contender:
-        """All jobs."""
+        """List all jobs."""
         return self.query(name, srv.ListDropSimulations, "list_drop_simulations",
                           srv.ListDropSimulations.Request)
 
     def estimate(self, name: str, part_id: str) -> Contender:
-        """An estimate of a known part."""
+        """Estimate a known part."""
         return self.query(name, srv.EstimatePoses, "estimate",
                           lambda: srv.EstimatePoses.Request(part_id=part_id))
 
     def start(self, name: str, request: Callable[[], Any], new_part: bool = False) -> Contender:
-        """A start; the job is cancelled later, and a new part's estimate waited for."""
+        """Start a job, cancel it later, and wait for the estimate of a new part."""
         plain = self.query(name, srv.StartDropSimulation, "start_drop_simulation", request)
 
         def prepare() -> Any:

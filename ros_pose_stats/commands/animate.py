@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .reading import add_part_options, add_scene_options, part_of, read_count
+from .arguments import add_part_options, add_scene_options, load_named_part, read_count
 from .running import announce_slow_start, end_on_interrupt, output_file
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
             from ..plots.files import ffmpeg
 
             ffmpeg()
-        part = part_of(options)
+        part = load_named_part(options)
         found = watchable_drop(part, options.drop, options.restitution, options.seed,
                                options.drop_height, options.cluster_tolerance)
         resting = resting_poses(part, options.cluster_tolerance)

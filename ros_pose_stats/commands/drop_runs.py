@@ -1,4 +1,4 @@
-"""What the commands that drop a part share: options, a run that Ctrl-C ends, its report."""
+"""What the commands that drop a part share: options, loading, a run with a bar, and its report."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from .arguments import load_named_part, read_count
 from .progress_bar import ProgressBar
-from .reading import part_of, read_count
 from .running import (
     INTERRUPTED,
     announce_slow_start,
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from ..records import DropProgress, Part, PoseStatistics
 
 
-class DropRun(NamedTuple):
-    """How a run tells its progress, and hears that it is to stop."""
+class RunCallbacks(NamedTuple):
+    """The callbacks of one simulation: it reports its progress, and asks whether to stop."""
 
     on_progress: Callable[[DropProgress], object]
     should_stop: Callable[[], bool]
 
 
 def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> None:
-    """Add how many drops, up to which error, from which seed, on how many threads.
+    """Add the number of drops, the target error, the seed and the number of threads.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
                          help="number of threads (default: all cores)")
 
 
-def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
-    """The part that the options name, with the kernels of all that follows loaded.
+def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) -> Part:
+    """Load the part that the options name, and the kernels of all that follows.
 
     Parameters
     ----------
@@ -67,27 +67,27 @@ def warm_part(options: argparse.Namespace, *, drops: bool = True) -> Part:
 
         if drops:
             from ..simulation import simulate  # noqa: F401
-        part = part_of(options)
+        part = load_named_part(options)
         prepare_kernels()
     return part
 
 
-def run_drops(part: Part, start: Callable[[DropRun], PoseStatistics], bound: int, *,
-              as_json: bool) -> int:
-    """Run, with a bar where somebody watches, and print; returns the exit status.
+def run_and_report(part: Part, start: Callable[[RunCallbacks], PoseStatistics], bound: int, *,
+                   as_json: bool) -> int:
+    """Run a simulation under a progress bar and print its answer; returns the exit status.
 
     Parameters
     ----------
     part : Part
     start : callable
-        Runs the drops.
+        Runs the simulation.
     bound : int
-        Drops that make it whole.
+        Number of drops after which it is complete.
     as_json : bool
-        Print one JSON object, not a table.
+        Whether to print one JSON object, not a table.
     """
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
-        found = start(DropRun(bar.show, interrupted))
+        found = start(RunCallbacks(bar.show, interrupted))
     stopped = interrupted() and found.drops < bound
     if as_json:
         extra = {"interrupted": True} if stopped else {}

@@ -10,8 +10,8 @@ from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
-from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .reading import add_part_options, add_scene_options, part_of
+from .arguments import add_part_options, add_scene_options, load_named_part
+from .drop_runs import RunCallbacks, add_drop_options, load_part_and_kernels, run_and_report
 from .running import announce_slow_start, print_json
 
 if TYPE_CHECKING:
@@ -48,12 +48,12 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
     if options.method in BESIDE_DROPS:
-        return _planned(options)
+        return _estimate_with_drops(options)
     _refuse_drops(options)
     with announce_slow_start():
         from ..estimators import ESTIMATORS, estimate
 
-        part = part_of(options)
+        part = load_named_part(options)
         methods = list(ESTIMATORS) if options.method == ALL else [options.method]
         found = [estimate(part, method, restitution=options.restitution,
                           drop_height=options.drop_height,
@@ -68,23 +68,23 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _planned(options: argparse.Namespace) -> int:
+def _estimate_with_drops(options: argparse.Namespace) -> int:
     dropped = options.method != AUTO or bool(options.target_error)
-    part = warm_part(options, drops=dropped)
-    method, bound = _plan(options)
+    part = load_part_and_kernels(options, drops=dropped)
+    method, bound = _choose_method(options)
 
-    def start(run: DropRun) -> PoseStatistics:
+    def start(callbacks: RunCallbacks) -> PoseStatistics:
         return method(
             part, drops=bound, target_error=options.target_error or 0.0,
             restitution=options.restitution, seed=options.seed, drop_height=options.drop_height,
-            workers=options.workers, on_progress=run.on_progress, should_stop=run.should_stop,
-            cluster_tolerance=options.cluster_tolerance)
+            workers=options.workers, cluster_tolerance=options.cluster_tolerance,
+            on_progress=callbacks.on_progress, should_stop=callbacks.should_stop)
 
-    return run_drops(part, start, bound, as_json=options.json)
+    return run_and_report(part, start, bound, as_json=options.json)
 
 
-def _plan(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:
-    """The method and the most drops; all that drops the part is imported where it is needed."""
+def _choose_method(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:
+    """Import the function of the method, and return it with the most drops."""
     if options.method == AUTO:
         from ..planning.auto import MOST_DROPS, auto
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .reading import CommandParser
+from .arguments import CommandParser
 
 PATHS = ("DIR", "FILE", "PART", "STEM")
 """Metavars that stand for the name of a file or directory."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from .arguments import UNITS
 from .node import prepare_ros, ros_arguments
-from .reading import UNITS
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

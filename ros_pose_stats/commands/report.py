@@ -7,11 +7,11 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .reading import (
+from .arguments import (
     JoinIndices,
     add_part_options,
     add_scene_options,
-    part_of,
+    load_named_part,
     read_count,
     read_indices,
 )
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         from ..text import several
         from ..whole_files import write_file
 
-        part = part_of(options)
+        part = load_named_part(options)
     with stop_on_interrupt() as interrupted:
         findings = investigate(
             part, drops=options.drops, seed=options.seed, restitution=options.restitution,

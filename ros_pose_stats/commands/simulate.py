@@ -6,8 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 from ..records.scene import DEFAULT_DROPS, SAMPLINGS
-from .drop_runs import DropRun, add_drop_options, run_drops, warm_part
-from .reading import add_part_options, add_scene_options
+from .arguments import add_part_options, add_scene_options
+from .drop_runs import RunCallbacks, add_drop_options, load_part_and_kernels, run_and_report
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -32,14 +32,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and print."""
-    part = warm_part(options)
+    part = load_part_and_kernels(options)
     from ..simulation.simulate import simulate
 
-    def start(run: DropRun) -> PoseStatistics:
+    def start(callbacks: RunCallbacks) -> PoseStatistics:
         return simulate(
             part, options.drops, options.restitution, options.seed, options.drop_height,
             options.target_error, options.workers, options.sampling,
-            on_progress=run.on_progress, should_stop=run.should_stop,
+            on_progress=callbacks.on_progress, should_stop=callbacks.should_stop,
             cluster_tolerance=options.cluster_tolerance)
 
-    return run_drops(part, start, options.drops, as_json=options.json)
+    return run_and_report(part, start, options.drops, as_json=options.json)

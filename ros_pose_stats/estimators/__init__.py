@@ -1,4 +1,4 @@
-"""Analytic estimators of pose statistics (section 4): one signature, one registry."""
+"""Estimators of pose statistics (section 4 of the paper, and `split`), and their registry."""
 
 from .estimate import estimate, estimate_all
 from .expected import best_method

@@ -25,7 +25,7 @@ from .registry import ESTIMATORS, Estimator, estimator
 from .solid_angles import Array
 
 NORMAL = 1.6448536269514722
-"""Standard errors to either side that hold 90 % of a normal distribution."""
+"""Half width, in standard errors, of the interval that holds 90 % of a normal distribution."""
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
@@ -38,13 +38,13 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
     part : Part
         As from `load_part` or `part_from_mesh`.
     method : str
-        `auto`, the most accurate one at the restitution; `split`, or one of the paper's: `area`,
-        `csae`, `adre`, `qse`, `pqse`, `nqse`, `eae`, `meae`, `combined`.
+        One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the one that errs least
+        at the restitution.
     restitution : float
-        Coefficient of restitution, 0 <= restitution < 1. The paper's methods ignore it.
+        Coefficient of restitution, 0 <= restitution < 1. Few methods know it (`knows_scene`).
     drop_height : float, optional
-        Height of the centre of mass at release, metres. The paper's methods ignore it.
-        Default: 20 part radii.
+        Height of the centre of mass at release, metres; known to the same methods. Default: 20
+        part radii.
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
 
@@ -98,7 +98,7 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
 
 
 def _poses(resting: RestingPoses, probability: Array, expected: float) -> list[StablePose]:
-    """Each pose with its error, and 90 % of a normal distribution with it, cut to 0 and 1."""
+    """Each pose with its standard error, and the normal 90 % interval cut at 0 and 1."""
     errors = pose_errors(resting, probability, expected)
     low = np.maximum(probability - NORMAL * errors, 0.0)
     high = np.minimum(probability + NORMAL * errors, 1.0)

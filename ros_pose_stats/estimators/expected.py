@@ -1,9 +1,9 @@
-"""What error to expect of an estimate, from what is known of this very part and scene.
+"""The expected error of an estimate, from features of this very part and scene.
 
-A drop taken for an estimate errs by p (1 - p) in the square. How many drops an estimate is worth
-is read off the part: by how far the methods are apart on it (where they agree they are
-mostly right), how many poses there are and how shallow, inertia and corners, restitution and drop
-height. The function (`ErrorFit`) was fitted to drops of many families of parts.
+The share of a pose in n drops has the square error p (1 - p) / n. How many drops an estimate is
+worth depends on how far the methods are apart on this part (where they agree they are mostly
+right), on the number of its poses and their depths, on inertia and corners, restitution and drop
+height. The function of these (`ErrorFit`) was fitted to drops of many families of parts.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
 from .solid_angles import Array
 
 UNUSUAL = 2.0
-"""Expected error over the usual one from which on the methods disagree."""
+"""Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
 
 LEAST_SHARE = 0.05
-"""Of the square distance from MEAE: at least so much of it is taken to be the estimate's error.
-It matters where a method is certain of what others are not, which the fit has seldom seen."""
+"""Least expected square error, as a share of the square distance from MEAE. It matters where a
+method is certain and others are not, which is rare in the samples of the fit."""
 
 DECIDED = 1e-12
-"""Doubt below which symmetry decides all."""
+"""Mean error scale below which symmetry alone decides the probabilities."""
 
 
 class ExpectedError(NamedTuple):
@@ -36,7 +36,7 @@ class ExpectedError(NamedTuple):
     Attributes
     ----------
     here : float
-        Of this part.
+        Of this estimate, on this part.
     usual : float
         Of the method on the reference datasets.
     apart : float
@@ -57,7 +57,7 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
                    scene: DropScene) -> ExpectedError:
     """Expected error of one estimate.
 
-    Beyond the restitutions, drop heights and shapes that were measured it is that of the
+    Beyond the restitutions, drop heights and shapes of the samples it is the error of the
     nearest ones.
 
     Parameters
@@ -72,11 +72,11 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     if name not in ERROR_FITS:
         return ExpectedError(math.nan, math.nan, math.nan)
     known = known_answers(resting)
-    unsure = error_scale(resting, probability, known)
-    doubt, square = float(unsure.mean()), 0.0
-    if doubt > DECIDED:
-        inputs = error_inputs(resting, probability, scene, known, unsure)
-        square = max(doubt * math.exp(float(ERROR_FITS[name](inputs))),
+    scale = error_scale(resting, probability, known)
+    mean_scale, square = float(scale.mean()), 0.0
+    if mean_scale > DECIDED:
+        inputs = error_inputs(resting, probability, scene, known, scale)
+        square = max(mean_scale * math.exp(float(ERROR_FITS[name](inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     return ExpectedError(math.sqrt(square), math.sqrt(_usual_square(name, scene.restitution)),
                          float(np.ptp(known, axis=0).max()))
@@ -88,7 +88,7 @@ def best_method(restitution: float) -> str:
 
 
 def explain_best(method: str) -> str:
-    """Why the best estimate answers where no error was asked for."""
+    """Say why the best estimator answers where no error was asked for."""
     return (f"{method} is expected to be the most accurate estimate of this part, and no target "
             f"error was asked for.")
 
@@ -100,9 +100,9 @@ def _usual_square(name: str, restitution: float) -> float:
 def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:
     """Expected error (P,) of each pose, with the root mean square `expected`.
 
-    It is shared as p (1 - p) is, which is what drops would have; poses that symmetry makes
-    equal share what they err together. Where symmetry decides all, nothing errs; where an
-    estimate is certain and may be wrong, all poses may err alike.
+    Its square is shared among the poses in proportion to p (1 - p), as for drops; poses that
+    symmetry makes equal share the error of their sum. Where symmetry decides all, no pose has an
+    error; where an estimate is certain and may be wrong, all poses have the same.
     """
     spread = single_drop(resting, probability)
     total = float(spread.sum())

@@ -1,4 +1,4 @@
-"""What fitted functions know of a part and of a scene: those of `split` and of expected errors."""
+"""Inputs of the fitted networks, those of `split` and those of expected errors."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from .quasi_static import nonlinear, qse
 from .solid_angles import Array, normalized
 
 LOWEST_DROP = 1.0
-"""Radii."""
+"""Least drop height of the inputs, in radii."""
 
 LEAST_CROWDING = 1e-4
-"""Crowding of corners that logarithms start from."""
+"""Added to the crowding of corners before its logarithm is taken."""
 
 LEAST_APART = 1e-3
-"""Mean square distance of two methods over the mean of `error_scale`; logarithms start here."""
+"""Added to square distances of two methods, over the `error_scale`, before the logarithm."""
 
 SHALLOWEST = 1e-3
-"""Barrier of a pose, in radii, that logarithms start from."""
+"""Added to the barrier of a pose, in radii, before its logarithm is taken."""
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Restitution and log of the drop height in radii (2,), or the nearest that was fitted to."""
+    """Restitution and log of the drop height in radii (2,), cut to the range of the fit."""
     radii = DEFAULT_DROP_RADII
     if scene.drop_height is not None:
         radii = scene.drop_height / resting.body.radius
@@ -42,13 +42,13 @@ def corner_inputs(resting: RestingPoses) -> Array:
 
 
 def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
-                 known: Array, unsure: Array) -> Array:
-    """Inputs (17,) of `ErrorFit`; the estimate must leave some doubt.
+                 known: Array, scale: Array) -> Array:
+    """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
 
     Restitution and log of the drop height in radii; logs of the mean square distance of the
-    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the doubt; logs of the number of
-    poses and of the doubt of all poses together; means of the logs of the poses' barriers in
-    radii, weighed by the poses' doubt and by p; then body and corners as `split` has them.
+    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean scale; logs of the
+    number of poses and of the sum of the scales; means of the logs of the poses' barriers in
+    radii, weighed by the scales and by p; then body and corners as `split` has them.
 
     Parameters
     ----------
@@ -58,26 +58,26 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     scene : DropScene
     known : (3, P) array
         From `known_answers`.
-    unsure : (P,) array
+    scale : (P,) array
         From `error_scale`.
     """
     energy, around, toppled = known
-    total = float(unsure.sum())
+    total = float(scale.sum())
     apart = np.array([probability - around, around - normalized(nonlinear(toppled)),
                       around - energy, around - toppled])
     far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
-    poses = (math.log(unsure.size), math.log(total), unsure @ depth / total, probability @ depth)
+    poses = (math.log(scale.size), math.log(total), scale @ depth / total, probability @ depth)
     return np.concatenate((scene_inputs(resting, scene), far, poses, resting.shape_features,
                            corner_inputs(resting)))
 
 
 def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:
-    """Of each pose (P,): p (1 - p) and the square distance from MEAE.
+    """Scale of the square error of each pose (P,): p (1 - p) plus the square distance from MEAE.
 
     The first is the square error of a single drop, the second is for an estimate that is
-    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly:
-    symmetry makes no errors. Parameters as for `error_inputs`.
+    certain and wrong. Poses that symmetry makes equal count as one in p (1 - p), shared evenly,
+    since symmetry makes no errors. The parameters are those of `error_inputs`.
     """
     return np.asarray(single_drop(resting, probability) + np.square(probability - known[1]))
 
@@ -88,7 +88,7 @@ def known_answers(resting: RestingPoses) -> Array:
 
 
 def single_drop(resting: RestingPoses, probability: Array) -> Array:
-    """P (1 - p) of each pose; those that symmetry makes equal count as one, shared evenly."""
+    """The product p (1 - p) of each pose; equal ones by symmetry count as one, shared evenly."""
     group = resting.group
     together = np.bincount(group, probability)[group]
     size = np.bincount(group)[group]

@@ -20,9 +20,10 @@ ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
 
 
 class TanhNetwork(NamedTuple):
-    """One layer of hyperbolic tangents beside a linear function.
+    """A network with one hidden layer of hyperbolic tangents, beside a linear function.
 
-    bias + skip x + output_weights tanh(hidden_weights x + hidden_bias), with K inputs x.
+    Its value is bias + skip x + output_weights tanh(hidden_weights x + hidden_bias) for K inputs
+    x.
 
     Attributes
     ----------
@@ -30,7 +31,7 @@ class TanhNetwork(NamedTuple):
     skip : (K,) array
         Weights of the inputs themselves, which skip the hidden layer.
     hidden_weights : (K, n) array
-        Of n units.
+        For n hidden units.
     hidden_bias, output_weights : (n,) array
     """
 
@@ -48,21 +49,21 @@ class TanhNetwork(NamedTuple):
 
 
 def _networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
-    """Networks of one size, stored field by field."""
+    """Read networks of one size, which are stored field by field."""
     columns = [stored[prefix + name] for name in TanhNetwork._fields]
     return [TanhNetwork(float(bias), *(np.array(row) for row in rows))
             for bias, *rows in zip(*columns, strict=True)]
 
 
 class SplitFit(NamedTuple):
-    """Logarithms of factors, of the inputs of `split.split_inputs`.
+    """Networks for the logarithms of two factors; their inputs are `split.split_inputs`.
 
     Attributes
     ----------
     left : TanhNetwork
-        On the area of {r < E}: parts that the last of their energy leaves in a component.
+        Factor of the area of {r < E}: parts that lose the last of their energy in a component.
     held : TanhNetwork
-        On the solid angle of the faces that hold: parts that are caught where they land.
+        Factor of the solid angle of the faces that hold: parts that stay where they land.
     """
 
     left: TanhNetwork
@@ -70,12 +71,12 @@ class SplitFit(NamedTuple):
 
 
 class ErrorFit(NamedTuple):
-    """How the square error of one method grows with what is known of the part and the scene.
+    """Square error of one method as a function of part, estimate and scene.
 
     Attributes
     ----------
     lowest, highest : (K,) array
-        Inputs of the fit; beyond them the answer is that for the nearest ones.
+        Bounds of the inputs in the fit; beyond them the value is that of the nearest inputs.
     network : TanhNetwork
     """
 
@@ -96,10 +97,10 @@ class ErrorFit(NamedTuple):
 
 with np.load(SPLIT_FILE) as _stored:
     SPLIT_FITS = tuple(map(SplitFit, _networks(_stored, "left_"), _networks(_stored, "held_")))
-    """From several starts; the mean of their logarithms counts."""
+    """Fits from several random starts, whose logarithms are averaged."""
 
     HIGHEST_RESTITUTION, HIGHEST_DROP = _stored["highest"].tolist()
-    """What the fit has seen goes up to here; the drop in radii."""
+    """Highest restitution and drop height, in radii, of the samples of the fit."""
 
 with np.load(ERROR_FILE) as _stored:
     _methods: list[str] = _stored["method"].tolist()
@@ -107,7 +108,7 @@ with np.load(ERROR_FILE) as _stored:
     ERROR_FITS = dict(zip(_methods, map(
         ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, "")),
         strict=True))
-    """By method, of the inputs of `fitted_inputs.error_inputs`."""
+    """By method; their inputs are `fitted_inputs.error_inputs`."""
 
     USUAL_AT: tuple[float, ...] = tuple(_stored["usual_at"].tolist())
     """Restitutions of the tuples below."""

@@ -16,10 +16,8 @@ NQSE_COEFFICIENTS: Final = (-0.874, 8.03, -16.3, 7.70)
 """c0 … c3 of Eq. 6 as published (section 4.C)."""
 
 PQSE_SHARE: Final = 0.555
-"""Redistributed share of PQSE in this project's reading.
-
-Fitted to Budden's measured dice by `training/fit_pqse.py`.
-"""
+"""Redistributed share of PQSE in this project's reading, fitted to Budden's measured dice by
+`training/fit_pqse.py`."""
 
 
 def qse(resting: RestingPoses) -> Array:
@@ -30,7 +28,7 @@ def qse(resting: RestingPoses) -> Array:
     hands its probability to the neighbour there (half to each of two where the segment
     leaves through a corner).
     """
-    return normalized(resting.gather(_settled(resting.equilibria)))
+    return normalized(resting.gather(_toppled_shares(resting.equilibria)))
 
 
 def nqse(resting: RestingPoses) -> Array:
@@ -46,21 +44,21 @@ def nqse(resting: RestingPoses) -> Array:
 def pqse(resting: RestingPoses) -> Array:
     """Perturbed quasi-static estimator [25], in this project's reading.
 
-    The redistribution rule of [25] is not given in the paper. Read here: the side between
+    The paper does not give the redistribution rule of [25]. In our reading the side between
     faces i and j moves by an angle proportional to the difference of the tilts at which the
     part topples over it from either face, and the strip that it sweeps changes hands. Face i
     takes `share * arc / (4 pi) * (tilt_i - tilt_j)` from face j, where arc is the angle that
     the side spans seen from the centre of mass. A face that would give more than it has
     gives all it has, in proportion (the paper's remedy against negative probabilities).
-    The result then topples as in the quasi-static estimator; a share of 0 is exactly that.
+    The result then topples as in the quasi-static estimator, to which a share of 0 leads back.
     """
     return perturbed_quasi_static(resting, PQSE_SHARE)
 
 
 def perturbed_quasi_static(resting: RestingPoses, share: float) -> Array:
-    """`pqse` with a redistributed share of one's own; `share` >= 0, no unit."""
+    """The estimate of `pqse` for any redistributed share, `share` >= 0, without unit."""
     found = resting.equilibria
-    start = _redistributed(found, share)
+    start = _redistribute(found, share)
     arrays = found.arrays
     settled = settle_on_stable(start, arrays.target, arrays.share)
     return normalized(resting.gather(settled[found.faces]))
@@ -73,12 +71,12 @@ def nonlinear(share: Array) -> Array:
     return np.maximum(share + share * (1.0 - share) * bend, 0.0)
 
 
-def _settled(found: Equilibria) -> Array:
-    """Toppled share (S,) of each stable face, by rising height."""
+def _toppled_shares(found: Equilibria) -> Array:
+    """Share (S,) of each stable face after all toppling, by rising height."""
     return found.arrays.toppled[found.faces]
 
 
-def _redistributed(found: Equilibria, share: float) -> Array:
+def _redistribute(found: Equilibria, share: float) -> Array:
     body = found.body
     arrays = body.arrays
     start = arrays.angle / arrays.angle.sum()

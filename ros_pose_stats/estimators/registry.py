@@ -1,4 +1,4 @@
-"""All estimators by name: the rows of `methods` with the functions that they name."""
+"""The registry of estimators: rows of `methods` with the functions that they name."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Estimator(Method):
 
 
 def bind_function(method: Method) -> Estimator:
-    """A row with the function of its name, of poses and scene in any case."""
+    """Join a row and the function of its name, which then takes poses and scene in any case."""
     function = getattr(import_module(f".{method.module}", __package__), method.name)
     return Estimator(**vars(method), function=function if method.knows_scene
                      else lambda resting, _: function(resting))

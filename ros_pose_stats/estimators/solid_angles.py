@@ -18,8 +18,8 @@ def normalized(weights: Array) -> Array:
 def area(resting: RestingPoses) -> Array:
     """Probabilities (P,) proportional to the surface area of the stable faces [24].
 
-    The paper names it in section 4.B beside Eq. 5, with an error of 0.112. It jumps where a
-    face becomes stable.
+    The paper names it in section 4.B beside Eq. 5, with an error of 0.112. The estimate jumps
+    where a face becomes stable.
     """
     found = resting.equilibria
     return normalized(resting.gather(found.body.arrays.area[found.faces]))

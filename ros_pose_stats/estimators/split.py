@@ -1,11 +1,11 @@
-"""An estimator that knows restitution, drop height and inertia (after section 4.D).
+"""The estimator `split`, which knows restitution, drop height and inertia (after section 4.D).
 
 As in the energy absorption estimators the part loses energy, and its reachable set falls apart
-split by split. How a split is decided is not the ratio of two solid angles here: each component
-has a weight, the area of {r < E} and the solid angle of the faces that hold what lands on them,
-each times the exponential of a small function of its features (`kernels.split_features`), of the
-body and of the scene. Their coefficients were fitted to drop simulations of many kinds of bodies
-(`fitted_weights`).
+split by split. But the probabilities at a split are not the ratio of two solid angles: each
+component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
+of the faces that hold what lands on them, each times the exponential of a small neural network of
+the component's features (`kernels.split_features`), the body and the scene. The networks were
+fitted to drop simulations of many kinds of bodies (`fitted_weights`).
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
 
 LEAST_DEPTH = 1e-14
-"""Depth over level that logarithms start from."""
+"""Least ratio of depth to level of which logarithms are taken."""
 
 FORGOTTEN = 30.0
 """Growth over the depth of a split at which a component keeps half of its parts' weights."""
 
 SHALLOWEST = 1e-14
-"""Depth, in radii, that growth is measured by at least."""
+"""Least depth, in radii, by which growth is measured."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
-    Exact where symmetry decides, and continuous in the shape where the modified energy
-    absorption estimator is. Beyond the restitution and the drop heights that it was fitted to
-    (see `fitted_weights`) it answers for the nearest one.
+    They are exact where symmetry decides, and continuous in the shape where the modified energy
+    absorption estimator is. Beyond the range of restitutions and drop heights of the fit
+    (`fitted_weights`) they are those of the nearest scene.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
@@ -54,7 +54,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     """Inputs (3 K, 24) of the weights: features, body, scene and corners, for the K splits.
 
-    Both children of a split and the whole follow each other.
+    The rows of a split are its two children and the whole.
     """
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
@@ -67,10 +67,11 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def kept_shares(resting: RestingPoses) -> Array:
-    """How much of its parts' weights a child of each join (S - 1, 2) keeps, 0 to 1.
+    """Share of its own children's weights that each child of a join (S - 1, 2) keeps, 0 to 1.
 
-    All, where its own split lies at the same level. A ridge that is shallow against what the
-    component has grown since is forgotten: a face that breaks in two changes nothing at first.
+    A child keeps all of them where its own split lies at the same level. A ridge that is low
+    against the growth of the component since then is forgotten: a face that breaks in two changes
+    nothing at first.
     """
     tree, features = resting.equilibria.arrays.tree, resting.split_features
     leaves = resting.equilibria.order.shape[0]
@@ -99,10 +100,9 @@ def component_weights(rows: NDArray[np.floating],
 
 
 def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
-    """Logarithms (n,) of what the fitted factors multiply: the area, and the angle that holds.
+    """Logarithms (n,) of the area and of the angle that holds, without their fitted factors.
 
-    The angle counts less where the level is hardly above the lowest face: it vanishes with the
-    depth.
+    The angle vanishes with the depth, where the level is hardly above the lowest face.
     """
     depth = np.maximum(rows[:, DEPTH], LEAST_DEPTH)
     holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))

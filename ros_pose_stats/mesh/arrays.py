@@ -1,4 +1,4 @@
-"""What counts as numbers and as a triangle mesh: the checks at the library's door."""
+"""Checks of the numbers and triangle meshes that callers pass to the library."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..errors import MeshError
 from ..kernels.extents import largest_used_extent
 
 NOT_NUMBERS: Final = (TypeError, ValueError, OverflowError)
-"""What the functions below raise for what cannot be read as real numbers."""
+"""Errors that the functions below raise for values that are no real numbers."""
 
 # Complex numbers, dates and durations convert to floats, but not without losing their meaning.
 _NOT_REAL: Final = "cMm"
@@ -22,7 +22,7 @@ _LARGEST_EXTENT = 1e50
 
 
 def unmasked(values: Any) -> NDArray[Any]:
-    """As an array; masked entries are missing, so they become NaN.
+    """Convert to an array; masked entries are missing, so they become NaN.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def unmasked(values: Any) -> NDArray[Any]:
 
 
 def real_array(values: Any) -> NDArray[np.float64]:
-    """As float64, without a copy where it is that already; beyond its range: infinite.
+    """Convert to float64, without a copy where it is that already; too large numbers: infinite.
 
     Raises
     ------
@@ -51,12 +51,12 @@ def real_array(values: Any) -> NDArray[np.float64]:
 
 
 def real_number(value: Any) -> float:
-    """One number as a float.
+    """Convert one number to a float.
 
     Raises
     ------
     TypeError, ValueError, OverflowError
-        If it is none, or an array of numbers.
+        If it is no number, or an array of numbers.
     """
     if np.ndim(value) > 0:
         raise TypeError("an array is no number")
@@ -88,7 +88,7 @@ def checked_mesh(
         If the shapes are wrong, a number is NaN or infinite, an index is no integer or out
         of range, or the size is beyond what can be computed with.
     """
-    with np.errstate(over="ignore"):  # what comes out infinite is refused below
+    with np.errstate(over="ignore"):  # infinite values are refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if places.ndim != 2 or places.shape[1] != 3:
         raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",
@@ -151,7 +151,7 @@ def _check_integers(given: NDArray[np.float64]) -> None:
 
 
 def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles (T, 3) from their smallest corners on, and in the order of their corners.
+    """Triangles (T, 3), each begun at its smallest corner, in the order of their corners.
 
     The order in which a modeller or a hull emits triangles then leaves no trace in a digest or
     in the rounding of a sum.
@@ -162,7 +162,7 @@ def in_standard_order(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> float:
-    """By how much coordinates may be off for the way they were stored.
+    """Largest rounding error that storing may have made in the coordinates.
 
     Coordinates that are all float32 numbers are taken to come from a file that stores no
     more (STL, mostly); the rounding then is 6e-8 of the largest, however far the part lies

@@ -1,9 +1,9 @@
-"""Where a vertical line crosses a triangle mesh.
+"""Crossings of a vertical line with a triangle mesh.
 
 The line is tested against the triangles projected along z. A triangle counts by the winding
 number of its projection around the point; each edge contributes by a half-open rule, from
-numbers that are computed alike for both triangles that share it. So a line through an edge
-or a vertex of the mesh crosses a closed surface as often upward as downward, always.
+numbers that are computed alike for both triangles that share it. So even a line through an
+edge or a vertex crosses a closed surface as often upward as downward.
 """
 
 from __future__ import annotations

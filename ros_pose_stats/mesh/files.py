@@ -1,7 +1,7 @@
 """Mesh files: STL, OBJ, PLY, OFF and 3MF to plain arrays.
 
 trimesh parses all but binary STL, which is the most common and only a table of numbers. This
-module adds what it leaves open. Nothing is merged, reordered or repaired, so that a part's
+module does the rest. Nothing is merged, reordered or repaired, so that a part's
 digest depends on the file alone; a file that says less than it announces (cut off by a full
 disk, say) is refused; and the objects of a scene are set in place by their transforms and
 joined into one mesh.
@@ -129,7 +129,7 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
 
 
 def _bytes_of(path: Path) -> bytes:
-    """Read the whole file, or say in one line why not."""
+    """Read the whole file; an error names the reason in one line."""
     if path.is_dir():
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:
@@ -147,7 +147,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def _plain(path: Path, suffix: str, data: bytes) -> bytes:
-    """The file without what the parsers stumble over: a tail, or text that is not UTF-8."""
+    """Remove what the parsers cannot read: bytes behind the end, and text that is not UTF-8."""
     if suffix == ".stl" and b"\0" in data:
         count = int.from_bytes(data[80:84], "little")
         length = 84 + 50 * count
@@ -160,7 +160,7 @@ def _plain(path: Path, suffix: str, data: bytes) -> bytes:
         try:
             data.decode("utf-8")
         except UnicodeDecodeError:
-            # Names and comments in a national encoding; any single-byte one will do for them.
+            # Only names and comments have other encodings, so any single-byte one will do.
             return data.decode("latin-1").encode("utf-8")
     return data
 
@@ -186,7 +186,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
         return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
     except MemoryError:
         raise
-    except Exception as error:  # each of the five parsers fails in its own ways
+    except Exception as error:  # each of the five parsers raises errors of its own
         reason = (str(error).strip().splitlines() or [""])[0]
         found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
         raise MeshFileError(f"a readable {suffix[1:].upper()} file", found,
@@ -195,7 +195,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
 
 
 def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """All meshes of a scene in place, in one index space; mirrored ones are turned back."""
+    """Join the meshes of a scene, each in its place, and rewind those that are mirrored."""
     vertices: list[NDArray[np.float64]] = [np.zeros((0, 3))]
     triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
     offset = 0
@@ -221,7 +221,7 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 def _placement(scene: Scene, node: str) -> NDArray[np.float64]:
     """Matrix (4, 4) that puts a node in place, the product of those of its ancestors.
 
-    Multiplied here and not by trimesh, which leaves it, and so its rounding, to BLAS.
+    They are multiplied here, because trimesh leaves the product, and its rounding, to BLAS.
     """
     tree, placed = scene.graph.transforms, np.eye(4)
     while node != scene.graph.base_frame:

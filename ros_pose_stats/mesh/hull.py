@@ -24,7 +24,7 @@ from ..tolerances import FLATTEST, SHAKEN
 Array = NDArray[np.float64]
 
 CROWD: Final = 1000
-"""Corners of one face from which on Qhull takes longer than it does for so many other points."""
+"""Corners of one face from which on Qhull takes longer for them than for as many other points."""
 
 _SAMPLE: Final = 512
 _FEW: Final = 6  # corners of a face in the sample that chance alone may put there
@@ -34,12 +34,12 @@ COUNTED: Final = 1e-10
 
 
 class Facets(NamedTuple):
-    """What Qhull found.
+    """The hull that Qhull found.
 
     Attributes
     ----------
     points : (N, 3) array
-        As given, not shaken.
+        As given, not moved.
     simplices : (M, 3) array
         Triangles, wound either way.
     neighbors : (M, 3) array
@@ -111,18 +111,18 @@ def hull_of(points: Array) -> Hull:
 
 def _facets(points: Array) -> Facets:
     """Run Qhull; on slightly moved points where a face is crowded."""
-    # Flat points are no part; moved, they would seem to be one.
+    # Points in a plane are no part, but would seem to be one once they are moved.
     if is_crowded(points) and thinness(points, *bounds(points)) >= FLATTEST:
         for step in SHAKEN:
             moves = np.random.default_rng(0).uniform(-step, step, points.shape)
             try:
-                return _found(points, ConvexHull(points + moves))
+                return _copy_facets(points, ConvexHull(points + moves))
             except QhullError:
                 continue
-    return _found(points, ConvexHull(points))
+    return _copy_facets(points, ConvexHull(points))
 
 
-def _found(points: Array, qhull: ConvexHull) -> Facets:
+def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
     return Facets(points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume))
 
 
@@ -150,13 +150,13 @@ def is_crowded(points: Array) -> bool:
     """
     if len(points) <= CROWD:
         return False
-    # Drawn, not taken in steps, which might pick from one ring of a regular mesh only.
+    # A random sample, since regular steps might pick all points from one ring of a mesh.
     drawn = np.random.default_rng(0).integers(len(points), size=_SAMPLE)
     try:
         hull = ConvexHull(points[drawn])
     except QhullError:
         return True  # almost all points lie in one plane
-    # A face that was cut into triangles has its plane with each of them.
+    # All triangles of a face have its plane.
     planes, triangles = np.unique(hull.equations, axis=0, return_counts=True)
     often = np.argsort(-triangles, kind="stable")[:6]
     suspect = often[(triangles[often] + 2 > _FEW)
@@ -165,7 +165,7 @@ def is_crowded(points: Array) -> bool:
 
 
 def _corners_on(points: Array, plane: Array) -> int:
-    """Number of corners of the polygon around the points on a plane; 0 if more lie beyond."""
+    """Corners of the polygon around the points on a plane; 0 if other points lie beyond it."""
     off = points @ plane[:3] + plane[3]
     if off.max() > COUNTED:
         return 0
@@ -173,7 +173,7 @@ def _corners_on(points: Array, plane: Array) -> int:
     across = np.delete(there, int(np.abs(plane[:3]).argmax()), axis=1)
     drawn = np.random.default_rng(0).integers(len(across), size=_SAMPLE)
     try:
-        # Of points all over a polygon few are corners, in a sample as in all.
+        # Where points lie all over a polygon, few of them are corners, in a sample as in all.
         if len(ConvexHull(across[drawn]).vertices) * len(across) < CROWD * _SAMPLE:
             return 0
         return len(ConvexHull(across).vertices)

@@ -1,4 +1,4 @@
-"""Volume, centroid and inertia of a solid, and the mass properties a part is used with.
+"""Volume, centroid and inertia of a solid, and checks of given mass properties.
 
 A closed surface is split into tetrahedra from one common apex; their signed volumes,
 first and second moments are polynomials in the vertices and add up exactly (divergence
@@ -77,7 +77,7 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
 
 
 class GivenProperties(NamedTuple):
-    """Mass properties as they were given, checked; None where they are to follow from the mesh.
+    """Given mass properties after their check; None for those that follow from the mesh.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class GivenProperties(NamedTuple):
 
 def check_given(center_of_mass: ArrayLike | None, mass: float | None,
                 inertia: ArrayLike | None) -> GivenProperties:
-    """Check what can be checked without the mesh; an inertia of zeros stands for the uniform one.
+    """Check given properties without the mesh; an inertia of zeros stands for the uniform one.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from .crossings import crossings
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
 _AT_ONCE: Final = 40_000
 
-# A division that leaves more than this share of the pairs is not worth going on with.
+# A division that leaves more than this share of the pairs is given up.
 _WORTHWHILE: Final = 0.7
 
 # Handling one element in a division takes about as long as testing this many pairs.
@@ -39,7 +39,7 @@ _MOST_PAIRS: Final = 150_000_000
 # A passage this far beyond the box around a triangle is not one through its rim.
 _BESIDE: Final = 4.0 * OVERLAP
 
-# Passages through rims that are looked into; each costs a look at the whole mesh.
+# Most passages through rims that are examined; each takes a pass over the whole mesh.
 _MOST_RIMS: Final = 64
 
 
@@ -68,7 +68,7 @@ class _Elements(NamedTuple):
 
 
 class _Passages(NamedTuple):
-    """Passages of edges through triangles: where, which way is in, and who takes part."""
+    """Where edges pierce triangles, the way to their inner ends, and the bodies pierced."""
 
     place: NDArray[np.float64]
     to_inner_end: NDArray[np.float64]
@@ -140,7 +140,7 @@ def _elements(
 
 
 def _near_others(own: _Elements, others: _Elements) -> NDArray[np.bool_]:
-    """Which of one list (N,) reach into the box around the others of other bodies."""
+    """Which elements of one list (N,) reach into the box around those of other bodies."""
     near = np.ones(len(own.body), dtype=bool)
     if len(others.body) == 0:
         return ~near

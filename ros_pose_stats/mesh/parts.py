@@ -1,4 +1,4 @@
-"""From a mesh to a part: check, weld, repair, orient, integrate."""
+"""From a mesh to a part: arrays are checked, welded, repaired, oriented and integrated."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def _mass_properties(given: GivenProperties, surface: Surface
 
 
 def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
-    """Weld, close, orient and integrate; the convex hull where that leads to no solid."""
+    """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
     vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
     warnings = _unit_warning(vertices)
@@ -187,7 +187,7 @@ def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sur
 
 
 def _is_solid(solid: Solid, hull: Hull) -> bool:
-    """Whether volume, centroid and inertia are such as a solid in this hull can have."""
+    """Whether a solid in this hull can have such a volume, centroid and inertia."""
     whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
     return bool(solid.volume > HOLLOW * whole
                 and _beyond_hull(solid.centroid, hull) < 0.0
@@ -200,7 +200,7 @@ def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int
     shells = closed_shells(vertices, triangles)
     if shells is not None:
         return in_standard_order(oriented_outward(vertices, shells)[0])
-    # Qhull has split a merged facet into slivers that fold; its normals are right still.
+    # Qhull may split a merged facet into slivers that fold, but its normals are right.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
     return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))

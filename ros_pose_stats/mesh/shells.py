@@ -29,7 +29,7 @@ _FEW = 4
 
 
 class Nesting(NamedTuple):
-    """What the shells are, ordered from the largest to the smallest volume.
+    """Nesting of the shells, from the largest to the smallest volume.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def _reversed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 def _nesting(
     points: NDArray[np.float64], shells: Shells, volumes: NDArray[np.float64]
 ) -> Nesting:
-    """Apply the rules of the module's head from the outermost shells inward."""
+    """Apply the rules of the module's docstring, from the outermost shells inward."""
     parent = _parents(points, shells, volumes)
     outward = volumes > 0.0
     body = np.arange(shells.total)

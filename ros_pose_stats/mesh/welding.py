@@ -1,4 +1,4 @@
-"""Welding: vertices that coincide become one, and what that leaves over is cleared away."""
+"""Welding: coincident vertices are merged, and collapsed or repeated triangles removed."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Clear away triangles that occupy the same three vertices.
+    """Remove triangles that occupy the same three vertices.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ from ..tolerances import WELD
 from .crossings import crossings
 from .welding import without_repeated
 
-# Patches of shells with crowded edges that are looked into, widest first.
+# Most patches of shells with crowded edges that are examined, widest first.
 _MOST_PATCHES: Final = 256
 
 
@@ -67,7 +67,7 @@ class Shells(NamedTuple):
 def closed_shells(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64]
 ) -> Shells | None:
-    """Clear away repeated triangles, split into shells and wind each one consistently.
+    """Remove repeated triangles, split the rest into shells and wind each consistently.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def digest_name(digest: str) -> str:
 
 
 def array_bytes(*values: object) -> int:
-    """Memory of all arrays in values, in their fields and items, each counted once."""
+    """Bytes of all arrays in values, in their fields and items, each counted once."""
     waiting, seen, total = list(values), set(), 0
     while waiting:
         value = waiting.pop()
@@ -131,16 +131,16 @@ class Part:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
-        """What a function makes of the part: made once, kept as long as the part lives.
+        """Return what a function makes of the part; it is made once and lives as long as the part.
 
-        Two threads that ask first at the same time may both make it; they get equal answers.
+        Two threads that ask first at the same time may both make it; their results are equal.
 
         Parameters
         ----------
         make : callable
             Called with the part and the options. What it returns must not refer to the part.
         *options
-            Each combination has an answer of its own.
+            Each combination has a result of its own.
         """
         key = (make, *options)
         found: Prepared | None = self._prepared.get(key)
@@ -149,7 +149,7 @@ class Part:
         return found
 
     def keep(self, prepared: object, make: Callable[..., object], *options: Hashable) -> None:
-        """Take for the answer of `prepare` what was made on the way to the part."""
+        """Store what was made on the way to the part, for `prepare` to return."""
         key = (make, *options)
         self._prepared[key] = prepared
 
@@ -170,14 +170,14 @@ class Part:
                 f"digest {self.digest[:12]}…)")
 
     def __getstate__(self) -> dict[str, object]:
-        return {**self.__dict__, "_prepared": {}}  # made anew where it is wanted
+        return {**self.__dict__, "_prepared": {}}  # prepared anew where it is needed
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
         self._freeze()
 
     def _freeze(self) -> None:
-        """Make the arrays read-only, also after unpickling: the digest stands for them."""
+        """Make the arrays read-only, also after unpickling, since the digest stands for them."""
         for name in ("vertices", "triangles", "surface_vertices", "surface_triangles",
                      "center_of_mass", "inertia"):
             getattr(self, name).flags.writeable = False

@@ -22,7 +22,7 @@ SAMPLINGS = ("random", "lattice")
 
 @dataclass(frozen=True)
 class DropScene:
-    """How a part meets the plate, and how finely its poses are told apart.
+    """Restitution and drop height, and the tolerance within which stable faces are one pose.
 
     Attributes
     ----------

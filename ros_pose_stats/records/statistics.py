@@ -1,4 +1,4 @@
-"""Stable poses and their probabilities: what every method answers with, and how far it is."""
+"""Stable poses and their probabilities, as every method answers, and a simulation's progress."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 
 class RestingShape(Protocol):
-    """What a part looks like from above in one of its poses."""
+    """Contact polygon and silhouette of a part in one of its poses."""
 
     def support_polygon(self) -> NDArray[np.float64]:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
@@ -31,7 +31,7 @@ class StablePose:
     index : int
         Number of the pose by geometry alone (rising height); equal for every method.
     group : int
-        Poses carried into each other by a proper rotation of the part share it.
+        Shared by the poses that a proper rotation of the part carries into each other.
     down : (3,) array
         Unit vector in the part frame that points vertically down at rest.
     height : float
@@ -51,7 +51,7 @@ class StablePose:
     position : (3,) array
         Origin of the part frame in the plate frame, metres; the centre of mass is above (0, 0).
     shape : RestingShape
-        Draws the contact polygon and the outline when they are asked for.
+        Computes the contact polygon and the outline on demand.
     probability : float
     probability_low, probability_high : float
         Bounds of the 90 % interval; NaN where none is known.
@@ -92,7 +92,7 @@ class StablePose:
     def with_probability(self, probability: float, low: float = math.nan,
                          high: float = math.nan, standard_error: float = math.nan,
                          count: int = 0) -> StablePose:
-        """The same pose with a probability and what is known about its error."""
+        """The same pose with a probability, its interval, its standard error and its count."""
         pose = object.__new__(StablePose)
         pose.__dict__.update(self.__dict__, probability=probability, probability_low=low,
                              probability_high=high, standard_error=standard_error, count=count)
@@ -111,7 +111,7 @@ class StablePose:
 
 @dataclass(frozen=True, eq=False)
 class PoseStatistics:
-    """The stable poses of a part, most probable first, and how they were found.
+    """The stable poses of a part, most probable first, and how their probabilities were found.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class PoseStatistics:
     method : str
         Name of the estimator, `simulation`, or `hybrid`.
     restitution : float
-        Of the scene that was asked for.
+        Of the requested scene.
     drop_height : float
         Metres; NaN where the method ignores it.
     cluster_tolerance : float
@@ -140,7 +140,7 @@ class PoseStatistics:
     version : str
         Of this package.
     choice : str
-        Why this method, in one sentence, where it was not the caller who chose it; else empty.
+        Why this method was chosen, in one sentence; empty where the caller chose it.
     """
 
     part_id: str
@@ -173,7 +173,7 @@ class PoseStatistics:
 
 
 def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
-    """Poses in the order of an answer: most probable first; equal but for rounding: by index."""
+    """Sort poses, the most probable first; those equal but for rounding by their index."""
     return tuple(sorted(poses, key=lambda pose: (-round(_number(pose.probability), 12),
                                                  pose.index)))
 
@@ -183,7 +183,7 @@ def _number(value: float) -> float:
 
 
 def _finite(value: Any) -> Any:
-    """JSON has no NaN and no infinity: both become null."""
+    """Replace NaN and infinity, which JSON does not have, by null."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -191,22 +191,22 @@ def _finite(value: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class DropProgress:
-    """State of a run of drops, as told to `on_progress`.
+    """State of a simulation, as `on_progress` receives it.
 
     Attributes
     ----------
     drops : int
-        Length of the contiguous prefix that is done.
+        Drops that are counted.
     bound : int
-        Drops asked for.
+        Most drops that are wanted.
     unsettled : int
         Of those done.
     expected_error : float
-        As it is now, a fraction; NaN before anything has settled.
+        Of the drops so far, a fraction; NaN before one has settled.
     target_error : float
         0 where all drops are wanted.
     seconds : float
-        Since the run began.
+        Since the simulation began.
     statistics : callable
         Makes the `PoseStatistics` so far.
     """
@@ -226,7 +226,7 @@ class DropProgress:
 
     @property
     def seconds_left(self) -> float:
-        """Expected, taking into account that the error falls with the root of the drops."""
+        """Expected time; the error falls as one over the root of the drops."""
         wanted = float(self.bound)
         if self.target_error > 0.0 and math.isfinite(self.expected_error):
             more = (self.expected_error / self.target_error) ** 2

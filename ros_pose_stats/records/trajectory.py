@@ -27,7 +27,7 @@ class DropEvent:
     vertex : int
         Hull point concerned; -1 for none.
     mode : str
-        How it goes on: `flight`, `vertex`, `edge` or `face`.
+        The motion that follows: `flight`, `vertex`, `edge` or `face`.
     contact : tuple of int
         Hull points that slide on the plate from here on.
     height : float
@@ -69,7 +69,7 @@ class Trajectory:
         `index` of the pose that it comes to rest in; -1 where it did not settle.
     impacts : int
     at_rest : bool
-        False where the recording ends once the pose is certain.
+        Whether the part lies still at the end; else the recording ends once the pose is certain.
     events : tuple of DropEvent
     times : (n,) array
         Seconds, rising; every event is among them, once before and once after it.

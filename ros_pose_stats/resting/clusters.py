@@ -23,14 +23,14 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """Poses as groups of stable faces.
+    """The poses of a part as groups of stable faces.
 
     Attributes
     ----------
     tolerance : float
         Fraction of the radius.
     node : (P,) array
-        Node of the merge tree that each pose is, poses by rising height.
+        Node of the merge tree of each pose, by rising height.
     lowest : (P,) array
         Number of the stable face that stands for the pose: its lowest; ties go to the
         larger face, then to the smaller number.
@@ -40,7 +40,7 @@ class Clusters:
         Rise of the centre of mass over the saddle out of the pose, in radii; infinite for
         a single pose.
     split : (S - 1,) array of bool
-        Joins of the merge tree that part poses from each other.
+        Whether a join of the merge tree separates poses from each other.
     """
 
     tolerance: float
@@ -66,7 +66,7 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     order, lowest = _by_lowest(found, owner, node.shape[0])
     number = np.empty_like(order)
     number[order] = np.arange(order.shape[0])
-    level = np.append(found.arrays.tree.level, math.inf)  # the last, over the root
+    level = np.append(found.arrays.tree.level, math.inf)  # above the root
     return Clusters(tolerance, node[order], lowest, number[owner],
                     level[above[order]] - found.heights[lowest], split)
 

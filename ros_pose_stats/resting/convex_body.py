@@ -112,7 +112,7 @@ class ConvexBody:
 
 
 def convex_body(part: Part) -> ConvexBody:
-    """Convex body of a part, built once and remembered while the part lives.
+    """Convex body of a part, built once and kept as long as the part lives.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def convex_body(part: Part) -> ConvexBody:
 
 
 def _build(part: Part) -> ConvexBody:
-    """Merge coplanar triangles; where that leaves no polyhedron, merge more cautiously."""
+    """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     hull, shift, scale = hull_of_part(part)
     used = hull.vertices
     points = hull.points[used] + (shift - part.center_of_mass) / scale

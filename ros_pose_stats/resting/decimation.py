@@ -13,11 +13,11 @@ from ..records import Part
 from .convex_body import convex_body
 
 ENOUGH = 3000
-"""Points to choose from: a picture shows no difference, and a node has other things to do."""
+"""Most points to choose from; with more a picture looks the same, but takes the node longer."""
 
 
 HULL = 4000
-"""Triangles of a hull that stands in for a mesh in a picture: more cannot be told apart."""
+"""Triangles of a hull that stands in for a mesh in a picture; more would not be visible."""
 
 
 def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
@@ -38,7 +38,7 @@ def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     points = body.points
     corners = most // 2 + 2  # a closed triangulation of n corners has 2 n - 4 triangles
     if len(points) > corners:
-        few = _few(points)
+        few = _choose_outer(points)
         points = few[_spread_out(few, corners)]
     try:
         hull = hull_of(points)
@@ -52,8 +52,8 @@ def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     return np.asarray(where * body.radius + part.center_of_mass)
 
 
-def _few(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """At most `ENOUGH` of many points, those farthest out to all sides among them."""
+def _choose_outer(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Choose at most `ENOUGH` of the points, with those farthest out to all sides."""
     if len(points) <= ENOUGH:
         return points
     sides = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))
@@ -63,7 +63,7 @@ def _few(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _spread_out(points: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Numbers of `count` points, each the farthest from those before it."""
+    """Choose `count` points (their numbers), each the farthest from those before it."""
     chosen = np.empty(count, dtype=np.int64)
     chosen[0] = int((points * points).sum(axis=1).argmax())
     nearest = np.full(len(points), np.inf)

@@ -30,7 +30,7 @@ class Equilibria:
     ----------
     body : ConvexBody
     arrays : EquilibriumArrays
-        As the kernel left them: `arrays.stable` in the order of face numbers.
+        From the kernel; `arrays.stable` is in the order of face numbers.
     order : (S,) array
         Positions in `arrays.stable` by rising height: the numbering of the stable faces.
     """
@@ -84,7 +84,7 @@ class Equilibria:
 
 
 def equilibria(part: Part) -> Equilibria:
-    """Equilibria of a part, found once and remembered while the part lives."""
+    """Equilibria of a part, found once and kept as long as the part lives."""
     return part.prepare(_find)
 
 
@@ -115,15 +115,16 @@ def pose_order(heights: Array, downs: Array) -> Index:
 def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
     """Number ties by rising value of the first key, then of the next, and so on.
 
-    A tie opens at its smallest value and takes in all within the tolerance of that, so that
-    rounding decides nothing among separate values and a dense run is not one long tie.
+    A tie begins at its smallest value and holds all values within the tolerance of that one.
+    So rounding decides nothing between separate values, and a dense sequence of values is not one
+    long tie.
 
     Parameters
     ----------
     *keys : pairs of (S,) array and float
         Values and their tolerance, the most important first.
     within : (S,) array of int, optional
-        Groups that come before all keys in the order.
+        Groups by which the values are ordered before all keys.
 
     Returns
     -------
@@ -133,7 +134,7 @@ def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
     group = np.zeros(size, dtype=np.int64) if within is None else within
     count = 1 if within is None else int(within.max()) + 1
     for values, tolerance in keys:
-        if count == size:  # nothing is tied any more
+        if count == size:  # no two values are tied any more
             break
         plain = np.ascontiguousarray(values)
         group, count = number_ties(plain, tolerance, group, np.lexsort((plain, group)))

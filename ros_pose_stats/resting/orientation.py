@@ -33,5 +33,5 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 
 
 def _plain(rows: ArrayLike) -> Array:
-    """A copy of the layout that the kernels were compiled for; views and constants are not."""
+    """Copy to the layout that the kernels were compiled for; views and constants differ."""
     return np.array(rows, dtype=np.float64, order="C")

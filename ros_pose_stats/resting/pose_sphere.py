@@ -23,10 +23,10 @@ FINEST, COARSEST = 200, 60
 """Pixels across a hemisphere."""
 
 MOST_PRODUCTS = 2e8
-"""Directions times faces; parts of many faces get a coarser map."""
+"""Most directions times faces; parts of many faces get a coarser map."""
 
 AT_ONCE = 4_000_000
-"""Numbers held in memory while directions meet faces."""
+"""Most numbers in memory at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +65,13 @@ def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
     ----------
     resting : RestingPoses
     pixels : int, optional
-        Across a hemisphere, at least 2; default: as many as are quick, at most 200.
+        Across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
 
     Returns
     -------
     PoseSphere
-        The basin of a direction is that of the face which the direction meets: where a
-        part that topples from face to face without swing ends.
+        The basin of a direction is that of the face which the direction meets: the pose in
+        which a part ends that topples from face to face without inertia.
     """
     body, found = resting.body, resting.equilibria
     directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))
@@ -98,7 +98,7 @@ def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
 
 
 def on_map(directions: Array) -> tuple[Index, Array]:
-    """Where directions lie on the maps.
+    """Place directions on the maps.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CORNER_REACHES = np.array([0.05, 0.3125])
-"""Radii within which corners count as one: for edges and bevels, and for the form."""
+"""Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class RestingPoses:
 
     @property
     def body(self) -> ConvexBody:
-        """The convex body that rests."""
+        """Convex body of the part."""
         return self.equilibria.body
 
     @cached_property
@@ -89,7 +89,7 @@ class RestingPoses:
 
     @cached_property
     def split_features(self) -> Array:
-        """What tells the components of each split apart; see `kernels.features.split_features`."""
+        """Features of the components of each split; see `kernels.features.split_features`."""
         found = self.equilibria.arrays
         return split_features(self.body.points, self.body.arrays, found.stable, found.basin,
                               found.tree, self.clusters.split, self.passage_r[0],
@@ -97,7 +97,7 @@ class RestingPoses:
 
     @cached_property
     def corner_crowding(self) -> Array:
-        """At each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
+        """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
         return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
@@ -112,7 +112,7 @@ class RestingPoses:
 
 @dataclass(frozen=True, eq=False)
 class PoseShape:
-    """Contact polygon and outline of a body in one pose, drawn on demand."""
+    """Contact polygon and outline of a body in one pose, computed on demand."""
 
     body: ConvexBody
     face: int
@@ -131,7 +131,7 @@ class PoseShape:
 
 def resting_poses(part: Part,
                   cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> RestingPoses:
-    """Stable poses of a part, found once a tolerance and remembered while the part lives.
+    """Stable poses of a part, found once for each tolerance and kept as long as the part lives.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def resting_poses(part: Part,
     Raises
     ------
     RequestError
-        If this is no part, or the tolerance is not from 0 to below 1.
+        If `part` is no Part, or the tolerance is not from 0 to below 1.
     """
     if not isinstance(part, Part):
         raise RequestError("a Part", f"{type(part).__name__}",
@@ -217,7 +217,7 @@ def _spread(downs: Array, members: list[int]) -> float:
     if len(members) == 1:
         return 0.0
     chosen = downs[members]
-    # The farthest from a direction is the nearest to its opposite.
+    # The direction farthest from another one is the nearest to its opposite.
     gap, partner = cKDTree(chosen).query(-chosen)
     first = int(np.argmin(gap))
     chord = float(np.linalg.norm(chosen[first] - chosen[partner[first]]))

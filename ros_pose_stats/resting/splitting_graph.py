@@ -27,13 +27,13 @@ class SplittingNode:
     poses : tuple of int
         `index` of the stable poses that it holds.
     probability : float
-        Of the part passing through this component.
+        Probability that the part passes through this component.
     level : float or None
         Critical value at which it falls apart, metres; None for a single pose.
     saddle : (3,) array or None
-        Direction, in the part frame, of the saddle where it does.
+        Direction, in the part frame, of the saddle where it falls apart.
     parts : tuple of SplittingNode
-        The two components that are left, empty for a single pose.
+        The two components that it falls into; empty for a single pose.
     angles : tuple of float
         Their centroid solid angles at that level, steradians (Omega in Eq. 8).
     transitions : tuple of float
@@ -49,7 +49,7 @@ class SplittingNode:
     transitions: tuple[float, ...] = ()
 
     def walk(self) -> Iterator[SplittingNode]:
-        """Go through the node and all below it, from the top down."""
+        """Yield the node and all nodes below it, from the top down."""
         waiting = [self]
         while waiting:
             node = waiting.pop()
@@ -108,7 +108,7 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
 def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
     """Splits on the way to a pose: the level (metres), and the poses that are left below it.
 
-    From the top down; empty where the pose is none of the graph's.
+    The list goes from the top down; it is empty where the graph does not have the pose.
     """
     found: list[tuple[float, tuple[int, ...]]] = []
     node = root
@@ -124,7 +124,7 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
 
 def poses_within(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
                  every: Sequence[int]) -> tuple[int, ...]:
-    """Poses that can still be reached with an energy over weight (metres)."""
+    """Poses that can still be reached at an energy over weight (metres)."""
     reached = tuple(every)
     for level, poses in levels:
         if energy < level:

@@ -57,11 +57,11 @@ def surface_features(part: Part, radius: float, tolerance: float) -> Features:
 
 
 OVERHEAD = 64
-"""What setting up one comparison costs, in features compared."""
+"""Cost of setting up one comparison, in features compared."""
 
 PROBES = 12
 """Regions that a candidate must match before the whole surface is compared: the largest,
-and those that gave earlier candidates away."""
+and those that refuted earlier candidates."""
 
 _ALL = np.empty(0, dtype=np.int64)
 
@@ -73,7 +73,7 @@ def keeps_inertia(part: Part, rotation: Array) -> bool:
 
 
 class SurfaceTrial:
-    """Tries rotations on the whole surface of one part.
+    """The whole surface of one part, on which rotations are tried.
 
     Parameters
     ----------
@@ -110,6 +110,6 @@ class SurfaceTrial:
                 or self._first_unmatched(self.corners, rotation, _ALL) < 0)
 
     def _first_unmatched(self, features: FeatureGrid, rotation: Array, chosen: Index) -> int:
-        """First feature with none of its own where the rotation puts it, -1 for none."""
+        """First feature that meets no like one where the rotation puts it, -1 for none."""
         self.effort += OVERHEAD + (len(chosen) or len(features.rows))
         return first_unmatched(features, rotation, chosen)

@@ -24,16 +24,16 @@ Index = NDArray[np.int64]
 Frame = tuple[Array, Array]
 
 MOST_EFFORT = 2**21
-"""Features compared on one part, a second's worth. Beyond it (thousands of equal facets
-that are not symmetric after all) the remaining poses stay separate."""
+"""Most features compared on one part, in about a second. Where more would be needed (thousands of
+equal facets that are not symmetric after all) the remaining poses stay separate."""
 
 MOST_FACES = 4096
-"""Stable faces that are looked at; a finely tessellated ball has more and needs no groups."""
+"""Most stable faces that are compared; a finely tessellated ball has more and needs no groups."""
 
 
 FEW_PAIRS = 128
-"""Pairs of like stable faces that are looked through before the whole surface is measured.
-On a part without symmetry few faces are alike, and by chance: none of these fits."""
+"""Pairs of like stable faces that are tried before the whole surface is measured. On a part
+without symmetry few faces are alike, by chance only, and none of the pairs fits."""
 
 
 def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
@@ -78,7 +78,7 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
 
 
 def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Index) -> bool:
-    """Whether few pairs are alike, and no rotation fits the polygons and the inertia of any."""
+    """Whether there are few pairs of like faces, and no rotation fits polygons and inertia."""
     for looked_at, (face, other) in enumerate(_pairs(kind, pose)):
         if looked_at == FEW_PAIRS:
             return False

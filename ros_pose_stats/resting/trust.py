@@ -1,4 +1,4 @@
-"""Where a part's poses are close to changing: warnings that its answers carry."""
+"""Warnings about a part whose poses are close to a change, which all of its answers carry."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ..tolerances import (
 from .poses import RestingPoses
 
 MOST_NAMED = 3
-"""Poses that a warning names; the others are counted."""
+"""Most poses that a warning names; it counts the others."""
 
 
 def pose_warnings(resting: RestingPoses) -> list[str]:
-    """What to know of a part's poses, whatever the method.
+    """Warnings about a part's poses that hold for every method.
 
     Parameters
     ----------
@@ -42,10 +42,10 @@ def pose_warnings(resting: RestingPoses) -> list[str]:
 
 
 def drop_warnings(resting: RestingPoses) -> list[str]:
-    """What to know besides where the part is dropped.
+    """Warnings that hold for drops alone.
 
-    A polygon that rolls loses energy at every facet, a round part does not: with few facets far
-    too many drops end on the curve. See the walk of the cylinder in `docs/study/stability.md`.
+    A polygon that rolls loses energy at every facet, a round part does not. So with few facets far
+    too many drops end on the curve; see the cylinder in `docs/study/stability.md`.
     """
     angles = [math.degrees(angle) for angle in _facet_angles(resting)
               if angle > COARSE_FACETS]
@@ -102,7 +102,7 @@ def _smallest_gap(resting: RestingPoses) -> float:
     below = tree.child[wanted] - tree.level.shape[0] - 1
     split = np.maximum(below, 0)
     gaps = tree.level[wanted][:, None] - tree.level[split]
-    # Exact ties come from symmetry, and change nothing.
+    # Exact ties come from symmetry and have no consequence.
     open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > EXACT_TIE)]
     return float(open_gaps.min(initial=math.inf))
 

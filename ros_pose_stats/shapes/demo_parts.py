@@ -128,7 +128,7 @@ def _surface(solid: Manifold) -> Surface:
 def _canonical(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
     """Coordinates as float32 numbers, vertices and triangles in lexicographic order.
 
-    The order in which a modeller emits triangles then leaves no trace in the files.
+    So the files do not depend on the order in which a modeller emits triangles.
     """
     rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
     merged, index = np.unique(rounded, axis=0, return_inverse=True)

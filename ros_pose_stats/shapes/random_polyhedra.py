@@ -1,6 +1,6 @@
-"""The paper's random polyhedra (section 3.A), the shift of the centre of mass as a parameter.
+"""The paper's random polyhedra (section 3.A), with the shift of the centre of mass as a parameter.
 
-Imported on its own: unlike the other shapes it needs parts and their poses, since bodies
+This module is imported by itself: unlike other shapes it needs parts and their poses, since bodies
 without two stable poses are drawn anew. Random words come straight from Philox, whose stream numpy
 keeps; its distributions are not promised to stay, and the C library's logarithm rounds differently
 on other processors.
@@ -31,7 +31,7 @@ _STREAM: Final = 3
 
 
 def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
-    """Endless numbers of 53 bits in [0, 1) that nobody else gets."""
+    """Yield numbers of 53 bits in [0, 1), different ones for each seed, number and attempt."""
     bits = np.random.Philox(counter=np.array((0, attempt, number, 0), dtype=np.uint64),
                             key=np.array((seed, _STREAM), dtype=np.uint64))
     while True:
@@ -40,14 +40,14 @@ def uniforms(seed: int, number: int, attempt: int) -> Iterator[float]:
 
 
 def normals(numbers: Iterator[float], count: int) -> NDArray[np.float64]:
-    """Normally distributed numbers (count,): Box and Muller 1958, one of each pair."""
+    """Draw normal numbers (count,) by Box and Muller (1958), one of each pair."""
     pairs = np.array(list(islice(numbers, 2 * count))).reshape(count, 2)
     radius = np.sqrt(-2.0 * logarithms(1.0 - pairs[:, 0]))
     return np.asarray(radius * sines_cosines((2.0 * math.pi) * pairs[:, 1])[1])
 
 
 def failures(numbers: Iterator[float], chance: float) -> int:
-    """Failures before the first success of this chance."""
+    """Draw the number of failures before the first success of this chance (geometric)."""
     left, count, still = 1.0 - next(numbers), 0, 1.0 - chance
     while left <= still:
         count, still = count + 1, still * (1.0 - chance)
@@ -57,7 +57,7 @@ def failures(numbers: Iterator[float], chance: float) -> int:
 Array = NDArray[np.float64]
 
 SHIFT_MOMENTS: Final = ("inertia", "second")
-"""What the shift's range q_i is the root of; see `random_polyhedron`."""
+"""Moments whose root is the range q_i of the shift; see `random_polyhedron`."""
 
 _FEWEST_POINTS: Final = 4
 _LAST_POINT: Final = 0.1
@@ -76,7 +76,7 @@ class RandomPolyhedron:
         About the centroid, the farthest at distance 1.
     triangles : (T, 3) array of int
     center_of_mass : (3,) array
-        The shifted one.
+        After the shift.
     redraws : int
         Bodies that were drawn and thrown away before this one.
     """
@@ -87,7 +87,7 @@ class RandomPolyhedron:
     redraws: int
 
     def part(self) -> Part:
-        """As a part, a unit being a metre; its inertia is the homogeneous body's central one."""
+        """Make a part, a unit being a metre, with the central inertia of the homogeneous body."""
         return part_from_mesh(self.vertices, self.triangles,
                               center_of_mass=self.center_of_mass)
 
@@ -96,10 +96,10 @@ def random_polyhedron(seed: int, number: int, shift: float = 0.0,
                       shift_moment: str = "inertia") -> RandomPolyhedron:
     """One body of an endless series.
 
-    The hull of 4 + xi points with normally distributed coordinates, xi geometric with
-    parameter 0.1, homogeneous, scaled; then the centre of mass is moved along each principal
-    axis by a number drawn from (-shift q_i, shift q_i). Where that leaves the hull, or leaves
-    one stable face only, all is drawn anew, points too.
+    It is the homogeneous, scaled hull of 4 + xi points with normally distributed coordinates, xi
+    being geometric with parameter 0.1. Its centre of mass is moved along each principal axis by a
+    number drawn from (-shift q_i, shift q_i). If it then lies outside the hull, or one face alone
+    is stable, everything is drawn anew, the points too.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def random_polyhedron(seed: int, number: int, shift: float = 0.0,
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < _SEEDS:
             raise RequestError(f"a {name} from 0 to 2^64 - 1", f"{value!r}", "0 is a good start")
     for attempt in count():
-        body = _drawn(uniforms(seed, number, attempt), shift, shift_moment, attempt)
+        body = _draw_body(uniforms(seed, number, attempt), shift, shift_moment, attempt)
         if body is not None:
             return body
     raise AssertionError
@@ -140,9 +140,9 @@ def check_shift(shift: float, shift_moment: str) -> None:
                            f"{shift_moment!r}", "inertia is the paper's text")
 
 
-def _drawn(numbers: Iterator[float], shift: float, shift_moment: str,
-           attempt: int) -> RandomPolyhedron | None:
-    """A body from uniform numbers in [0, 1); None where it is to be drawn anew."""
+def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
+               attempt: int) -> RandomPolyhedron | None:
+    """Draw a body from uniform numbers in [0, 1); None where it is to be drawn anew."""
     count_of_points = _FEWEST_POINTS + failures(numbers, _LAST_POINT)
     points = normals(numbers, 3 * count_of_points).reshape(count_of_points, 3)
     moves = np.array([2.0 * next(numbers) - 1.0 for _ in range(3)])
@@ -151,7 +151,8 @@ def _drawn(numbers: Iterator[float], shift: float, shift_moment: str,
         plain = part_from_mesh(vertices, triangles)
         vertices = vertices - plain.center_of_mass
         scale = float(lengths(vertices).max())
-        moved = _shifted(plain.inertia / (plain.mass * scale * scale), moves, shift, shift_moment)
+        moved = _shift_center(plain.inertia / (plain.mass * scale * scale), moves, shift,
+                              shift_moment)
         body = RandomPolyhedron(vertices / scale, triangles, moved, attempt)
         poses = resting_poses(body.part(), 0.0).poses
     except (MeshError, MassPropertiesError):  # too flat, or the centre outside the hull
@@ -159,12 +160,12 @@ def _drawn(numbers: Iterator[float], shift: float, shift_moment: str,
     return body if len(poses) > 1 else None
 
 
-def _shifted(inertia: Array, moves: Array, shift: float, shift_moment: str) -> Array:
+def _shift_center(inertia: Array, moves: Array, shift: float, shift_moment: str) -> Array:
     """The moved centre of mass (3,) from the inertia over the mass and moves in (-1, 1)."""
     moments, axes = principal_axes(inertia)
     if shift_moment == "second":
         moments = 0.5 * moments.sum() - moments
-    # Along each axis to the side of its largest component.
+    # Each axis points to the side of its largest component.
     axes = axes * np.where(axes[np.abs(axes).argmax(axis=0), range(3)] < 0.0, -1.0, 1.0)
     steps = shift * moves * np.sqrt(np.maximum(moments, 0.0))
     return np.asarray(turn_vectors(steps[None], axes.T)[0])

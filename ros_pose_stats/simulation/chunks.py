@@ -1,8 +1,8 @@
-"""Drops in chunks on all cores: handed out in order, taken in in order.
+"""The worker threads of one simulation, which compute its drops in chunks on all cores.
 
-Workers are threads; the kernel lets go of the interpreter while it runs. A chunk is sized
-to take about 25 ms, so that progress is smooth and a stop is quick. What is counted is
-always a contiguous prefix, so nothing depends on who did which chunk and when.
+The kernel releases the interpreter's lock while it runs. A chunk is sized to take about 25 ms, so
+that progress is smooth and a stop is quick. The outcomes come back in the order of the drops and
+without gaps, so that nothing depends on which worker computed which chunk, and when.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from typing import NamedTuple
 from .drops import DropOutcomes
 
 CHUNK_SECONDS = 0.025
-"""What a chunk is sized for; a drop that is given up takes as long, or a few times, by itself."""
+"""Time that a chunk is sized for; a single drop that is given up takes as long, or longer."""
 
 FIRST_CHUNK = 1
 LAST_CHUNKS = 16
-"""Towards the end chunks get no smaller than this."""
+"""Least number of drops in the chunks near the end, which get smaller."""
 
 GROWTH = 8
-"""A chunk has at most this many times the drops of the largest one before."""
+"""Factor by which a chunk may have more drops than the largest one before."""
 
 POLL_SECONDS = 0.01
-"""How often a stop is looked for while workers are busy."""
+"""Time between two questions whether to stop, while workers are busy."""
 
 
 class Chunk(NamedTuple):
@@ -38,23 +38,23 @@ class Chunk(NamedTuple):
     outcomes: DropOutcomes
 
 
-class ChunkRun:
-    """Chunks of a run of drops, made by worker threads.
+class DropWorkers:
+    """Threads that compute the drops of one simulation.
 
     Parameters
     ----------
     drop : callable
         From the first drop and a count to their outcomes; called from the workers.
     drops : int
-        The bound of the run.
+        Most drops of the simulation.
     workers : int
-        Threads.
+        Number of threads.
     should_stop : callable
-        Asked from the caller's thread; True ends the run after the chunks in hand.
+        Asked from the caller's thread; after True the workers finish their chunks and end.
     background : bool
-        Workers give way to other threads.
+        Whether the workers give way to other threads.
     wanted : int, optional
-        Drops that are wanted for certain; default: all. See `want`.
+        Drops that are needed for certain; default: all. See `request_drops`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,
@@ -78,32 +78,33 @@ class ChunkRun:
             self._stopped = True
             self._lock.notify_all()
 
-    def want(self, drops: int) -> None:
-        """Hand out chunks up to that many drops; beyond them the workers wait.
+    def request_drops(self, drops: int) -> None:
+        """Let the workers compute up to that many drops; then they wait.
 
-        A run that is looked at now and then would else do drops in vain after its last look.
+        A simulation that checks its error now and then would otherwise compute drops in vain
+        after the last check.
         """
         with self._lock:
             self._wanted = drops
             self._lock.notify_all()
 
-    def in_order(self) -> Iterator[DropOutcomes]:
-        """Outcomes as they come, from drop 0 on without gaps.
+    def outcomes_in_order(self) -> Iterator[DropOutcomes]:
+        """Start the workers, and yield outcomes from drop 0 on, without gaps.
 
-        Once stopped, what is left of the contiguous prefix still comes.
+        After a stop the outcomes that continue the prefix without a gap still come.
         """
-        threads = [threading.Thread(target=self._work, name=f"drops-{i}", daemon=True)
+        threads = [threading.Thread(target=self._compute_chunks, name=f"drops-{i}", daemon=True)
                    for i in range(self._workers)]
         for thread in threads:
             thread.start()
         try:
-            yield from self._arrange()
+            yield from self._arrange_outcomes()
         finally:
             self.stop()
             for thread in threads:
                 thread.join()
 
-    def _arrange(self) -> Iterator[DropOutcomes]:
+    def _arrange_outcomes(self) -> Iterator[DropOutcomes]:
         waiting: dict[int, DropOutcomes] = {}
         wanted, busy = 0, self._workers
         while busy:
@@ -124,25 +125,25 @@ class ChunkRun:
                 wanted += outcomes.pose.shape[0]
                 yield outcomes
 
-    def _work(self) -> None:
+    def _compute_chunks(self) -> None:
         try:
             if self._background:
-                _give_way()
+                _lower_priority()
             while True:
-                first, count = self._take()
+                first, count = self._next_chunk()
                 if count == 0:
                     break
                 begin = time.perf_counter()
                 outcomes = self._drop(first, count)
-                self._learn(count, time.perf_counter() - begin)
+                self._adapt_size(count, time.perf_counter() - begin)
                 self._done.put(Chunk(first, outcomes))
         except BaseException as error:  # handed on to the caller's thread
             self._done.put(error)
         else:
             self._done.put(None)
 
-    def _take(self) -> tuple[int, int]:
-        """The next chunk's first drop and size; size 0 if there is none."""
+    def _next_chunk(self) -> tuple[int, int]:
+        """First drop and size of the next chunk; size 0 if there is none."""
         with self._lock:
             self._lock.wait_for(lambda: self._stopped or self._next < self._wanted
                                 or self._next >= self._bound)
@@ -155,8 +156,8 @@ class ChunkRun:
             self._next += count
             return self._next - count, count
 
-    def _learn(self, count: int, seconds: float) -> None:
-        """Size chunks by the pace of the last one."""
+    def _adapt_size(self, count: int, seconds: float) -> None:
+        """Size the next chunks by the pace of this one."""
         wanted = int(count * CHUNK_SECONDS / max(seconds, 1e-9))
         with self._lock:
             self._size = max(1, min(wanted, GROWTH * max(count, self._size)))
@@ -165,7 +166,7 @@ class ChunkRun:
 NICENESS = 10
 
 
-def _give_way() -> None:
-    """Lower the priority of this thread, where threads have priorities of their own."""
+def _lower_priority() -> None:
+    """Let this thread give way, where threads have priorities of their own."""
     if sys.platform == "linux":
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

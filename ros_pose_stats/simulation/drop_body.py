@@ -1,4 +1,4 @@
-"""A part as the drop kernels see it: corners in principal axes, and balls around them."""
+"""A part prepared for the drop kernels: its corners in principal axes, and balls around them."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ Index = NDArray[np.int64]
 CROWD = 8
 """Corners that may come to lie lowest during a step, if they are spread evenly.
 
-The best for 100 to 5 000 corners; looking at one of them costs a tenth of a step or less.
+This number is the quickest for 100 to 5 000 corners; to check one of them costs a tenth of a step
+or less.
 """
 
 FLAT = 1e-12
-"""Corners this close to a plane lie on it but for rounding, in radii; touching is 1e-9."""
+"""Distance, in radii, within which corners lie on a plane but for rounding; touching is 1e-9."""
 
 THINNEST = 1e-12
 """Smallest principal moment of inertia, relative to the largest: a rod of points has 0."""
@@ -40,7 +41,7 @@ class PreparedBody:
     Attributes
     ----------
     resting : RestingPoses
-        The poses that outcomes are numbered by.
+        The poses whose `index` numbers the outcomes.
     arrays : DropBody
         In principal axes.
     axes : (3, 3) array
@@ -61,8 +62,8 @@ class PreparedBody:
 
 
 def drop_body(part: Part, cluster_tolerance: float) -> PreparedBody:
-    """Prepare a part for dropping, once a tolerance; see `resting_poses` for the errors."""
-    resting_poses(part, cluster_tolerance)  # refuses what is no part, and no tolerance
+    """Prepare a part for drops, once for each tolerance; raises what `resting_poses` raises."""
+    resting_poses(part, cluster_tolerance)  # refuses anything but a part and a tolerance
     return part.prepare(_prepare, cluster_tolerance)
 
 
@@ -87,9 +88,9 @@ def _prepare(part: Part, cluster_tolerance: float) -> PreparedBody:
 def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     """Where each corner's neighbours start, the neighbours and their distances.
 
-    Along the edges between faces that are flat, and so convex, to rounding; the merged faces of
-    the body are not. The diagonals of the hull's triangles within a flat face are left out: which
-    ones there are depends on how the hull was computed.
+    Neighbours share an edge between faces that are flat, and so convex, to rounding; the merged
+    faces of the body are not. The diagonals of the hull's triangles within a flat face are left
+    out, since they depend on how the hull was computed.
     """
     count = points.shape[0]
     if count <= LEAF:
@@ -124,10 +125,10 @@ def _sides(resting: RestingPoses, corner: Index) -> tuple[Index, Index, Index, I
 
 
 LEAF = 16
-"""Corners that are looked at one by one; most parts of the paper's size need no tree."""
+"""Corners that a search goes through one by one; most parts of the paper's size need no tree."""
 
 ROUNDING = 1e-12
-"""Balls are this much larger than their corners ask for, relative to the radius of the part."""
+"""Radius of the part by which a ball is larger than its corners require, as a fraction."""
 
 
 def ball_tree(points: Array) -> tuple[Index, Array, Index]:
@@ -144,15 +145,15 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     ball : (B, 5) array
         Centre, radius, and distance of the centre from the origin.
     ball_range : (B, 3) array
-        First and last + 1 place in `order`, and the node that follows the subtree: the next
-        one for a leaf.
+        Begin and end of its corners in `order`, and the node that follows its subtree, which is
+        the next node for a leaf.
     """
     order: list[Index] = []
     balls: list[tuple[float, ...]] = []
     ranges: list[list[int]] = []
     # Nodes are numbered as they are first seen, a left child right after its parent.
     waiting: list[Index] = [np.arange(points.shape[0])]
-    ancestors: list[tuple[int, int]] = []  # node and where its corners end
+    ancestors: list[tuple[int, int]] = []  # a node, and the end of its corners
     placed = 0
     while waiting:
         inside = waiting.pop()
@@ -181,6 +182,6 @@ def _ball(points: Array) -> tuple[float, ...]:
 def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
     axis = int(np.argmax(np.ptp(points[inside], axis=0)))
     middle = inside.shape[0] // 2
-    # Stable, for a partition leaves its halves in an order that depends on the processor.
+    # A stable sort, since a partition would order its halves differently on other processors.
     ranked = inside[np.argsort(points[inside, axis], kind="stable")]
     return ranked[:middle], ranked[middle:]

@@ -1,4 +1,4 @@
-"""Drops of a prepared body in SI units, one call of the kernel at a time."""
+"""Drops of one prepared body: a call of the drop kernel in SI units, and the outcome of each."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ NO_TAPE: Array = np.zeros((0, TAPE))
 
 @dataclass(frozen=True, eq=False)
 class DropOutcomes:
-    """What became of consecutive drops.
+    """Outcomes of consecutive drops.
 
     Attributes
     ----------
     pose : (n,) array of int
-        `index` of the pose that it came to rest in; -1 where it did not settle.
+        `index` of the pose that the part came to rest in; -1 where it did not settle.
     impacts : (n,) array of int
         Single impacts.
     seconds : (n,) array
-        From release to when the outcome was certain.
+        From release until the outcome was certain.
     energy_left : (n,) array
-        Mechanical energy then, the plate at 0, in m g radius.
+        Mechanical energy at that time, the plate at 0, in m g radius.
     trapped : (n,) array of bool
-        The outcome was certain before it came to rest.
+        Whether the outcome was certain before the part came to rest.
     touched : (n,) array of bool
-        Released touching the plate, since the drop height was too low to fit.
+        Whether it was released touching the plate, since it did not fit under the drop height.
     """
 
     pose: Index
@@ -61,17 +61,17 @@ class DropOutcomes:
     touched: NDArray[np.bool_]
 
     def first(self, count: int) -> DropOutcomes:
-        """Of the first `count` drops."""
+        """Outcomes of the first `count` drops."""
         return DropOutcomes(*(getattr(self, entry.name)[:count] for entry in fields(self)))
 
 
 class DropChunk(NamedTuple):
-    """Single drops as they are counted.
+    """Consecutive drops that were counted, each with its start and its outcome.
 
     Attributes
     ----------
     first : int
-        Number of the first one.
+        Number of the first of them.
     downs : (n, 3) array
         Unit vectors in the part frame that point down at release.
     outcomes : DropOutcomes
@@ -83,7 +83,7 @@ class DropChunk(NamedTuple):
 
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> DropRules:
-    """Scene and the thresholds of `tolerances` as the kernels take them.
+    """Join the scene and the thresholds of `tolerances`, in the units of the kernels.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> Dro
     radius : float
         Metres.
     to_rest : bool
-        Go on when the outcome is decided.
+        Whether a drop goes on when its outcome is decided, until the part lies still.
     """
     return DropRules(float(scene.restitution), release_height(scene, radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
@@ -102,8 +102,9 @@ def release_height(scene: DropScene, radius: float) -> float:
     return DEFAULT_DROP_RADII * radius if scene.drop_height is None else float(scene.drop_height)
 
 
-def run(body: PreparedBody, rules: DropRules, downs: Array, tape: Array = NO_TAPE) -> DropOutcomes:
-    """Drop a body from starting directions.
+def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
+                  tape: Array = NO_TAPE) -> DropOutcomes:
+    """Compute the drops of a body from starting directions, in the caller's thread.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def run(body: PreparedBody, rules: DropRules, downs: Array, tape: Array = NO_TAP
     downs : (n, 3) array
         Unit vectors in part axes that point vertically down at release.
     tape : (T, 14) array
-        For the last drop; see `kernels.drops.layout`.
+        Takes the events of the last drop; see `kernels.drops.layout`.
     """
     ups = np.ascontiguousarray(-turn_vectors(downs, body.axes))
     outcome = np.empty((ups.shape[0], 5), dtype=np.int64)

@@ -1,8 +1,8 @@
 """A recorded drop at even steps of time, from shortly before it lands until it lies still.
 
 A part that bounces on a rigid plate comes to rest through ever smaller bounces, and on a fine
-curve through thousands of them. Once its energy is that at rest, but for what nobody sees, the
-rest is left out and the part laid down in its pose.
+curve through thousands of them. Once its energy exceeds that at rest by less than anybody sees,
+the remaining motion is left out and the part is laid down in its pose.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ RATE = 15
 """Frames a second."""
 
 SHOWN = 6.5
-"""Seconds that the motion takes on the screen, at most."""
+"""Most seconds that the motion takes on the screen."""
 
 PAUSE = 1.2
 """Seconds that the part is shown at rest."""
 
 FALL = 3.0
-"""Radii above the first touch from which on the fall is shown."""
+"""Height over the first contact, in radii, from which on the fall is shown."""
 
 UNSEEN = 5e-3
-"""Energy above that at rest, in weights times radius, that nobody sees."""
+"""Energy over that at rest, in weight times radius, whose motion nobody sees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class DropFrames:
     rest : int
         First frame at rest; n where the part did not settle.
     slower : float
-        Times that the motion is slowed.
+        Factor by which the motion is slowed.
     begin, end : float
         Seconds since release at the first frame, and at the last in motion.
     """
@@ -87,13 +87,13 @@ def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
 
 
 def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> DropFrames:
-    """Cut a drop into frames of equal time, at most some seven seconds of them.
+    """Cut a drop into frames at even steps of time, some seven seconds of them at most.
 
     Parameters
     ----------
     part : Part
     trajectory : Trajectory
-        That comes to rest in a pose.
+        Of a drop that comes to rest in a pose.
     resting : RestingPoses
         Of the part, at the trajectory's cluster tolerance.
 
@@ -104,23 +104,23 @@ def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> Dr
         where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
-    begin = _begin(trajectory)
+    begin = _begin_time(trajectory)
     above = trajectory.energies > trajectory.energies[-1] + UNSEEN * weight * trajectory.radius
     last = min(int(np.flatnonzero(above)[-1]) + 1 if above.any() else 0, len(above) - 1)
-    orientation, height = _at_rest(trajectory, resting, last)
+    orientation, height = _lay_down(trajectory, resting, last)
     end = float(trajectory.times[last])
-    slower = _slower((end - begin) / SHOWN)
+    slower = _slowing_factor((end - begin) / SHOWN)
     motion = np.arange(begin, end, 1.0 / (slower * RATE))
     moving = len(motion)
     times: Array = np.append(motion, np.full(round(PAUSE * RATE), end))
-    heights, orientations, energies = _between(trajectory, times)
+    heights, orientations, energies = _interpolate(trajectory, times)
     heights[moving:], orientations[moving:] = height, orientation
     energies[moving:] = weight * height
     return DropFrames(times, heights, orientations, energies, moving, slower, begin, end)
 
 
-def _begin(trajectory: Trajectory) -> float:
-    """When the part is some radii above where it first touches."""
+def _begin_time(trajectory: Trajectory) -> float:
+    """Time at which the part is `FALL` radii above its first contact."""
     landing = next((event for event in trajectory.events if event.kind == "arrival"),
                    trajectory.events[-1])
     high = trajectory.heights > landing.height + FALL * trajectory.radius
@@ -128,14 +128,14 @@ def _begin(trajectory: Trajectory) -> float:
     return float(trajectory.times[np.flatnonzero(before)[-1]]) if before.any() else 0.0
 
 
-def _slower(share: float) -> float:
-    """How many times slower than true it must be shown; a round number."""
+def _slowing_factor(share: float) -> float:
+    """Round factor by which a motion is slowed that takes a share of the time on the screen."""
     steps = [base * 10.0 ** power for power in range(-1, 6) for base in (1.0, 2.0, 5.0)]
     return max((one for one in steps if one <= 1.0 / max(share, 1e-6)), default=steps[0])
 
 
-def _between(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
-    """Height, orientation and energy at some times; the energy as after an event."""
+def _interpolate(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
+    """Interpolate heights and orientations at some times; energies are those after the events."""
     place = np.clip(np.searchsorted(trajectory.times, times, side="right") - 1, 0,
                     len(trajectory.times) - 1)
     after = np.minimum(place + 1, len(trajectory.times) - 1)
@@ -144,14 +144,14 @@ def _between(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]
                      0.0)
     heights = (1.0 - share) * trajectory.heights[place] + share * trajectory.heights[after]
     one, two = trajectory.orientations[place], trajectory.orientations[after]
-    sign = np.where((one * two).sum(axis=1) < 0.0, -1.0, 1.0)  # both stand for the same turn
+    sign = np.where((one * two).sum(axis=1) < 0.0, -1.0, 1.0)  # q and -q are the same turn
     turned = (1.0 - share)[:, None] * one + (share * sign)[:, None] * two
     return (heights, turned / np.linalg.norm(turned, axis=1)[:, None],
             np.minimum.accumulate(trajectory.energies)[place])
 
 
-def _at_rest(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple[Array, float]:
-    """Orientation and height on the face of the pose that is nearest to a late sample."""
+def _lay_down(trajectory: Trajectory, resting: RestingPoses, last: int) -> tuple[Array, float]:
+    """Orientation and height on the face of the pose that is nearest to the last sample shown."""
     found = resting.equilibria
     members = np.flatnonzero(resting.clusters.pose == trajectory.pose)
     downs = found.downs[members]

@@ -1,4 +1,4 @@
-"""One drop of a run, recorded for tests, plots and animation."""
+"""One drop of a simulation computed again, with its whole motion, for plots and animations."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, GRAVITY
 from ..resting.orientation import resting_quaternions
 from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, drop_rules, release_height, run
+from .drops import DropOutcomes, compute_drops, drop_rules, release_height
 from .request import drop_request, real_number
 from .starts import starting_directions
 
@@ -58,21 +58,21 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
                 start: ArrayLike | None = None, to_rest: bool = False,
                 interval: float | None = None, *,
                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> Trajectory:
-    """Record a drop.
+    """Record the motion of one drop.
 
     Parameters
     ----------
     part : Part
     drop : int
-        Number of the drop in the run of `simulate` with the same arguments; it follows the
-        very same motion.
+        Number of the drop in a simulation by `simulate` with the same arguments; the motion is
+        the very same.
     restitution, seed, drop_height, sampling, cluster_tolerance
         As for `simulate`; take the seed out of its answer.
     start : (3,) array, optional
         Direction in the part frame that points down at release, in place of drop and seed.
     to_rest : bool
-        Go on when the pose is certain until the part lies still. On a finely tessellated curve
-        that can be tens of thousands of ever smaller events.
+        Whether to go on, when the pose is certain, until the part lies still. On a finely
+        tessellated curve that can be tens of thousands of ever smaller events.
     interval : float, optional
         Seconds between samples; default: a twentieth of sqrt(radius / g).
 
@@ -88,7 +88,7 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance)
-    request = drop_request(None if start is None else 1, seed, 0.0, 1, sampling, _one(start))
+    request = drop_request(None if start is None else 1, seed, 0.0, 1, sampling, _as_row(start))
     if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
@@ -96,7 +96,7 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
     body = drop_body(part, scene.cluster_tolerance)
     down = (starting_directions(sampling, request.seed, int(drop), 1) if request.starts is None
             else request.starts)
-    tape, outcomes = _tape(body, scene, down, to_rest)
+    tape, outcomes = _record_tape(body, scene, down, to_rest)
     unit = math.sqrt(body.radius / GRAVITY)
     frame = 1.0 / FRAMES if interval is None else interval / unit
     times, states, turns = _samples(body, tape, down[0], frame)
@@ -110,8 +110,8 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         turn_vectors(states[:, W:W + 3], body.axes.T) / unit, turns, energy)
 
 
-def _one(start: ArrayLike | None) -> ArrayLike | None:
-    """A start as the only row of an array."""
+def _as_row(start: ArrayLike | None) -> ArrayLike | None:
+    """The start as the only row of an array."""
     if start is None:
         return None
     if np.ndim(start) != 1:
@@ -120,14 +120,14 @@ def _one(start: ArrayLike | None) -> ArrayLike | None:
     return np.asarray(start)[None, :]
 
 
-def _tape(body: PreparedBody, scene: DropScene, down: Array,
-          to_rest: bool) -> tuple[Array, DropOutcomes]:
-    """Events of a drop as the kernel notes them, on a tape that is long enough."""
+def _record_tape(body: PreparedBody, scene: DropScene, down: Array,
+                 to_rest: bool) -> tuple[Array, DropOutcomes]:
+    """Compute a drop with a tape that is long enough for all of its events."""
     rules = drop_rules(scene, body.radius, to_rest=to_rest)
     rows = FIRST_TAPE
     while True:
         tape = np.zeros((rows, TAPE))
-        outcomes = run(body, rules, down, tape)
+        outcomes = compute_drops(body, rules, down, tape)
         wanted = int(tape[0, 0]) + 1
         if wanted <= rows:
             return tape[1:wanted], outcomes
@@ -152,7 +152,7 @@ def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ..
 
 def _samples(body: PreparedBody, tape: Array, down: Array,
              frame: float) -> tuple[Array, Array, Array]:
-    """Times, states and orientations between and at the events."""
+    """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
     times, states, turns = [tape[:1, TAPE_TIME]], [tape[:1, STATE_ON_TAPE]], [turn[None, :]]
     for before, after in pairwise(tape):

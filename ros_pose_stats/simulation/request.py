@@ -1,4 +1,4 @@
-"""What a simulation is asked for, checked before anything runs."""
+"""The request for a simulation, checked before anything runs: how many drops, and from where."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SEEDS = 2 ** 64
 
 @dataclass(frozen=True, eq=False)
 class DropRequest:
-    """How many drops, from where, and how they are run.
+    """How many drops, from which starts, and by how many threads.
 
     Attributes
     ----------
     drops : int
-        The bound.
+        Most drops; all of them without a target error.
     seed : int
         0 where the starting directions are given.
     target_error : float
@@ -50,7 +50,7 @@ class DropRequest:
 
 def drop_request(drops: int | None, seed: int | None, target_error: float, workers: int | None,
                  sampling: str, starts: ArrayLike | None) -> DropRequest:
-    """Fill in what was left out and refuse what cannot be.
+    """Fill in defaults and check the values.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _directions(starts: ArrayLike) -> Array:
 
 
 def _real_array(values: ArrayLike) -> Array:
-    """A copy in double precision; without dimensions if these are no real numbers."""
+    """Copy in double precision; an array without dimensions if these are no real numbers."""
     try:
         array = np.array(values)
     except ValueError:  # ragged
@@ -128,12 +128,12 @@ def _whole(name: str, value: object) -> int:
 
 
 def real_number(name: str, value: object) -> float:
-    """A float out of a request.
+    """Read a number of a request as a float.
 
     Raises
     ------
     RequestError
-        If it is none.
+        If it is no number.
     """
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return float(value)

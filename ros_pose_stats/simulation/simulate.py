@@ -1,4 +1,4 @@
-"""From a part to its pose statistics by dropping it."""
+"""A whole simulation: from a part and a request to the pose statistics counted from its drops."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..records.statistics import ranked
 from ..resting.trust import drop_warnings, pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
 from ..version import VERSION
-from .chunks import ChunkRun
+from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, DropOutcomes, drop_rules, release_height, run
+from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, release_height
 from .request import DropRequest, drop_request
 from .starts import starting_directions
 
@@ -50,8 +50,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         Height of the centre of mass at release, metres; too low to fit means released
         touching the plate. Default: 20 part radii.
     target_error : float
-        Stop once the expected error is down to this fraction; looked at after 100, 150, 225,
-        ... drops. 0 asks for all drops.
+        Stop once the expected error is down to this fraction, which is checked after 100, 150,
+        225, ... drops. 0 asks for all drops.
     workers : int, optional
         Threads; default: all cores.
     sampling : {'random', 'lattice'}
@@ -59,16 +59,16 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     starts : (k, 3) array, optional
         Directions in the part frame that point down at release, one a drop.
     on_progress, on_drops : callable, optional
-        Told a `DropProgress` some twenty times a second, or every single drop that counts, in
-        order, a `DropChunk` at a time; in the caller's thread.
+        Called in the caller's thread: the first with a `DropProgress`, some twenty times a second,
+        the second with a `DropChunk` for all drops that count, in their order.
     should_stop : callable, optional
-        True ends the run, within about 50 ms, with what has been done.
+        Once it returns True the simulation ends, within about 50 ms, with the drops done by then.
     background : bool
-        Let the workers give way to other threads of this machine (Linux: niceness 10).
+        Whether workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
         Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
     judge : Judge, optional
-        Tells the expected error in place of the counts, and when to look first.
+        Gives the expected error in place of the counts, and the drops before the first check.
 
     Returns
     -------
@@ -81,13 +81,14 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
-    counting = _Run(part, DropScene(restitution, drop_height, cluster_tolerance),
-                    drop_request(drops, seed, target_error, workers, sampling, starts), judge)
-    return counting.count(on_progress, should_stop, on_drops, background)
+    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    request = drop_request(drops, seed, target_error, workers, sampling, starts)
+    return _Simulation(part, scene, request, judge).count_drops(on_progress, should_stop, on_drops,
+                                                                background)
 
 
-class _Run:
-    """One run of drops: what was asked for, and the prefix that is counted so far."""
+class _Simulation:
+    """One simulation: its request, and the counts of the drops so far."""
 
     def __init__(self, part: Part, scene: DropScene, request: DropRequest,
                  judge: Judge | None) -> None:
@@ -100,26 +101,26 @@ class _Run:
         self._means = Judge.means if judge is None else judge.means
         self._touched = 0
 
-    def count(self, on_progress: Callable[[DropProgress], object] | None,
-              should_stop: Callable[[], bool] | None,
-              on_drops: Callable[[DropChunk], object] | None,
-              background: bool) -> PoseStatistics:
-        """Drop until enough is counted."""
+    def count_drops(self, on_progress: Callable[[DropProgress], object] | None,
+                    should_stop: Callable[[], bool] | None,
+                    on_drops: Callable[[DropChunk], object] | None,
+                    background: bool) -> PoseStatistics:
+        """Count drops until there are enough of them or the caller stops."""
         prefix, request = self._prefix, self._request
 
         def stop() -> bool:
             return prefix.finished or (should_stop is not None and bool(should_stop()))
 
-        chunks = ChunkRun(self._drop, request.drops, request.workers, stop, background,
-                          prefix.wanted)
-        for outcomes in chunks.in_order():
+        workers = DropWorkers(self._drop, request.drops, request.workers, stop, background,
+                              prefix.wanted)
+        for outcomes in workers.outcomes_in_order():
             first, kept = prefix.drops, prefix.add(outcomes.pose)
             if on_drops is not None and kept:
                 on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
             self._touched += int(outcomes.touched[:kept].sum())
             if prefix.finished:
-                chunks.stop()
-            chunks.want(prefix.wanted)
+                workers.stop()
+            workers.request_drops(prefix.wanted)
             if on_progress is not None and kept:
                 on_progress(DropProgress(
                     prefix.drops, request.drops, prefix.drops - prefix.settled,
@@ -128,7 +129,7 @@ class _Run:
         return self._statistics()
 
     def _drop(self, first: int, count: int) -> DropOutcomes:
-        return run(self._body, self._rules, self._downs(first, count))
+        return compute_drops(self._body, self._rules, self._downs(first, count))
 
     def _downs(self, first: int, count: int) -> Array:
         request = self._request
@@ -137,7 +138,7 @@ class _Run:
         return starting_directions(request.sampling, request.seed, first, count)
 
     def _statistics(self) -> PoseStatistics:
-        """What is counted so far."""
+        """Statistics of the drops counted so far."""
         part, body, scene, prefix = self._part, self._body, self._scene, self._prefix
         settled = prefix.settled
         errors = prefix.standard_errors()

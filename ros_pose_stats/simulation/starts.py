@@ -1,6 +1,6 @@
-"""Starting directions: which way each drop is released.
+"""Starting directions: the orientation in which each drop is released.
 
-Drop k depends on the seed and k alone, so that any worker can make any stretch of a run. The
+Drop k depends on the seed and k alone, so that any worker can compute any of the drops. The
 words come straight from Philox, a generator that can be set to any place of its stream and
 whose stream is the same in all versions of numpy (its distributions are not promised to be).
 """
@@ -27,7 +27,7 @@ _WORDS: Final = 4
 
 _RANDOM_STREAM: Final = 1
 _LATTICE_STREAM: Final = 2
-"""Second words of the key: the two samplings of one seed have nothing in common."""
+"""Second words of the key, so that the two samplings of one seed have nothing in common."""
 
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -35,8 +35,8 @@ _ORDER: Final = (
     17, 47, 32, 28, 8, 59, 10, 48, 60, 1, 29, 46, 31, 14, 58, 12, 26, 43, 11, 49, 45, 7, 57, 27,
     13, 33, 42, 30, 0, 63, 23, 56, 16, 44, 9, 50, 25, 5, 40, 54, 34, 6, 36, 61, 2, 35, 39, 24,
     38, 15, 55, 19, 41, 21, 51, 4, 52, 53, 3, 20, 37, 62, 22, 18)
-"""Order of the pattern's points: from 17, the best first one, each next is that with the
-largest sum of distances to those before, which leaves the smallest cap discrepancy."""
+"""Order of the pattern's points. It begins with 17, the best first one, and goes on with the point
+of the largest sum of distances to those before, which leaves the smallest cap discrepancy."""
 
 
 def starting_directions(sampling: str, seed: int, first: int, count: int) -> Array:
@@ -68,8 +68,8 @@ def random_starts(seed: int, first: int, count: int) -> Array:
     Returns
     -------
     (count, 3) array
-        Unit vectors `down` in part axes that point vertically down at release. The same
-        rows whatever stretch they are asked for in.
+        Unit vectors `down` in part axes that point vertically down at release; row k is the
+        same in every call that includes it.
     """
     place, before = divmod(2 * first, _WORDS)
     pairs = _uniforms(seed, _RANDOM_STREAM, place, before + 2 * count)[before:].reshape(count, 2)
@@ -103,7 +103,7 @@ def lattice_starts(seed: int, first: int, count: int) -> Array:
     begin, end = first // BLOCK, -(-(first + count) // BLOCK)
     turns = _rotations(_uniforms(seed, _LATTICE_STREAM, begin, _WORDS * (end - begin)))
     pattern = _pattern()
-    # By components, as in mesh.vectors.
+    # Component by component, as in `mesh.vectors`.
     blocks = sum(turns[:, None, :, j] * pattern[None, :, j, None] for j in range(3))
     skipped = first - begin * BLOCK
     return np.asarray(blocks).reshape(-1, 3)[skipped:skipped + count]

@@ -1,1 +1,1 @@
-"""The benchmark: datasets, tables, figures and the chart of speed against accuracy."""
+"""The paper's study done again: datasets, tables, prisms, stability, speed against accuracy."""

@@ -1,4 +1,4 @@
-"""Measures and writes every table and figure of the benchmark: the documents on accuracy."""
+"""The documents on accuracy: measures and writes every table and figure of them."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ PAGE = Path("study") / "accuracy.md"
 
 
 class Documents(NamedTuple):
-    """What was measured.
+    """Everything that the documents show.
 
     Attributes
     ----------
     first : Dataset
-        Behind the first table, the figures and the chart.
+        Dataset of the first table, the figures and the chart.
     tables : list of TableResults
     bars : PrismResults
     measured : ChartResults
@@ -55,9 +55,9 @@ def measure_documents(*, quick: bool = False,
     Parameters
     ----------
     quick : bool
-        One dataset, fewer bodies and drops; to see that it works.
+        Whether to measure one dataset, fewer bodies and drops, to see that it works.
     say : callable, optional
-        Told what is being measured.
+        Called with what is being measured.
     """
     datasets = [shipped_dataset()] if quick else shipped_datasets()
     tables = []
@@ -165,7 +165,7 @@ def accuracy_page(tables: Sequence[TableResults], bars: PrismResults,
 
 CURVE = np.arange(201) / 200.0
 PAPER_SAID = "0.2, 0.5\nand 0.8"
-"""As the chart's subtitle has the paper's restitutions."""
+"""The paper's restitutions in the chart's subtitle."""
 
 CURVED = "qse"
 """The estimator that Eq. 6 is fitted to."""

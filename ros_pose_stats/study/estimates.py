@@ -1,4 +1,4 @@
-"""What every estimator says of the bodies of a dataset."""
+"""Estimates of the bodies of a dataset by every estimator, and their errors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def restings(dataset: Dataset,
     ----------
     dataset : Dataset
     on_progress : callable, optional
-        Told how many bodies are done.
+        Called with the number of bodies done.
     """
     found = []
     for number in range(dataset.spec.bodies):  # threads would wait for the lock and be slower
@@ -43,7 +43,7 @@ def estimates(poses: list[RestingPoses], scene: DropScene,
         Of bodies of about the same size: the drop height is in metres.
     scene : DropScene
     known : dict of str to (P,) array, optional
-        What was told for another scene: methods that are blind to it are not asked again.
+        Estimates for another scene; those of methods that do not know the scene are taken over.
     """
     again = {} if known is None else known
     return {name: again[name] if name in again and not entry.knows_scene
@@ -52,7 +52,7 @@ def estimates(poses: list[RestingPoses], scene: DropScene,
 
 
 def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, dict[str, Array]]:
-    """`estimates` at each restitution of a dataset."""
+    """Estimates at each restitution of a dataset, as from `estimates`."""
     found: dict[float, dict[str, Array]] = {}
     known = None
     for restitution in dataset.spec.restitutions:
@@ -64,7 +64,7 @@ def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, 
 def square_errors(values: Array, reference: SimulatedPoses) -> Array:
     """Mean square error (B,) of each body, the reference's noise taken off.
 
-    Chance makes some negative.
+    By chance some are negative.
 
     Parameters
     ----------

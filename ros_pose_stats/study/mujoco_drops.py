@@ -1,4 +1,4 @@
-"""Drops of a part by MuJoCo, a contender, where it is installed.
+"""Drops of a part by MuJoCo, for comparison, where it is installed.
 
 MuJoCo needs a time step and gets restitution from a soft contact, whose depth takes the place of a
 tolerance. Lengths are in radii, time in sqrt(radius / g), mass 1.
@@ -42,7 +42,7 @@ IMPACTS, CORRECTIONS = 64, 4
 
 @dataclass(frozen=True)
 class Setting:
-    """A contact and time step, and what 64 first impacts from 20 radii show of them.
+    """A contact and a time step, and their restitution and depth in 64 first impacts.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def contact(restitution: float, depth: float, steps: int) -> tuple[float, float,
 
 
 def setting(plate: Plate, restitution: float, penetration: float, steps: int) -> Setting:
-    """A contact of so many time steps, the aim corrected by what comes out."""
+    """Find a contact of so many time steps, correcting the aim by first impacts."""
     rng = np.random.default_rng(0)
     turns, phases = random_turns(rng, IMPACTS), rng.random(IMPACTS)
     aim, depth = restitution, penetration
@@ -130,9 +130,9 @@ class MujocoRun:
     steps: int
 
 
-def dropped(plate: Plate, setting: Setting, drops: int, seed: int,
-            to_rest: bool = False) -> MujocoRun:
-    """Drop at a given setting."""
+def drop_in_mujoco(plate: Plate, setting: Setting, drops: int, seed: int,
+                   to_rest: bool = False) -> MujocoRun:
+    """Drop the part at a given setting."""
     plate.soften(setting.stiffness, setting.damping, setting.step)
     levels = plate.rested if to_rest else plate.decided
     seconds, steps, downs, index = zip(
@@ -144,7 +144,7 @@ def dropped(plate: Plate, setting: Setting, drops: int, seed: int,
 
 HEIGHT = 20.0
 CHECK_EVERY = 50
-"""Steps between looks at the energy; the looks are not timed."""
+"""Steps between checks of the energy; the checks are not timed."""
 AT_REST = 1e-3
 """Energy over the stable face's, in m g radius, below which a part rests (some 0.2 degrees)."""
 LONGEST = 2000.0
@@ -206,7 +206,7 @@ class Plate:
     def first_impact(self, turn: Array, phase: float) -> tuple[float, float]:
         """Greatest depth and restitution at the end of a fall from 20 radii.
 
-        The fall itself is exact; `phase` (0 to 1) is how the time steps happen to lie.
+        The fall itself is exact; `phase` (0 to 1) is the place of the impact in its time step.
         """
         heights = self.place(turn, 0.0, 0.0)
         vertex = int(np.argmin(heights))

@@ -1,4 +1,4 @@
-"""Results for programs and for people: values for JSON, Markdown tables, and whole pages."""
+"""Results as values for JSON, as Markdown tables, and as whole pages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plain(value: Any) -> Any:
-    """Records as objects, sequences and arrays as lists, keys as text; null where not finite.
+    """Convert records to objects, sequences and arrays to lists, keys to text, NaN to null.
 
     A standard error is NaN where there is a single body; JSON has no such number.
     """

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.auto import cases, choosing, measure
-from benchmarks.auto.sharpening import coverage, needed, sharpening
-from benchmarks.report import rendered
+from benchmarks.auto.sharpening import coverage, drops_needed, sharpening
+from benchmarks.report import render_page
 from benchmarks.results import Results
 from ros_pose_stats.statistics.posterior import PriorFit
 from ros_pose_stats.statistics.posterior import fitted as shipped
@@ -22,7 +22,7 @@ def few():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cases, "SEQUENCE", 300)
         patch.setattr(cases, "REFERENCE", 600)
-        return cases.dropped(2, lambda _: None)
+        return cases.drop_parts(2, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ class TestTheRun:
     @pytest.mark.long
     def test_sections(self, few, monkeypatch):
         monkeypatch.setattr(choosing, "TARGETS", (0.3, 0.06))
-        found = [sharpening(few), needed(few), coverage(few), *choosing.choosing(few)]
+        found = [sharpening(few), drops_needed(few), coverage(few), *choosing.choosing(few)]
         for section in found[:-1]:
             assert len({tuple(row.cells) for row in section.rows}) == 1
             for row in section.rows:
@@ -44,12 +44,12 @@ class TestTheRun:
         assert [row.name for row in found[-2].rows] == ["auto, 30 points", "auto, 6 points",
                                                         "auto, all"]
         assert [row.name for row in found[-1].rows] == sorted({one.family for one in few})
-        page = rendered([Results({}, tuple(found))])
+        page = render_page([Results({}, tuple(found))])
         assert all(f"## {section.title}" in page for section in found)
 
     def test_cases_are_kept_in_a_file(self, few, tmp_path):
         file = tmp_path / "cases.npz"
-        cases.store(few, file)
+        cases.write_cases(few, file)
         again = measure.cases_of(1, file, print)
         assert [one.restitution for one in again] == list(cases.RESTITUTIONS)
         for one, other in zip(again, few, strict=False):
@@ -68,7 +68,7 @@ class TestTheRun:
 
     def test_old_cases_are_refused(self, few, tmp_path):
         file = tmp_path / "cases.npz"
-        cases.store([one._replace(number=one.number + 1) for one in few], file)
+        cases.write_cases([one._replace(number=one.number + 1) for one in few], file)
         with np.load(file) as found:
             columns = dict(found) | {"family": np.array([one.family for one in few])}
         np.savez(file, **columns)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks import bodies, core, growth
-from benchmarks.report import FIGURE, rendered, table, write_page
-from benchmarks.results import Results, Row, Section, Target, load, save, shown
+from benchmarks.report import FIGURE, render_page, table, write_page
+from benchmarks.results import Results, Row, Section, Target, format_cell, load, save
 from benchmarks.timing import Contender, Pace, race
 from ros_pose_stats import part_from_mesh, resting_poses
 
@@ -22,7 +22,7 @@ TINY = core.Plan(random=(10,), smooth=(40,), near_sphere=60, fineness=(1, 2, 3),
 
 @pytest.fixture(scope="module")
 def results() -> Results:
-    return core.run(TINY, said=lambda _: None)
+    return core.run(TINY, say=lambda _: None)
 
 
 class TestTheRun:
@@ -60,7 +60,7 @@ class TestTheRun:
 
 class TestThePage:
     def test_it_names_every_row_and_section(self, results):
-        page = rendered([results])
+        page = render_page([results])
         for section in results.sections:
             assert section.title in page
             assert section.timed in page
@@ -70,7 +70,7 @@ class TestThePage:
     def test_it_is_written_from_what_is_stored(self, results, tmp_path):
         save(results, tmp_path / "benchmarks" / "core.json")
         page = write_page(tmp_path)
-        assert page.read_text(encoding="utf-8") == rendered([results])
+        assert page.read_text(encoding="utf-8") == render_page([results])
         assert (tmp_path / FIGURE).with_suffix(".png").stat().st_size > 0
         assert (tmp_path / FIGURE).with_suffix(".svg").stat().st_size > 0
 
@@ -83,7 +83,7 @@ class TestThePage:
         section = Section("s", "A table", "What is timed.",
                           (Row("a body", {"ms": 1.0}, (Target("all / hull", value, 5.0),)),))
         assert f"all / hull {value:.2f}, limit 5: {word}" in table(section).replace("**", "")
-        first = rendered([Results({}, (section,))]).partition("##")[0]
+        first = render_page([Results({}, (section,))]).partition("##")[0]
         assert ("- a body: all / hull" in first) == (word != "PASS")
 
 
@@ -118,7 +118,7 @@ class TestBodies:
 class TestSlopes:
     def test_a_power_law_is_found_exactly(self):
         vertices = np.array([10.0, 100.0, 1000.0, 20000.0])
-        found = growth.fitted(vertices, 3e-6 * vertices**1.15)
+        found = growth.fit_slope(vertices, 3e-6 * vertices**1.15)
         assert found.value == pytest.approx(1.15, abs=1e-12)
         assert found.error == pytest.approx(0.0, abs=1e-7)
 
@@ -128,13 +128,13 @@ class TestSlopes:
         covariance = np.linalg.inv(design.T @ design)
         coefficients = covariance @ design.T @ y
         variance = ((y - design @ coefficients) ** 2).sum() / 2.0 * covariance[1, 1]
-        found = growth.fitted(np.exp(x), np.exp(y))
+        found = growth.fit_slope(np.exp(x), np.exp(y))
         assert found.value == pytest.approx(coefficients[1])
         assert found.error == pytest.approx(variance**0.5)
 
     def test_two_points_are_too_few(self):
         with pytest.raises(ValueError, match="three points"):
-            growth.fitted([1.0, 2.0], [1.0, 2.0])
+            growth.fit_slope([1.0, 2.0], [1.0, 2.0])
 
 
 class TestTiming:
@@ -175,4 +175,4 @@ def test_quick_runs_are_not_stored(capsys):
     ("word", "word"), (0.0, "0"), (999.9, "1 000"),
 ])
 def test_cells_show_three_digits(value, text):
-    assert shown(value) == text
+    assert format_cell(value) == text

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from benchmarks.drops import beside_mujoco, measure, soundness
-from benchmarks.drops.dropper import Dropper, a_few, paper_droppers
-from benchmarks.drops.soundness import scaled
+from benchmarks.drops.dropper import Dropper, paper_droppers, pick_evenly
+from benchmarks.drops.soundness import scale_thresholds
 from benchmarks.pictures import PICTURES, draw
-from benchmarks.report import rendered, table, write_page
+from benchmarks.report import render_page, table, write_page
 from benchmarks.results import Results, Row, Section, Target, save
 from benchmarks.timing import Pace
 
@@ -27,7 +27,7 @@ SECTIONS = ["drop_rates", "beside_mujoco", "drop_scaling", "drop_growth", "drop_
 
 @pytest.fixture(scope="module")
 def results() -> Results:
-    return measure.run(TINY, said=lambda _: None)
+    return measure.run(TINY, say=lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ class TestTheRun:
     def test_the_page_has_it_all(self, results, tmp_path):
         save(results, tmp_path / "benchmarks" / "drops.json")
         page = write_page(tmp_path).read_text(encoding="utf-8")
-        assert page == rendered([results])
+        assert page == render_page([results])
         for section in results.sections:
             assert section.title in page
             assert section.timed in page
@@ -97,10 +97,10 @@ class TestDroppers:
         assert len({dropper.name for dropper in droppers}) == 5
 
     def test_a_few_are_spread_over_the_sizes(self, droppers):
-        sizes = [dropper.vertices for dropper in a_few(droppers, 3)]
+        sizes = [dropper.vertices for dropper in pick_evenly(droppers, 3)]
         assert sizes == sorted(sizes)
         assert set(sizes) <= {dropper.vertices for dropper in droppers}
-        assert [one.vertices for one in a_few(droppers, 5)] == sorted(
+        assert [one.vertices for one in pick_evenly(droppers, 5)] == sorted(
             one.vertices for one in droppers)
 
     def test_effort_counts_the_impacts_of_the_drops(self, droppers):
@@ -114,11 +114,11 @@ class TestDroppers:
 
     def test_scaled_thresholds_allow_the_cut_that_goes_with_them(self, droppers):
         rules = droppers[0].rules(0.5)
-        loose = scaled(rules, 100.0)
+        loose = scale_thresholds(rules, 100.0)
         assert loose.slow == pytest.approx(100.0 * rules.slow)
         assert loose.touching == pytest.approx(100.0 * rules.touching)
         assert loose.soft / loose.slow**2 == pytest.approx(rules.soft / rules.slow**2)
-        assert scaled(rules, 1.0) == rules
+        assert scale_thresholds(rules, 1.0) == rules
 
 
 @pytest.mark.parametrize(("value", "met"), [(500.0, True), (499.0, False), (600.0, True)])
@@ -126,7 +126,8 @@ def test_a_demand_can_be_a_least_one(value, met):
     target = Target("ratio", value, 500.0, at_least=True)
     assert target.met == met
     assert "at least 500" in str(target)
-    page = rendered([Results({}, (Section("s", "T", "t", (Row("r", {"x": 1.0}, (target,)),)),))])
+    section = Section("s", "T", "t", (Row("r", {"x": 1.0}, (target,)),))
+    page = render_page([Results({}, (section,))])
     assert ("short of target" in page) != met
 
 

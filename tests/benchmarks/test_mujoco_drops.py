@@ -13,7 +13,7 @@ from ros_pose_stats import part_from_mesh, resting_poses
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.shapes import box
 from ros_pose_stats.study import mujoco_drops as scene
-from ros_pose_stats.study.mujoco_drops import Plate, contact, dropped, setting
+from ros_pose_stats.study.mujoco_drops import Plate, contact, drop_in_mujoco, setting
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 
@@ -87,7 +87,7 @@ class TestDrops:
         assert shorter.typical <= longest.typical + 0.01
 
     def test_a_box_comes_to_rest_on_a_face(self, chosen, plate, part):
-        found = dropped(plate, chosen[1], 40, 1, to_rest=True)
+        found = drop_in_mujoco(plate, chosen[1], 40, 1, to_rest=True)
         assert found.poses.shape == (40, 3)
         assert found.seconds > 0.0
         tilt = np.degrees(np.arccos(np.clip(np.abs(found.poses).max(axis=1), 0.0, 1.0)))
@@ -96,15 +96,15 @@ class TestDrops:
         assert (np.argmax(found.poses @ downs.T, axis=1) == found.index).all()
 
     def test_a_decided_drop_ends_as_it_would_at_rest(self, chosen, plate):
-        decided = dropped(plate, chosen[1], 40, 1)
-        rested = dropped(plate, chosen[1], 40, 1, to_rest=True)
+        decided = drop_in_mujoco(plate, chosen[1], 40, 1)
+        rested = drop_in_mujoco(plate, chosen[1], 40, 1, to_rest=True)
         assert decided.steps <= rested.steps
         assert (decided.index == rested.index).mean() >= 0.95
 
     def test_the_seed_alone_decides(self, plate, chosen):
-        first, again = (dropped(plate, chosen[1], 3, 7) for _ in range(2))
+        first, again = (drop_in_mujoco(plate, chosen[1], 3, 7) for _ in range(2))
         assert np.array_equal(first.poses, again.poses)
-        assert not np.array_equal(first.poses, dropped(plate, chosen[1], 3, 8).poses)
+        assert not np.array_equal(first.poses, drop_in_mujoco(plate, chosen[1], 3, 8).poses)
 
 
 class TestThePart:

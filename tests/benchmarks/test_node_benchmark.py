@@ -26,7 +26,7 @@ from benchmarks.node.mesh_to_estimate import (
 )
 from benchmarks.node.processes import says_ready, surroundings
 from benchmarks.node.services import OTHERS, START, call_row
-from benchmarks.report import rendered, write_page
+from benchmarks.report import render_page, write_page
 from benchmarks.results import Results, Row, Section, Target, load, save
 from benchmarks.timing import Timings
 from ros_pose_stats import estimate, part_from_mesh
@@ -166,7 +166,7 @@ def test_stored_results_get_their_sections_on_the_page(tmp_path):
     save(found, tmp_path / "benchmarks" / "node.json")
     assert load(tmp_path / "benchmarks" / "node.json") == found
     page = write_page(tmp_path).read_text(encoding="utf-8")
-    assert page == rendered([found])
+    assert page == render_page([found])
     assert "## Services" in page
     assert "**p99, ms 60.0, limit 50: short of target**" in page
 

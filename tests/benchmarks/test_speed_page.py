@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks.report import STORED, rendered
+from benchmarks.report import STORED, render_page
 from benchmarks.results import Results, Row, Section, load, save
 from benchmarks.speed import Stored, chart_table, read_stored, speed_page, write_speed
 
@@ -18,7 +18,7 @@ def test_the_pages_in_the_documents_are_up_to_date():
     assert written == speed_page(read_stored(DOCS)), "run python -m benchmarks.speed"
     log = [load(DOCS / "benchmarks" / f"{name}.json") for name in STORED
            if (DOCS / "benchmarks" / f"{name}.json").exists()]
-    assert (DOCS / "benchmarks.md").read_text(encoding="utf-8") == rendered(log)
+    assert (DOCS / "benchmarks.md").read_text(encoding="utf-8") == render_page(log)
 
 
 def test_the_page_has_every_table():

@@ -15,7 +15,7 @@ from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes import box, dodecahedron, tetrahedron
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
-from training.expected_errors.fit import fitted, write_weights
+from training.expected_errors.fit import fit_errors, write_weights
 from training.expected_errors.samples import ErrorSamples, error_samples
 from training.split.samples import JUDGE_SEED, read_samples
 
@@ -89,10 +89,10 @@ def test_inputs_by_their_definition(polyhedron):
     expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
     known = known_answers(resting)
-    unsure = error_scale(resting, p["adre"], known)
-    found = error_inputs(resting, p["adre"], scene, known, unsure)
+    scale = error_scale(resting, p["adre"], known)
+    found = error_inputs(resting, p["adre"], scene, known, scale)
     np.testing.assert_allclose(found[:len(expected)], expected)
-    np.testing.assert_allclose(unsure, single)
+    np.testing.assert_allclose(scale, single)
 
 
 def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not():
@@ -134,7 +134,7 @@ class TestFit:
         """Four bins by what is expected; the true mean square is within a fifth of it and three
         standard errors, as they follow from its scatter over the bodies."""
         some = new_bodies[method]
-        expected = some.doubt * np.exp(ERROR_FITS[method](some.inputs))
+        expected = some.scale * np.exp(ERROR_FITS[method](some.inputs))
         true = some.square - some.noise
         for part in np.array_split(np.argsort(expected), 4):
             scatter = math.sqrt(6.0) * true[part].std() / math.sqrt(len(part))  # six scenes each
@@ -151,8 +151,8 @@ class TestFit:
         single, noise = rng.uniform(0.05, 0.2, count), np.full(count, 2e-4)
         square = single * np.exp(log_ratio) * rng.gamma(2.0, 0.5, count)
         square += noise * rng.gamma(4.0, 0.25, count)
-        found = fitted(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
-                                    np.ones(count), np.zeros(count, dtype=str)))
+        found = fit_errors(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
+                                        np.ones(count), np.zeros(count, dtype=str)))
         off = found(inputs) - log_ratio
         assert abs(off.mean()) < 0.03
         assert off.std() < 0.12

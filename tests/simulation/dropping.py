@@ -7,7 +7,7 @@ from scipy.stats import chi2_contingency
 
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import drop_rules, run
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules
 from ros_pose_stats.simulation.starts import random_starts
 
 from ..matching import matched
@@ -19,7 +19,7 @@ def dropped(part, restitution, drops, seed=1, to_rest=False, tolerance=0.0, heig
     """Outcomes of single drops from random directions."""
     body = drop_body(part, tolerance)
     rules = drop_rules(DropScene(restitution, height), body.radius, to_rest=to_rest)
-    return run(body, rules, random_starts(seed, 0, drops))
+    return compute_drops(body, rules, random_starts(seed, 0, drops))
 
 
 def counts(statistics):

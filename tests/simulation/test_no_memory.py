@@ -9,7 +9,7 @@ from ros_pose_stats import part_from_mesh, record_drop, shapes, simulate
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import drop_rules, run
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules
 from ros_pose_stats.simulation.starts import random_starts
 
 
@@ -29,9 +29,9 @@ def test_the_same_start_gives_the_same_drop(name, height):
     downs = np.array([pose.down for pose in body.resting.poses])
     mixed = np.concatenate([np.repeat(downs, 3, axis=0), random_starts(1, 0, 20), downs])
     rules = drop_rules(scene, body.radius)
-    together = run(body, rules, mixed)
+    together = compute_drops(body, rules, mixed)
     for i, down in enumerate(mixed):
-        alone = run(body, rules, down[None, :])
+        alone = compute_drops(body, rules, down[None, :])
         assert together.pose[i] == alone.pose[0]
         assert together.impacts[i] == alone.impacts[0]
         assert together.energy_left[i] == alone.energy_left[0]

@@ -15,8 +15,8 @@ from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import GRAVITY
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import drop_rules, run
-from ros_pose_stats.simulation.record_drop import FRAMES, _samples, _tape, record_drop
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules
+from ros_pose_stats.simulation.record_drop import FRAMES, _record_tape, _samples, record_drop
 from ros_pose_stats.simulation.simulate import simulate
 from ros_pose_stats.simulation.starts import random_starts
 from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION
@@ -124,7 +124,7 @@ def test_times_do_not_run_past_an_event():
     part, rounded_up = bodies()["box"], 0
     body = drop_body(part, 0.005)
     for down in random_starts(5, 0, 20):
-        tape, _ = _tape(body, DropScene(0.8, None, 0.005), down[None], False)
+        tape, _ = _record_tape(body, DropScene(0.8, None, 0.005), down[None], False)
         before, after = tape[:-1, TAPE_TIME], tape[1:, TAPE_TIME]
         rounded_up += int((before + (after - before) > after).sum())
         times, _, _ = _samples(body, tape, down, 1.0 / FRAMES)
@@ -137,7 +137,8 @@ def test_the_same_drop_as_in_a_run(name):
     """Drop k of `record_drop`, of `run` and of `simulate` is one and the same."""
     part = bodies()[name]
     body = drop_body(part, 0.005)
-    outcomes = run(body, drop_rules(DropScene(0.4), body.radius), random_starts(11, 0, 40))
+    rules = drop_rules(DropScene(0.4), body.radius)
+    outcomes = compute_drops(body, rules, random_starts(11, 0, 40))
     counts = np.zeros(len(body.resting.poses), dtype=int)
     for k in range(12):
         found = record_drop(part, k, 0.4, seed=11)
@@ -156,8 +157,8 @@ def test_the_trap_tells_where_it_comes_to_rest(name, restitution):
     body = drop_body(bodies()[name], 0.0)
     scene = DropScene(restitution)
     starts = random_starts(21, 0, 24)
-    early = run(body, drop_rules(scene, body.radius), starts)
-    late = run(body, drop_rules(scene, body.radius, to_rest=True), starts)
+    early = compute_drops(body, drop_rules(scene, body.radius), starts)
+    late = compute_drops(body, drop_rules(scene, body.radius, to_rest=True), starts)
     np.testing.assert_array_equal(late.pose, early.pose)
     assert early.trapped.any() and not late.trapped.any()
     assert (late.impacts >= early.impacts).all()
@@ -192,7 +193,7 @@ def test_thresholds_do_not_matter(name):
     usual = drop_rules(DropScene(0.5), body.radius)
     fine = usual._replace(truncation=TRUNCATION / 100.0, touching=TOUCHING / 100.0,
                           slow=SLOW / 100.0, soft=SOFT / 100.0)
-    counts = [np.bincount(run(body, rules, random_starts(41, first, drops)).pose,
+    counts = [np.bincount(compute_drops(body, rules, random_starts(41, first, drops)).pose,
                           minlength=len(body.resting.poses))
               for rules, first in ((usual, 0), (fine, drops))]
     share = (counts[0] + counts[1] + 1.0) / (2.0 * drops)

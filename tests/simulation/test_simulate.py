@@ -125,7 +125,8 @@ def test_a_stop_waits_for_the_chunks_in_hand_alone():
         stopped.append(True)
         return True
 
-    came = [outcomes.pose for outcomes in chunks.ChunkRun(drop, LONG, 2, should_stop).in_order()]
+    workers = chunks.DropWorkers(drop, LONG, 2, should_stop)
+    came = [outcomes.pose for outcomes in workers.outcomes_in_order()]
     assert 6 <= len(taken) <= 8
     assert [pose[0] for pose in came] == sorted(taken)
     assert [pose[0] + len(pose) for pose in came[:-1]] == [pose[0] for pose in came[1:]]
@@ -190,5 +191,5 @@ def test_an_exception_of_a_worker_comes_through():
         raise ListenerError(f"at {first}")
 
     with pytest.raises(ListenerError, match="at "):
-        list(chunks.ChunkRun(fail, 1000, 3, lambda: False).in_order())
+        list(chunks.DropWorkers(fail, 1000, 3, lambda: False).outcomes_in_order())
     assert no_threads_left()

@@ -14,7 +14,7 @@ from benchmarks.report import machine
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import DropOutcomes, drop_rules, run
+from ros_pose_stats.simulation.drops import DropOutcomes, compute_drops, drop_rules
 from ros_pose_stats.simulation.starts import random_starts
 
 from .drop_tally import Tally, Task, judge, report
@@ -43,7 +43,7 @@ def drop(task: Task) -> DropOutcomes | Exception:
     try:
         body = drop_body(task.part, 0.0)
         rules = drop_rules(DropScene(task.restitution), body.radius)
-        return run(body, rules, random_starts(task.seed, 0, task.drops))
+        return compute_drops(body, rules, random_starts(task.seed, 0, task.drops))
     except Exception as error:
         return error
 

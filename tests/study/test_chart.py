@@ -40,6 +40,9 @@ from tests.study.tables import drawn, some, told
 
 BODIES = 40
 LITTLE = Effort(2, 20, (10, 50), combined=(10, 40))
+POINTS = len(ESTIMATORS) + 5
+"""The estimators, two points each of hybrid and simulation, and trimesh."""
+
 PLANS = (Plan(0, 0, 0, LITTLE, BODIES, 0), Plan(40, 3, 60, LITTLE, 2, 0))
 
 
@@ -158,7 +161,7 @@ class TestResults:
         plain = strict_json(json.dumps(found.as_dict()))
         assert plain["dataset"]["bodies"] == BODIES
         for one, there in zip(plain["sizes"], found.sizes, strict=True):
-            assert len(one["points"]) == len(there.points) == 15
+            assert len(one["points"]) == len(there.points) == POINTS
             assert one["pareto_front"] == there.front()
             assert one["points"][0].keys() == set(ChartPoint._fields)
 
@@ -166,7 +169,7 @@ class TestResults:
         text = chart_text(found)
         assert text.count("\n### ") + text.startswith("### ") == 2
         rows = [line for line in text.splitlines() if line.startswith("| ")]
-        assert len(rows) == 2 * (15 + 2)
+        assert len(rows) == 2 * (POINTS + 2)
         assert sum(line.rstrip(" |").endswith("yes") for line in rows) == sum(
             len(one.front()) for one in found.sizes)
 

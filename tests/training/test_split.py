@@ -21,7 +21,7 @@ from ros_pose_stats.shapes.demo_parts import DEMO_PARTS, write_demo_parts
 from training.families import family_part, family_tolerance
 from training.split import judge, page, real_parts
 from training.split.__main__ import DOCS
-from training.split.fit import _objective, fitted, predicted, write_weights
+from training.split.fit import _objective, fit_networks, predict, write_weights
 from training.split.gradient import tree_loss
 from training.split.samples import FIT_SEED, JUDGE_SEED, drop_body, read_samples, write_samples
 from training.split.table import make_table
@@ -68,7 +68,7 @@ class TestFit:
             assert (ends[1] - ends[0]) / 2e-5 == pytest.approx(float(slopes @ way), rel=1e-5)
 
     def test_the_shipped_weights_in_a_table_are_the_estimator(self, some, table):
-        found = predicted(SPLIT_FITS, table)
+        found = predict(SPLIT_FITS, table)
         begin = 0
         for row in some:
             resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
@@ -80,10 +80,10 @@ class TestFit:
 
     def test_a_fit_gains_on_the_plain_areas(self, table):
         plain = [SplitFit(network(), network(-200.0))]
-        before = table.error(predicted(plain, table))
+        before = table.error(predict(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
-        found = fitted(table, (4, 2), 1e-4, 30)
-        assert table.error(predicted([found], table)) < 0.9 * before
+        found = fit_networks(table, (4, 2), 1e-4, 30)
+        assert table.error(predict([found], table)) < 0.9 * before
 
     def test_the_slopes_of_the_fit_are_those_of_its_objective(self, table):
         """Along random ways, in single precision."""
@@ -179,5 +179,5 @@ def test_finely_divided_bodies(samples, family):
     """Well below the best of the paper, on bodies that are judged alone."""
     table = make_table([one for one in samples if one.family == family
                         and one.seed == JUDGE_SEED and one.number < 20])
-    found = table.error(predicted(SPLIT_FITS, table))
+    found = table.error(predict(SPLIT_FITS, table))
     assert found < 0.75 * table.error(table.reference["combined"])

@@ -8,7 +8,16 @@ from benchmarks.auto import cases
 from ros_pose_stats.statistics.posterior import PriorFit
 from training import weigh_posterior
 from training.posterior_samples import RESTITUTIONS, Sample
-from training.weigh_posterior import DROPS, MANY, PAGE, USUAL, compare, halved, long_cases, page
+from training.weigh_posterior import (
+    DROPS,
+    MANY,
+    PAGE,
+    USUAL,
+    compare,
+    halve_drops,
+    long_cases,
+    page,
+)
 
 
 def body(number, restitution):
@@ -19,7 +28,7 @@ def body(number, restitution):
 
 def test_both_halves_are_all_drops():
     some = [body(number, 0.5) for number in range(3)]
-    for one, case in zip(some, halved(some), strict=True):
+    for one, case in zip(some, halve_drops(some), strict=True):
         assert case.sequence.size == 500
         assert (case.counts(500) + case.reference == one.count).all()
 
@@ -38,7 +47,7 @@ def test_long_references_have_as_many_drops_as_asked_for(monkeypatch):
 def test_a_row_for_each_prior_and_number_of_drops():
     fits = dict.fromkeys(RESTITUTIONS, PriorFit(0.0, 0.5, 0.0, 0.0, 0.5))
     some = [body(number, rho) for number in range(8) for rho in RESTITUTIONS]
-    rows = compare(some, halved(some), {"one": fits, "same": fits})
+    rows = compare(some, halve_drops(some), {"one": fits, "same": fits})
     assert [row[:2] for row in rows] == [[name, f"{drops}"] for name in ("one", "same")
                                          for drops in DROPS]
     assert [row[2:] for row in rows[:len(DROPS)]] == [row[2:] for row in rows[len(DROPS):]]

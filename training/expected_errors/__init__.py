@@ -1,1 +1,1 @@
-"""Fit of the expected errors of the estimators, and how they come true."""
+"""Fit of the expected errors of the estimators, and their comparison with true errors."""

@@ -1,4 +1,4 @@
-"""Fits the expected errors of the estimators, and judges them by bodies that no fit has seen.
+"""Fits the expected errors of the estimators, and compares them with true ones on new bodies.
 
 .venv/bin/python -m training.expected_errors [--write]
 """
@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import argparse
 
-from benchmarks.report import DOCS, collected, write_page
+from benchmarks.report import DOCS, collect_results, write_page
 from benchmarks.results import save
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
 
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
-from .fit import fitted, usual_errors, write_weights
+from .fit import fit_errors, usual_errors, write_weights
+from .judge import sections
 from .samples import error_samples
-from .told import sections
 
 
 def main() -> None:
-    """Fit and judge, print, and with `--write` write the weights and the tables."""
+    """Fit, compare and print; with `--write` also write the weights and the tables."""
     parser = argparse.ArgumentParser(prog="training.expected_errors",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true",
@@ -26,13 +26,13 @@ def main() -> None:
     write = parser.parse_args().write
     samples = read_samples()
     known = error_samples([one for one in samples if one.seed == FIT_SEED])
-    fits = {name: fitted(some) for name, some in known.items()}
+    fits = {name: fit_errors(some) for name, some in known.items()}
     if write:
         write_weights(fits, usual_errors())
     else:
         print(fits)
     new = error_samples([one for one in samples if one.seed == JUDGE_SEED])
-    results = collected(sections(fits, new), print)
+    results = collect_results(sections(fits, new), print)
     if write:
         save(results, DOCS / "benchmarks" / "expected_errors.json")
         print(write_page(DOCS))

@@ -1,10 +1,10 @@
 """The fit of the expected errors.
 
-The mean square error of each sample of `training/split/samples.npz`, over its doubt
-(`estimators.fitted_inputs`), is a smooth function of what is known without simulation
-(`estimators.fitted_weights`). A square error scatters about as much as it is large; so the
-likelihood is that of an exponential distribution whose mean is the expected square and the drops'
-own noise.
+The mean square error of each sample of `training/split/samples.npz`, over its scale
+(`estimators.fitted_inputs`), is a smooth function of inputs that need no simulation
+(`estimators.fitted_weights`). A square error scatters by about its own size. So the likelihood is
+that of an exponential distribution, whose mean is the expected square error plus the noise of the
+drops.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from ros_pose_stats.study.dataset import shipped_datasets
 from ros_pose_stats.study.estimates import restings, scene_estimates, square_errors
 
 from ..network_fit import (
-    change,
+    network_gradient,
     network_of,
     pack_networks,
+    random_coefficients,
     round_to_digits,
-    start,
-    unscaled,
+    undo_scaling,
 )
 from .samples import ErrorSamples
 
@@ -36,10 +36,10 @@ Array = NDArray[np.float64]
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 UNITS, RIDGE, ITERATIONS = 6, 1e-4, 400
-"""Hyperbolic tangents; ridge of the squares of all coefficients for standardised inputs."""
+"""Hidden units; ridge (weight of the squares of all coefficients, for standardised inputs)."""
 
 CONSTANT = 1e-6
-"""Scatter of an input below which it tells nothing."""
+"""Standard deviation of an input below which it counts as constant."""
 
 
 def usual_errors() -> dict[str, Array]:
@@ -55,23 +55,23 @@ def usual_errors() -> dict[str, Array]:
             for name in ESTIMATORS}
 
 
-def fitted(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
-    """The likeliest function of the inputs."""
+def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
+    """Fit the function of the inputs with the largest likelihood."""
     lowest, highest = samples.inputs.min(axis=0), samples.inputs.max(axis=0)
     mean, scale = samples.inputs.mean(axis=0), samples.inputs.std(axis=0)
-    scale[scale < CONSTANT] = 1.0  # of MEAE, say, the distance from itself
+    scale[scale < CONSTANT] = 1.0  # such as the distance of MEAE from itself
     inputs = (samples.inputs - mean) / scale
     columns = inputs.shape[1]
-    begin = start(columns, UNITS, np.random.default_rng(seed))
-    begin[0] = math.log(samples.square.mean() / samples.doubt.mean())
+    begin = random_coefficients(columns, UNITS, np.random.default_rng(seed))
+    begin[0] = math.log(samples.square.mean() / samples.scale.mean())
     found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
-    return ErrorFit(lowest, highest, unscaled(network_of(found, columns, UNITS), mean, scale))
+    return ErrorFit(lowest, highest, undo_scaling(network_of(found, columns, UNITS), mean, scale))
 
 
 def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
                   file: Path = ERROR_FILE) -> None:
-    """Put them where the estimators read them, or into another file."""
+    """Write the weights to the file that the estimators read, or to another one."""
     all_fits = list(fits.values())
     np.savez(file, method=np.array(list(fits)),
              lowest=round_to_digits(np.array([fit.lowest for fit in all_fits])),
@@ -85,10 +85,10 @@ def _objective(values: Array, samples: ErrorSamples, inputs: Array) -> tuple[flo
     """Mean negative log likelihood with the ridge, and its gradient."""
     network = network_of(values, inputs.shape[1], UNITS)
     tangents = np.tanh(inputs @ network.hidden_weights + network.hidden_bias)
-    square = samples.doubt * np.exp(network.bias + inputs @ network.skip
+    square = samples.scale * np.exp(network.bias + inputs @ network.skip
                                     + tangents @ network.output_weights)
     whole = square + samples.noise
     loss = np.mean(np.log(whole) + samples.square / whole)
     back = (1.0 - samples.square / whole) * square / whole / len(square)
-    slopes = np.asarray(change(network, tangents, inputs, back), dtype=float)
+    slopes = np.asarray(network_gradient(network, tangents, inputs, back), dtype=float)
     return float(loss + RIDGE * (values @ values)), slopes + 2.0 * RIDGE * values

@@ -1,4 +1,4 @@
-"""Square errors of all methods on bodies of many families, with what is known of these bodies."""
+"""Square errors of all methods on bodies of many families, with the inputs of the fit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..split.table import LEAST_DROPS
 Array = NDArray[np.float64]
 
 DECIDED = 1e-6
-"""Samples with less doubt are left out: symmetry leaves one answer."""
+"""Samples with a smaller mean error scale are left out: symmetry leaves one answer."""
 
 
 class ErrorSamples(NamedTuple):
@@ -31,7 +31,7 @@ class ErrorSamples(NamedTuple):
     ----------
     inputs : (U, 17) array
         As from `fitted_inputs.error_inputs`.
-    doubt : (U,) array
+    scale : (U,) array
         Mean of `fitted_inputs.error_scale`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
@@ -42,7 +42,7 @@ class ErrorSamples(NamedTuple):
     """
 
     inputs: Array
-    doubt: Array
+    scale: Array
     square: Array
     noise: Array
     poses: NDArray[np.int64]
@@ -55,7 +55,7 @@ class ErrorSamples(NamedTuple):
 
 
 def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
-    """By the method's name; takes some ten milliseconds a body."""
+    """Samples by the name of the method; a body takes some ten milliseconds."""
     rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
     for key, scenes in groupby(samples, lambda row: row[:3]):
         resting = resting_poses(family_part(*key), family_tolerance(key[0]))
@@ -79,9 +79,10 @@ def _rows(resting: RestingPoses, scenes: Sequence[Sample]
         share = row.count / settled
         noise = float(np.mean(share * (1.0 - share))) / (settled - 1)
         for name, entry in ESTIMATORS.items():
-            told = blind[name] if name in blind else entry.function(resting, scene)
-            unsure = error_scale(resting, told, known)
-            if unsure.mean() > DECIDED:
-                yield name, (error_inputs(resting, told, scene, known, unsure),
-                             float(unsure.mean()), float(np.mean(np.square(told - share))), noise,
+            estimate = blind[name] if name in blind else entry.function(resting, scene)
+            scale = error_scale(resting, estimate, known)
+            if scale.mean() > DECIDED:
+                square = float(np.mean(np.square(estimate - share)))
+                yield name, (error_inputs(resting, estimate, scene, known, scale),
+                             float(scale.mean()), square, noise,
                              share.size, row.height, row.family)

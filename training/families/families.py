@@ -1,4 +1,4 @@
-"""Families of bodies on which estimators are fitted and judged, each an endless series."""
+"""Families of bodies for fitting and judging estimators, each an endless series."""
 
 from __future__ import annotations
 
@@ -46,7 +46,9 @@ FAMILIES: tuple[str, ...] = (*DRAWN, *MADE)
 
 
 def family_part(family: str, seed: int, number: int) -> Part:
-    """One body of a family, about its centre of mass and in metres; always the same one.
+    """Make one body of a family, about its centre of mass and in metres.
+
+    Equal arguments give the same body.
 
     Parameters
     ----------

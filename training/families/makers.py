@@ -1,4 +1,4 @@
-"""How a body of each family is drawn."""
+"""Random bodies of each family."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def ellipsoids(draw: Generator) -> list[Solid]:
 
 
 def fine_ellipsoids(draw: Generator) -> list[Solid]:
-    """The same of 100 to 2000 points."""
+    """Hulls of 100 to 2000 points on an ellipsoid."""
     return _ellipsoid(draw, 100, 2000)
 
 
@@ -61,7 +61,7 @@ def rounds(draw: Generator) -> list[Solid]:
 
 
 def fine_rounds(draw: Generator) -> list[Solid]:
-    """Turned parts as CAD systems divide them: 32 to 200 sides."""
+    """Turned parts as finely divided as by CAD systems: 32 to 200 sides."""
     return _turned(draw, round(math.exp(draw.uniform(math.log(32), math.log(200)))))
 
 
@@ -97,8 +97,8 @@ def cornered(draw: Generator) -> list[Solid]:
 def weighted(draw: Generator) -> list[Solid]:
     """A prism, plate, turned part or hull of points, with one to three weights inside.
 
-    What lies inside a hull is hollow in one part and solid in the next: the centre of mass
-    and the inertia are not those of the hull.
+    Parts of one shape may be hollow or solid inside, so centre of mass and inertia differ from
+    those of the hull.
     """
     makers = (prisms, plates, rounds, cornered)
     (shell,) = makers[int(draw.integers(len(makers)))](draw)

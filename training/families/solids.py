@@ -1,4 +1,4 @@
-"""Bodies put together from convex solids that touch, and holes cut out of them."""
+"""Bodies assembled from convex solids that touch, with holes cut out of them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Solid:
     density: float = 1.0
 
     def hole(self) -> Solid:
-        """The same as something missing."""
+        """The same solid as a hole."""
         return Solid(self.corners, -1.0)
 
 
@@ -46,9 +46,9 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> 
 
 
 def assembled(solids: list[Solid]) -> Part:
-    """One rigid body of solids that touch at most, less the holes within them, scaled to 1 m.
+    """Assemble solids that at most touch, less the holes in them, into one part scaled to 1 m.
 
-    The body is given as its convex hull, with the mass properties of what is there.
+    Its surface is the convex hull, its mass properties are those of the solids.
     """
     whole = [solid_of(*hull_mesh(solid.corners)) for solid in solids]
     density = np.array([solid.density for solid in solids])

@@ -1,1 +1,1 @@
-"""Fits the split estimator to drop simulations of many families of bodies, and judges it."""
+"""The fit of the split estimator to drops of many families of bodies, and its judgement."""

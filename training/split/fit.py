@@ -1,4 +1,4 @@
-"""The fit: by the likelihood of the counts, and by the error that the paper measures."""
+"""The fit of `split`: its loss is the likelihood of the counts and the paper's square error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,14 @@ from ros_pose_stats.estimators.fitted_weights import (
 )
 from ros_pose_stats.estimators.split import component_bases, component_weights
 
-from ..network_fit import change, length, network_of, pack_networks, start, unscaled
+from ..network_fit import (
+    coefficient_count,
+    network_gradient,
+    network_of,
+    pack_networks,
+    random_coefficients,
+    undo_scaling,
+)
 from .gradient import tree_loss
 from .samples import HIGHEST_DROP, HIGHEST_RESTITUTION
 from .table import Table
@@ -30,46 +37,46 @@ SQUARE = 3.0
 BLOCK = 4096
 
 HELD_SELDOM = -4.0
-"""Where the constant of the weights of holding faces starts."""
+"""First value of the constant in the weights of holding faces."""
 
 
-def predicted(fits: Sequence[SplitFit], table: Table) -> Array:
-    """Probabilities (P,) of a table's poses."""
+def predict(fits: Sequence[SplitFit], table: Table) -> Array:
+    """Estimate the probabilities (P,) of a table's poses."""
     return _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
 
 
-def fitted(table: Table, units: tuple[int, int], ridge: float, iterations: int,
-           seed: int = 0) -> SplitFit:
-    """Fit the weights of components to the samples of a table.
+def fit_networks(table: Table, units: tuple[int, int], ridge: float, iterations: int,
+                 seed: int = 0) -> SplitFit:
+    """Fit both networks to the samples of a table.
 
     Parameters
     ----------
     table : Table
     units : tuple of int
-        Hyperbolic tangents of either weight.
+        Hidden units of either network.
     ridge : float
-        Of the squares of all coefficients for standardised inputs, against the loss a sample.
+        Weight of the squares of all coefficients, for standardised inputs, in the mean loss.
     iterations : int
     seed : int
-        Of the start.
+        Of the first coefficients.
     """
     mean, scale = table.inputs.mean(axis=0), table.inputs.std(axis=0) + np.float32(1e-6)
     inputs = (table.inputs - mean) / scale
     columns = inputs.shape[1]
     draw = np.random.default_rng(seed)
-    begin = np.concatenate([start(columns, many, draw) for many in units])
+    begin = np.concatenate([random_coefficients(columns, many, draw) for many in units])
     bases = np.stack(component_bases(table.inputs)).astype(np.float32)
     bases[1] += np.float32(HELD_SELDOM)
     found = minimize(_objective, begin, (table, inputs, bases, units, ridge), "L-BFGS-B", True,
                      options={"maxiter": iterations, "maxcor": 20}).x
-    left, held = (unscaled(part, mean, scale) for part in _parts(found, columns, units))
+    left, held = (undo_scaling(part, mean, scale) for part in _parts(found, columns, units))
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
 
 def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
-    """Put them where the estimator reads them, or into another file.
+    """Write the weights to the file that the estimator reads, or to another one.
 
-    With the highest restitution and drop (radii) in the data.
+    The highest restitution and drop height (radii) in the data are written too.
     """
     np.savez(file, **pack_networks([fit.left for fit in fits], "left_"),
              **pack_networks([fit.held for fit in fits], "held_"),
@@ -77,14 +84,14 @@ def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
 
 
 def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:
-    first = length(columns, units[0])
+    first = coefficient_count(columns, units[0])
     return (network_of(values[:first], columns, units[0]),
             network_of(values[first:], columns, units[1]))
 
 
 def _objective(values: Array, table: Table, inputs: Single, bases: Single,
                units: tuple[int, int], ridge: float) -> tuple[float, Array]:
-    """Loss with the ridge, and its gradient; rows go in blocks that the cache holds."""
+    """Loss with the ridge, and its gradient, computed in blocks of rows that fit the cache."""
     parts = [TanhNetwork(np.float32(part.bias), *(one.astype(np.float32) for one in part[1:]))
              for part in _parts(values, inputs.shape[1], units)]
     blocks = [slice(begin, begin + BLOCK) for begin in range(0, len(inputs), BLOCK)]
@@ -99,7 +106,7 @@ def _objective(values: Array, table: Table, inputs: Single, bases: Single,
     loss, slopes, _ = _loss(table, whole.astype(float), gradient=True)
     back = slopes.astype(np.float32) * np.exp(told - whole)
     slope = np.concatenate([
-        np.sum([change(part, hidden[k][block], inputs[block], back[k, block])
+        np.sum([network_gradient(part, hidden[k][block], inputs[block], back[k, block])
                 for block in blocks], axis=0, dtype=float)
         for k, part in enumerate(parts)])
     return loss + ridge * float(values @ values), slope + 2.0 * ridge * values

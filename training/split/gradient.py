@@ -28,7 +28,7 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
     square : float
         Weight of the square error beside the negative log likelihood of a drop.
     gradient : bool
-        Whether it is wanted; else it is 0.
+        Whether to compute the gradient; else it is 0.
 
     Returns
     -------

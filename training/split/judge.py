@@ -1,4 +1,4 @@
-"""How the split estimator does on bodies, and on whole families, that it was not fitted to."""
+"""Errors of the split estimator on bodies, and on whole families, that it was not fitted to."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.estimators.fitted_weights import SplitFit
 
-from .fit import fitted, predicted
+from .fit import fit_networks, predict
 from .samples import FIT_SEED, JUDGE_SEED, LOW, USUAL, Sample
 from .table import Array, Table, make_table
 
-BENDS, RIDGE, ITERATIONS = (30, 10), 2e-6, 700
-"""Of the fit."""
+UNITS, RIDGE, ITERATIONS = (30, 10), 2e-6, 700
+"""Hidden units of both networks, ridge and iterations of the fit."""
 STARTS = 2
-"""Fits from as many random starts are averaged."""
+"""Number of fits, from random starts, whose logarithms are averaged."""
 
 HELD_OUT = ("prisms", "plates", "ellipsoids", "machined")
 FOLDS = 2
@@ -34,7 +34,7 @@ class Score(NamedTuple):
     Attributes
     ----------
     what : str
-        Which bodies.
+        Name of the bodies.
     height : float
         Radii.
     errors : tuple of float
@@ -42,9 +42,9 @@ class Score(NamedTuple):
     combined : tuple of float
         The same of the paper's combined estimator.
     expected : float
-        Root mean square of what the shipped weights expect, pooled.
+        Root mean square of the expected errors by the shipped weights, pooled.
     largest, tail : float
-        Largest deviation of a pose, noise and all, and the one that one in a thousand exceeds.
+        Largest deviation of a pose, noise included, and the one that one in a thousand exceeds.
     combined_largest, combined_tail : float
         The same of the combined estimator.
     """
@@ -61,26 +61,26 @@ class Score(NamedTuple):
 
 
 def fit_all(samples: Sequence[Sample], workers: int) -> tuple[SplitFit, ...]:
-    """The fits that the package holds."""
+    """Make the fits that the package ships."""
     table = make_table(_of(samples, FIT_SEED))
     with ThreadPoolExecutor(workers) as pool:
-        return tuple(pool.map(lambda start: _fitted(table, start), range(STARTS)))
+        return tuple(pool.map(lambda start: _fit(table, start), range(STARTS)))
 
 
 def judge(samples: Sequence[Sample], fits: Sequence[SplitFit], workers: int,
           on_progress: Callable[[str], object]) -> dict[str, list[Score]]:
-    """Scores on new bodies of every family, across folds, and on families held out."""
+    """Score new bodies of every family, folds of bodies, and families held out."""
     on_progress("measuring the bodies")
     known, new = make_table(_of(samples, FIT_SEED)), make_table(_of(samples, JUDGE_SEED))
-    found = {"new bodies": list(_scores(new, predicted(fits, new), (USUAL_HEIGHT, LOW)))}
+    found = {"new bodies": list(_scores(new, predict(fits, new), (USUAL_HEIGHT, LOW)))}
     out = {f"fold {fold + 1} of {FOLDS}": known.body % FOLDS == fold for fold in range(FOLDS)}
     out |= {family: known.family == family for family in HELD_OUT}
     with ThreadPoolExecutor(workers) as pool:
-        again = {name: [pool.submit(_fitted_without, known, poses, start)
+        again = {name: [pool.submit(_fit_without, known, poses, start)
                         for start in range(STARTS)] for name, poses in out.items()}
         told = {}
         for name, jobs in again.items():
-            told[name] = predicted([job.result() for job in jobs], known)
+            told[name] = predict([job.result() for job in jobs], known)
             on_progress(f"without {name}")
     names = list(out)
     whole = np.select([out[name] for name in names[:FOLDS]],
@@ -91,13 +91,13 @@ def judge(samples: Sequence[Sample], fits: Sequence[SplitFit], workers: int,
     return found
 
 
-def _fitted_without(table: Table, out: NDArray[np.bool_], start: int) -> SplitFit:
-    """The same fit to the samples none of whose poses are left out."""
-    return _fitted(table.some(~out[table.first_pose]), start)
+def _fit_without(table: Table, out: NDArray[np.bool_], start: int) -> SplitFit:
+    """Fit to the samples without those that have a pose among `out`."""
+    return _fit(table.some(~out[table.first_pose]), start)
 
 
-def _fitted(table: Table, start: int) -> SplitFit:
-    return fitted(table, BENDS, RIDGE, ITERATIONS, start)
+def _fit(table: Table, start: int) -> SplitFit:
+    return fit_networks(table, UNITS, RIDGE, ITERATIONS, start)
 
 
 def _scores(table: Table, probability: Array, heights: Sequence[float],

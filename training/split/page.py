@@ -8,7 +8,7 @@ from ros_pose_stats.estimators.split import FORGOTTEN, HOLDING
 from ros_pose_stats.kernels.features.component_features import FAR, NEAR, SHALLOWEST
 from ros_pose_stats.resting.poses import CORNER_REACHES
 
-from .judge import BENDS, FOLDS, ITERATIONS, STARTS, Score
+from .judge import FOLDS, ITERATIONS, STARTS, UNITS, Score
 from .real_parts import DROPS as PART_DROPS
 from .real_parts import PartScore
 from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
@@ -48,7 +48,7 @@ def page(found: Found) -> str:
     reaches = " and ".join(f"{reach:g}" for reach in CORNER_REACHES.tolist())
     fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
     parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
-                         low=LOW_DROPS, left=BENDS[0], held=BENDS[1], iterations=ITERATIONS,
+                         low=LOW_DROPS, left=UNITS[0], held=UNITS[1], iterations=ITERATIONS,
                          starts=STARTS, forgotten=FORGOTTEN, holding=HOLDING, families=families,
                          reaches=reaches, shallowest=SHALLOWEST, near=NEAR, far=FAR)]
     for name, rows in found["scores"].items():

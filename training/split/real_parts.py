@@ -1,4 +1,4 @@
-"""How the split estimator does on parts as a designer draws them; no fit has seen any."""
+"""Errors of the split estimator on parts as a designer draws them, which no fit has seen."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class PartScore(NamedTuple):
     height : float
         Radii.
     split, combined, expected : float
-        Root mean squares over the poses; what `split` expects of itself.
+        Root mean squares over the poses; the expected error of `split`.
     largest, combined_largest : float
-        Largest deviation of a pose, noise and all.
+        Largest deviation of a pose, noise included.
     """
 
     part: str
@@ -50,21 +50,21 @@ class PartScore(NamedTuple):
 
 
 def demo_parts() -> Iterator[tuple[str, Part]]:
-    """Those that come with the package."""
+    """Load the demo parts."""
     for name, make in DEMO_PARTS.items():
         vertices, triangles = make()
         yield name, part_from_mesh(MILLIMETRE * np.asarray(vertices, dtype=float), triangles)
 
 
 def mesh_files(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
-    """One's own, in millimetres where the format has no unit."""
+    """Load parts from files, in millimetres where the format has no unit."""
     for file in files:
         yield file.name, load_part(file, unit="mm")
 
 
 def judge_parts(parts: Iterator[tuple[str, Part]],
                 on_progress: Callable[[str], object]) -> list[PartScore]:
-    """Each part from each height."""
+    """Score each part, dropped from each height."""
     found = []
     for name, part in parts:
         on_progress(name)

@@ -21,7 +21,7 @@ Index = NDArray[np.int64]
 FILE = Path(__file__).resolve().parent / "samples.npz"
 
 FIT_SEED, JUDGE_SEED = 11, 2
-"""Of the series of bodies: those that are judged were never fitted to."""
+"""Seeds of the series of bodies for the fit, and of those for the judgement."""
 
 USUAL = (0.2, 0.5, 0.8)
 FIT_DROPS, JUDGE_DROPS, LOW_DROPS = 300, 1000, 500
@@ -34,7 +34,7 @@ BODIES: dict[str, tuple[int, int]] = {
     "polyhedra 1": (600, 0), "prisms": (800, 100), "plates": (800, 100), "ellipsoids": (500, 60),
     "machined": (1000, 100), "rounds": (600, 60), "cornered": (700, 60), "weighted": (900, 60),
     "fine rounds": (600, 60), "lumps": (600, 60), "fine ellipsoids": (0, 60)}
-"""Bodies of each family that are fitted to, and that are judged."""
+"""Numbers of bodies of each family for the fit, and for the judgement."""
 
 
 class Sample(NamedTuple):
@@ -115,7 +115,7 @@ def write_samples(samples: Iterable[Sample], file: Path = FILE) -> None:
 
 
 def read_samples(file: Path = FILE) -> list[Sample]:
-    """Samples in the order in which they were written: all scenes of a body follow each other."""
+    """Read samples in the order of the file, where all scenes of a body follow each other."""
     with np.load(file) as kept:
         columns = {name: kept[name] for name in kept.files}
     counts = np.split(columns["count"].astype(np.int64), np.cumsum(columns["poses"])[:-1])

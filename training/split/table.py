@@ -41,15 +41,15 @@ class Table:
     kept : (K, 2) array
         As from `kept_shares`.
     splits, first_split, first_pose : (U,) arrays
-        How many splits a sample has; where they and its poses begin.
+        Number of splits of a sample; where its splits and its poses begin.
     share : (P,) array
-        Counted over settled drops.
+        Count over settled drops.
     settled, restitution, height : (P,) arrays
         Of the sample that a pose belongs to.
     body : (P,) array
     family : (P,) array of str
     expected : (P,) array
-        Of the sample: what the shipped weights expect of their error, a fraction.
+        Expected error of the sample by the shipped weights, a fraction.
     reference : dict of (P,) arrays
         Estimates of the paper.
     """
@@ -91,7 +91,7 @@ class Table:
 
 
 def make_table(samples: Sequence[Sample]) -> Table:
-    """Measure all bodies; takes some ten milliseconds a body."""
+    """Compute the inputs of all samples; a body takes some ten milliseconds."""
     inputs, children, kept, splits = [], [], [], []
     poses: dict[str, list[Array]] = {
         name: [] for name in ("share", "settled", "restitution", "height", "body", "family",

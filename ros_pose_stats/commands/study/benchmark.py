@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
+from ..arguments import read_count
 from ..progress_bar import ProgressBar
-from ..reading import read_count
 from ..running import (
     INTERRUPTED,
     announce_slow_start,

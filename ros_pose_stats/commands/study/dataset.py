@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import DatasetError
+from ..arguments import read_count
 from ..progress_bar import ProgressBar, duration
-from ..reading import read_count
 from ..running import (
     INTERRUPTED,
     announce_slow_start,

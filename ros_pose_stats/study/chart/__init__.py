@@ -1,4 +1,4 @@
-"""The chart of speed against accuracy: every method, simulation, and methods of others."""
+"""The chart of speed against accuracy: every method, simulation, and other software."""
 
 from .speed_accuracy import PLANS, QUICK, ChartResults, Measured, Plan, chart, chart_text
 

@@ -24,14 +24,14 @@ SEMI_AXES = (0.45, 0.95)
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A body as it comes in: vertices (V, 3), triangles (T, 3) and centre of mass (3,)."""
+    """A body before any work: vertices (V, 3), triangles (T, 3) and centre of mass (3,)."""
 
     vertices: Array
     triangles: NDArray[np.int64]
     center_of_mass: Array
 
     def part(self) -> Part:
-        """A new part, about which nothing is known yet."""
+        """Make a new part, for which nothing is prepared."""
         return part_from_mesh(self.vertices, self.triangles, center_of_mass=self.center_of_mass)
 
 
@@ -46,9 +46,9 @@ class Size:
     known : list of RestingPoses
         Stable poses of each.
     simulated : dict of float to SimulatedPoses
-        Reference by restitution; all poses of body after body, in the order of `index`.
+        Reference counts by restitution: body after body, the poses of each by `index`.
     height : float or None
-        Of the centre of mass at release in metres; None for 20 radii.
+        Drop height, metres; None for 20 radii.
     """
 
     title: str
@@ -92,7 +92,7 @@ def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float
 
 
 def _ellipsoid(vertices: int, number: int) -> Mesh:
-    """One of the bodies; depends on these numbers alone."""
+    """Make one of the bodies, from these numbers alone."""
     low, high = SEMI_AXES
     b, c = np.random.default_rng((vertices, number)).uniform(low, high, 2).tolist()
     surface = hull_mesh(ellipsoid_points(vertices, number, (1.0, b, c)))

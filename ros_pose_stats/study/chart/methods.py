@@ -28,33 +28,33 @@ from .bodies import Mesh, Size
 Array = NDArray[np.float64]
 
 REPEATS = 3
-"""Calls of an estimator for a part; the median counts."""
+"""Calls of an estimator for a part, of which the median counts."""
 
 DROPS = (10, 100, 1_000, 10_000)
 DROPS_TIMED = 20_000
-"""Drops of one number in all that are timed; more parts the fewer they are."""
+"""Drops that are timed for each number of drops; the fewer a part takes, the more parts."""
 
 COMBINED = (10, 100, 1_000)
-"""More drops leave nothing of the estimate."""
+"""Numbers of drops with an estimate; after more drops the estimate no longer matters."""
 
 MOST_PARTS = 60
 
 
 class Effort(NamedTuple):
-    """How much is measured.
+    """How much to measure.
 
     Attributes
     ----------
     parts : int
-        Timed by the estimators, at most.
+        Most parts on which estimators are timed.
     drops_timed : int
-        By the simulation for each number of drops and restitution, about.
+        Drops that the simulation is timed on, about, for each number of drops and restitution.
     drops : tuple of int
         Numbers of drops, each a point of the simulation.
     combined : tuple of int
-        Numbers of drops, each a point of the estimate and as many drops.
+        Numbers of drops, each a point of an estimate with as many drops.
     fewest : int
-        Parts that are timed at least, however many drops that makes.
+        Least number of parts that are timed, however many drops that takes.
     """
 
     parts: int = MOST_PARTS
@@ -64,26 +64,27 @@ class Effort(NamedTuple):
     fewest: int = 4
 
     def timed(self, drops: int) -> int:
-        """Parts that are timed where each takes so many drops."""
+        """Number of parts to time where each takes so many drops."""
         return min(max(self.drops_timed // drops, self.fewest), self.parts)
 
 
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """One point an estimator: from the mesh arrays to the statistics."""
+    """A point for each estimator; the time is from the mesh arrays to the statistics."""
     every = pooled(list(size.simulated.values()))
-    told = {rho: estimates(size.known, DropScene(rho, size.height, 0.0)) for rho in size.simulated}
-    names = list(next(iter(told.values())))
-    # In turn, so that what else the machine does hits all of them alike.
+    values = {rho: estimates(size.known, DropScene(rho, size.height, 0.0))
+              for rho in size.simulated}
+    names = list(next(iter(values.values())))
+    # The methods take turns, so that other load of the machine affects all of them alike.
     took = medians([{name: partial(_estimate, mesh, name) for name in names}
                     for mesh in some(size.meshes, effort.parts)], REPEATS)
     for name in names:
-        found = accuracy(np.concatenate([one[name] for one in told.values()]), every)
+        found = accuracy(np.concatenate([one[name] for one in values.values()]), every)
         kind = "paper" if name in paper.ERRORS else "estimator"
         yield point(ESTIMATORS[name].title, kind, took[name], found)
 
 
 def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """One point a number of drops: the error is the noise of that many independent drops."""
+    """A point for each number of drops; the error is the noise of that many independent drops."""
     every = pooled(list(size.simulated.values()))
     for drops in effort.drops:
         took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
@@ -96,7 +97,7 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
 
 def point(name: str, kind: str, seconds: float, found: Accuracy,
           series: str | None = None) -> ChartPoint:
-    """A point whose error was measured; without an interval where there is a single body."""
+    """Make a point of a measured error, without an interval where there is a single body."""
     bounds = (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
     return ChartPoint(name, kind, seconds, found.error, *bounds, series)
 
@@ -111,35 +112,35 @@ def _simulate(mesh: Mesh, drops: int, restitution: float, height: float | None) 
 
 
 def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
-    """At most so many of them, evenly spread."""
+    """Pick at most so many meshes, evenly spread."""
     number = min(number, len(meshes))
     return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]
 
 
 SERIES = "hybrid"
 SEED = 31
-"""Of the drops, with the body's number; the reference has others."""
+"""Seed of the drops, with the body's number; the reference has other seeds."""
 
 
 def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
-    """One point a number of drops: measured against the reference on all bodies.
+    """A point for each number of drops, measured against the reference on all bodies.
 
-    The drops of the reference are other ones, so its noise can be taken off.
+    The reference has other drops, so that its noise can be taken off.
     """
     every = pooled(list(size.simulated.values()))
     for drops in effort.combined:
         took = medians([{"": partial(_hybrid, mesh, drops, restitution, size.height, 1)}
                         for restitution in size.simulated
                         for mesh in some(size.meshes, effort.timed(drops))])
-        told = [_told(mesh, drops, restitution, size.height, number)
+        values = [_combined_shares(mesh, drops, restitution, size.height, number)
                 for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
         yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],
-                    accuracy(np.concatenate(told), every), SERIES)
+                    accuracy(np.concatenate(values), every), SERIES)
 
 
-def _told(mesh: Mesh, drops: int, restitution: float, height: float | None,
-          number: int) -> Array:
-    """Probabilities (P,) by `index`."""
+def _combined_shares(mesh: Mesh, drops: int, restitution: float, height: float | None,
+                     number: int) -> Array:
+    """Probabilities (P,) by `index`, of hybrid with drops of its own."""
     seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
     found = _hybrid(mesh, drops, restitution, height, int(seed.generate_state(1, np.uint64)[0]))
     return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
@@ -165,7 +166,7 @@ def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, fl
         Calls of each method for a part, all methods taking turns.
     """
     gc.collect()
-    for call in parts[0].values():  # whatever is done once only
+    for call in parts[0].values():  # the first call prepares what is made only once
         call()
     found: dict[str, list[float]] = {name: [] for name in parts[0]}
     for calls in parts:

@@ -1,4 +1,4 @@
-"""Methods of other people on the chart: `trimesh.poses`, and MuJoCo where it is installed."""
+"""Other software on the chart: `trimesh.poses`, and MuJoCo where it is installed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...plots.study.speed_accuracy import ChartPoint
 from ...resting.poses import RestingPoses
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses, pooled
-from ..mujoco_drops import Plate, available, dropped, setting
+from ..mujoco_drops import Plate, available, drop_in_mujoco, setting
 from .bodies import Size
 from .methods import point, timed
 
@@ -27,7 +27,7 @@ SAME_POSE = 1e-3
 
 MUJOCO_DROPS = (10, 100)
 MUJOCO_DEPTH, MUJOCO_STEPS = 0.01, 10
-"""Median depth of first impacts in radii, and time steps a contact: a good setting."""
+"""Median depth of first impacts in radii, and time steps a contact, of a good setting."""
 
 MUJOCO_RESTITUTIONS = 0.1, 0.9
 """Lowest and highest restitution that such contacts are set to."""
@@ -54,8 +54,8 @@ def mujoco_points(size: Size, parts: int,
                   say: Callable[[str], object] = lambda _: None) -> Iterator[ChartPoint]:
     """Drops by MuJoCo from 20 radii; only the time inside `mj_step` counts.
 
-    The error holds both MuJoCo's noise and what its contacts do differently. Nothing where it
-    is not installed or cannot do it; `say` is told why.
+    The error comes from both MuJoCo's noise and its different contacts. There is no point where
+    it is not installed or cannot simulate the scene; `say` is called with the reason.
     """
     low, high = MUJOCO_RESTITUTIONS
     if not available():
@@ -82,8 +82,8 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
     for restitution in size.simulated:
         for number, mesh in enumerate(size.meshes[:bodies]):
             plate = Plate(mesh.part(), 0.0)
-            found = dropped(plate, setting(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS),
-                            max(MUJOCO_DROPS), number)
+            found = drop_in_mujoco(plate, setting(plate, restitution, MUJOCO_DEPTH, MUJOCO_STEPS),
+                                   max(MUJOCO_DROPS), number)
             seconds.append(found.seconds / found.drops)
             for drops, shares_of in shares.items():
                 seen = np.bincount(found.index[:drops], minlength=len(size.known[number].poses))
@@ -92,7 +92,7 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
 
 
 def matched(known: RestingPoses, transforms: Array, probabilities: Sequence[float]) -> Array:
-    """Another program's probabilities in the order of our poses; what matches none is lost."""
+    """Another program's probabilities in the order of our poses, without those that match none."""
     downs = np.array([pose.down for pose in known.poses])
     theirs = -np.asarray(transforms)[:, 2, :3]
     gap, place = cKDTree(downs).query(theirs)

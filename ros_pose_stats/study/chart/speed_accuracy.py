@@ -1,4 +1,4 @@
-"""The chart of speed against accuracy: what is measured for it, and its numbers as a table."""
+"""The chart of speed against accuracy: plans of its measurements, and its numbers as a table."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .other_software import mujoco_points, trimesh_points
 
 
 class Plan(NamedTuple):
-    """What is measured of one size.
+    """Measurements of one size of part.
 
     Attributes
     ----------
     vertices : int
         0 for the bodies of the dataset.
     bodies, drops : int
-        Simulated as reference; drops of each at each restitution.
+        Bodies to simulate as the reference, and drops of each at each restitution.
     effort : Effort
     trimesh, mujoco : int
-        Bodies that these are tried on.
+        Number of bodies for this software.
     """
 
     vertices: int
@@ -48,7 +48,7 @@ QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
 
 
 class Measured(NamedTuple):
-    """A panel of the chart and what its bodies are."""
+    """A panel of the chart, with facts about its bodies."""
 
     title: str
     bodies: int
@@ -59,8 +59,8 @@ class Measured(NamedTuple):
     def drawn(self) -> list[int]:
         """Places of the points with an error above 0.
 
-        An error that is lost in the noise of the reference has no place on a logarithmic axis,
-        and says nothing against the others.
+        An error below the noise of the reference has no place on a logarithmic axis, and does not
+        show that the point is better than others.
         """
         return [k for k, point in enumerate(self.points) if point.error > 0.0]
 
@@ -70,7 +70,7 @@ class Measured(NamedTuple):
         return [drawn[k] for k in pareto_front([self.points[k] for k in drawn])]
 
     def panel(self) -> ChartPanel:
-        """As it is drawn."""
+        """Panel of the figure."""
         return ChartPanel(self.title, [self.points[k] for k in self.drawn()])
 
 

@@ -1,4 +1,4 @@
-"""The file of a dataset: a numpy archive that says itself what stands in it."""
+"""The file of a dataset: a numpy archive with a schema of its contents."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def read_archive(file: Path) -> tuple[DatasetSpec, Arrays]:
     try:
         with np.load(file, allow_pickle=False) as archive:
             schema = json.loads(str(archive["schema"]))
-            told = f"{schema['format']} of version {schema['format_version']}"
-            if told == f"{FORMAT} of version {FORMAT_VERSION}":
+            format_name = f"{schema['format']} of version {schema['format_version']}"
+            if format_name == f"{FORMAT} of version {FORMAT_VERSION}":
                 spec = DatasetSpec.from_dict(schema["spec"])
                 arrays = {name: archive[name] for name in FIELDS}
                 check_arrays(arrays, spec, spec.bodies)
@@ -82,7 +82,7 @@ def read_archive(file: Path) -> tuple[DatasetSpec, Arrays]:
     except Exception as error:  # numpy and zip raise a dozen kinds on damaged files
         raise DatasetError("a dataset as `ros_pose_stats dataset` writes it",
                            f"{file} ({reason(error)})", "make it anew") from error
-    raise DatasetError(f"a {FORMAT} of version {FORMAT_VERSION}", f"{told} in {file}",
+    raise DatasetError(f"a {FORMAT} of version {FORMAT_VERSION}", f"{format_name} in {file}",
                        "make it anew with `ros_pose_stats dataset`")
 
 
@@ -96,7 +96,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class Field(NamedTuple):
-    """An array of the file: its shape in letters, its numbers' kind, and its meaning."""
+    """An array of the file: its shape in letters, the type of its numbers, and its meaning."""
 
     shape: tuple[str | int, ...]
     kind: str

@@ -1,7 +1,4 @@
-"""Makes the pieces of a dataset on a dask.distributed cluster.
-
-The only module that imports dask.distributed.
-"""
+"""Makes the pieces of a dataset on a dask.distributed cluster; no other module imports that."""
 
 from __future__ import annotations
 
@@ -25,10 +22,10 @@ from .making import POLL_SECONDS, Made, Maker, Piece, in_flight, make_chunk
 from .spec import DatasetSpec
 
 WORKER_SECONDS = 60.0
-"""How long a run waits while there is no worker at all."""
+"""Time that a run waits while there is no worker at all."""
 
 LOOK_SECONDS = 1.0
-"""Between two looks for workers."""
+"""Time between two checks for workers."""
 
 CONNECT_SECONDS, ANSWER_SECONDS, CLOSE_SECONDS = 10.0, 5.0, 5.0
 
@@ -36,7 +33,7 @@ IN_HAND = 2000
 """Pieces handed out at a time."""
 
 LOSSES = 3
-"""A piece whose workers died is handed out anew this often.
+"""Times that a piece whose workers died is handed out anew.
 
 The scheduler itself gives it to another worker three times before it counts as failed, and
 it counts the pieces that a lost worker had not begun.
@@ -76,7 +73,7 @@ def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
 
 
 class _Run:
-    """What has gone wrong on a cluster so far."""
+    """The state of a run on a cluster: lost pieces, and the time without workers."""
 
     def __init__(self, client: Client, address: str, worker_seconds: float) -> None:
         self._client = client
@@ -86,7 +83,7 @@ class _Run:
         self._seen = self._looked = time.monotonic()
 
     def receive(self, future: Future[Arrays], piece: Piece) -> Arrays | None:
-        """What a worker made; None where it was lost with its worker."""
+        """Take the arrays of a piece; None where they were lost with their worker."""
         try:
             return future.result()
         except KilledWorker as error:
@@ -102,7 +99,7 @@ class _Run:
             raise _failed(error) from error
 
     def is_over(self, should_stop: Callable[[], bool]) -> bool:
-        """Ask whether to stop, and refuse to wait for ever where there is no worker."""
+        """Ask whether to stop, and give up where there is no worker for too long."""
         now = time.monotonic()
         if now >= self._looked + LOOK_SECONDS:
             self._looked = now
@@ -117,7 +114,7 @@ class _Run:
 
 
 def chunk_there(version: str, spec: DatasetSpec, first: int, count: int) -> Arrays:
-    """Make a piece on a worker, if that has the caller's version."""
+    """Make a piece on a worker that has the caller's version."""
     if version != VERSION:
         raise DatasetError(f"ros_pose_stats {version} on the worker", VERSION,
                            "install the same version everywhere")
@@ -132,7 +129,7 @@ def _failed(error: Exception) -> DatasetError:
 
 @contextmanager
 def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client | None]:
-    """A client while the context lasts; None if stopped before there was one.
+    """Yield a client while the context lasts; None if stopped before there was one.
 
     Raises
     ------
@@ -151,7 +148,7 @@ def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep its log, tracebacks of a lost connection, off the terminal; the errors say it all."""
+    """Keep tracebacks of lost connections off the terminal, since the errors say the same."""
     loggers = [logging.getLogger(name) for name in tuple(logging.root.manager.loggerDict)
                if name.partition(".")[0] == "distributed"]
     levels = [logger.level for logger in loggers]
@@ -165,7 +162,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
-    # A client that finds no scheduler complains at length as it ends: ask for one first.
+    # A client without a scheduler prints long complaints at its end, so ask for one first.
     try:
         found = asyncio.run(_identity(address, should_stop))
         if found is None:
@@ -180,7 +177,7 @@ def _client(address: str, should_stop: Callable[[], bool]) -> Client | None:
 
 
 def _has_workers(client: Client) -> bool:
-    """Whether the scheduler has a worker; not, if it does not answer."""
+    """Whether the scheduler answers and has a worker."""
     try:
         return bool(client.nthreads(callback_timeout=ANSWER_SECONDS))
     except (TimeoutError, OSError):
@@ -188,7 +185,7 @@ def _has_workers(client: Client) -> bool:
 
 
 async def _identity(address: str, should_stop: Callable[[], bool]) -> dict[str, Any] | None:
-    """What answers at an address; None if stopped before."""
+    """Identity of what answers at an address; None if stopped before."""
     asked = asyncio.ensure_future(_ask(address))
     begin = time.monotonic()
     while not asked.done():

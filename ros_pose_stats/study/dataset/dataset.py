@@ -1,4 +1,4 @@
-"""A dataset in memory: bodies, their stable poses, and how often each was the end of a drop."""
+"""A dataset in memory: bodies, their stable poses, and the drops that ended in each."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Dataset:
     ----------
     spec : DatasetSpec
     arrays : dict of arrays
-        The fields of `fields.FIELDS`.
+        Those of `archive.FIELDS`.
     """
 
     spec: DatasetSpec
@@ -77,14 +77,14 @@ class Dataset:
         return found
 
     def simulated(self, restitution: float, drops: int | None = None) -> SimulatedPoses:
-        """What became of the first drops at one restitution.
+        """Counts of the first drops at one restitution.
 
         Parameters
         ----------
         restitution : float
             One of the dataset's.
         drops : int, optional
-            How many of each body; the end of a block. Default: all.
+            Number for each body, the end of a block. Default: all.
 
         Raises
         ------
@@ -94,11 +94,11 @@ class Dataset:
         return self.blocks(restitution, 0, self._blocks(drops))
 
     def rest(self, restitution: float, drops: int) -> SimulatedPoses:
-        """What became of the drops after the first ones; see `simulated`."""
+        """Counts of the drops after the first ones; see `simulated`."""
         return self.blocks(restitution, self._blocks(drops), len(self.spec.block_ends))
 
     def blocks(self, restitution: float, first: int, end: int) -> SimulatedPoses:
-        """What became of the drops of blocks first ... end - 1."""
+        """Counts of the drops of blocks first ... end - 1."""
         if restitution not in self.spec.restitutions:
             raise RequestError(f"a restitution out of {self.spec.restitutions}",
                                f"{restitution}", "the dataset holds no other")
@@ -165,5 +165,5 @@ def shipped_dataset(shift: float = 0.0, shift_moment: str = "inertia") -> Datase
 
 
 def shipped_datasets() -> list[Dataset]:
-    """All of them, by rising shift."""
+    """All reference datasets, by rising shift."""
     return [shipped_dataset(*one) for one in SHIPPED]

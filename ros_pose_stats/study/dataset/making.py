@@ -18,7 +18,7 @@ from ...errors import DatasetError, RequestError
 from ...records import DropScene
 from ...shapes.random_polyhedra import RandomPolyhedron, random_polyhedron
 from ...simulation.drop_body import PreparedBody, drop_body
-from ...simulation.drops import drop_rules, run
+from ...simulation.drops import compute_drops, drop_rules
 from ...simulation.request import MOST_WORKERS
 from ...simulation.starts import random_starts
 from .archive import Arrays, read_archive, write_archive
@@ -29,7 +29,7 @@ Piece = tuple[int, int]
 Made = tuple[Piece, Arrays]
 Maker = Callable[[DatasetSpec, Sequence[Piece], Callable[[], bool]],
                  Generator[Made, None, None]]
-"""From a specification, pieces and a question whether to stop to pieces as they are done."""
+"""Makes the pieces of a specification and yields each when it is done, until told to stop."""
 
 POLL_SECONDS = 0.05
 
@@ -43,7 +43,7 @@ class DatasetProgress:
     bodies, bound : int
         Done in all, and wanted.
     found : int
-        Of those done, how many were there when this run began.
+        Number of those that were there when this run began.
     seconds : float
         Since this run began.
     """
@@ -68,7 +68,7 @@ def make_dataset(file: Path, spec: DatasetSpec, maker: Maker, *,
     maker : callable
         `on_threads(n)`, or `on_cluster(address)` of `cluster`; the results are the same.
     on_progress : callable, optional
-        Told a `DatasetProgress` after each piece.
+        Called with a `DatasetProgress` after each piece.
     should_stop : callable, optional
         Asked some twenty times a second; True ends the run with the pieces that are done.
 
@@ -163,12 +163,12 @@ def in_flight(submit: Callable[[Piece], Future[Arrays]],
     submit : callable
         Hands out a piece, to a thread or to a cluster.
     receive : callable
-        What came of it; None where it is to be handed out anew.
+        Takes the arrays of a piece; None where it is to be handed out anew.
     pieces : sequence of Piece
     should_stop : callable
         Asked some twenty times a second.
     most : int
-        In hand at a time.
+        Most pieces that are handed out at a time.
     """
     waiting = list(reversed(pieces))
     busy: dict[Future[Arrays], Piece] = {}
@@ -208,8 +208,8 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
     Returns
     -------
     dict of arrays
-        The fields of `fields.FIELDS` for these bodies alone. They depend on the arguments
-        and on nothing else, whoever computes them.
+        Those of `archive.FIELDS` for these bodies alone. They depend on the arguments and on
+        nothing else, whoever computes them.
 
     Raises
     ------
@@ -255,7 +255,7 @@ def _counts(spec: DatasetSpec, number: int, body: PreparedBody,
             if should_stop():
                 raise Stopped
             starts = random_starts(seed, start, min(AT_ONCE, spec.drops - start))
-            pose = run(body, rules, starts).pose
+            pose = compute_drops(body, rules, starts).pose
             block = (start + np.arange(len(pose))) // spec.block
             settled = pose >= 0
             np.add.at(counts[:, k], (pose[settled], block[settled]), 1)

@@ -1,4 +1,4 @@
-"""What a dataset is made of, checked before anything runs."""
+"""The specification of a dataset, checked before anything runs."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class DatasetSpec:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> DatasetSpec:
-        """From what `as_dict` made."""
+        """Read what `as_dict` made."""
         return cls(**{**values, "restitutions": tuple(values["restitutions"])})
 
     def as_dict(self) -> dict[str, Any]:
@@ -128,5 +128,5 @@ def _is_whole(value: object) -> bool:
 
 
 def _billionths(restitution: float) -> int:
-    """What a restitution gives to the seeds of its drops."""
+    """A restitution as a whole number, for the seeds of its drops."""
     return round(restitution * 1e9)

@@ -25,8 +25,8 @@ PIECES = "bodies_*.npz"
 class Unfinished:
     """Pieces of a dataset beside the file that it will be, `<file>.unfinished`.
 
-    Held by a lock while in use; each piece appears whole or not at all. Left without a piece,
-    the directory goes away.
+    The directory is locked while in use, and each piece appears whole or not at all. A directory
+    that is left without a piece is deleted.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Unfinished:
         self._lock.release()
 
     def done(self) -> list[tuple[int, int]]:
-        """Sound pieces that are there, as (first body, number of bodies)."""
+        """Sound pieces in the directory, as (first body, number of bodies)."""
         return [piece for piece in self._spec.chunks if self._read(piece) is not None]
 
     def put(self, piece: tuple[int, int], arrays: Arrays) -> None:
@@ -97,14 +97,14 @@ class Unfinished:
 
     def remove(self) -> None:
         """Delete the pieces, and the directory if nothing else is in it."""
-        with suppress(OSError):  # what stays does no harm
+        with suppress(OSError):  # leftovers do no harm
             for pattern in (PIECES, PIECES + HALF, SPEC + "*", LOCK):
                 for path in self.directory.glob(pattern):
                     path.unlink()
             self.directory.rmdir()
 
     def _read(self, piece: tuple[int, int]) -> Arrays | None:
-        """A piece; None where it is to be made, or to be made again."""
+        """Read a piece; None where it is missing or damaged."""
         path = self._path(piece)
         try:
             with np.load(path, allow_pickle=False) as archive:
@@ -144,7 +144,7 @@ class Unfinished:
 
 
 def clear_leftovers(file: Path, spec: DatasetSpec) -> None:
-    """Delete the pieces of a dataset whose run was cut off between its file and that."""
+    """Delete the pieces of a dataset whose run wrote the file but was cut off before their end."""
     if directory_of(file).is_dir():
         with suppress(DatasetError), Unfinished(file, spec) as unfinished:
             unfinished.remove()

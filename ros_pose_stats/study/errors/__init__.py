@@ -1,1 +1,1 @@
-"""How estimators err once the simulation's noise is taken off, and whether errors hold."""
+"""Errors of estimators without the simulation's noise, and tests of standard errors."""

@@ -1,4 +1,4 @@
-"""Scatter of a figure over other choices of the bodies: the bootstrap by whole bodies."""
+"""The bootstrap by whole bodies: scatter of a figure over other choices of the bodies."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 RESAMPLES: Final = 1000
-"""Known by these, a standard error is right to 1 / sqrt(2000) = 2 %."""
+"""Resamples; with so many a standard error is right to 1 / sqrt(2000) = 2 %."""
 
 _CELLS: Final = 1 << 20
-"""Weights held at a time, 8 bytes each."""
+"""Most weights in memory at a time, 8 bytes each."""
 
 _KEPT_CELLS: Final = 1 << 22
-"""Weights that are remembered at most."""
+"""Most weights that are remembered."""
 
 
 def body_bootstrap(body: ArrayLike, terms: ArrayLike, statistic: Callable[[Array], Array],
@@ -39,7 +39,7 @@ def body_bootstrap(body: ArrayLike, terms: ArrayLike, statistic: Callable[[Array
     body : (N,) array of int
         Number of the body that each value belongs to.
     terms : (N, k) array
-        What is summed; finite. As bodies have different numbers of poses, N differs between
+        Summands; finite. As bodies have different numbers of poses, N differs between
         resamples: where the statistic divides by it, one of the terms must be 1.
     statistic : callable
         Given the sums (k, R) of R resamples, gives their R values.
@@ -89,7 +89,7 @@ def _all_weights(bodies: int, resamples: int, seed: int) -> Iterator[Array]:
 
 @lru_cache(maxsize=1)
 def _kept_weights(bodies: int, resamples: int, seed: int) -> tuple[Array, ...]:
-    """The same, remembered: a table asks for the same ones many times."""
+    """The same weights, remembered, since a table asks for them many times."""
     return tuple(_all_weights(bodies, resamples, seed))
 
 

@@ -1,4 +1,4 @@
-"""Whether the standard errors and intervals of one simulation fit what a second one finds."""
+"""Test of the standard errors and intervals of one simulation by an independent second one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Calibration:
-    """How two independent simulations of the same poses agree, beside how they should.
+    """Agreement of two independent simulations of the same poses, beside the expected one.
 
     The expected figures hold where both runs count independent drops of the same
     probabilities. They are exact, given the drops that both runs together counted in a pose:
@@ -47,8 +47,8 @@ class Calibration:
     values : int
         N.
     certain : int
-        Values that both runs saw never or always. They count as z = 0 and as held, in the
-        expected figures too, so that they dilute a misfit but feign none.
+        Poses that no drop or every drop of both runs came to. They count as z = 0 and as held, in
+        the expected figures too, so that they dilute a misfit but do not make one.
     """
 
     z_rms: float
@@ -125,7 +125,7 @@ def _share(sums: Array) -> Array:
 
 
 _CELLS: Final = 1 << 18
-"""Possible counts held at a time."""
+"""Most possible counts in memory at a time."""
 
 _REACH: Final = 9.0
 """Standard deviations to each side of the mean; what lies beyond is below 1e-12."""

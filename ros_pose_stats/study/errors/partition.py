@@ -16,7 +16,7 @@ from .simulated_poses import SimulatedPoses
 Array = NDArray[np.float64]
 
 INTERVAL_LEVEL: Final = 0.95
-"""Of the interval of an `Accuracy`."""
+"""Level of the interval of an `Accuracy`."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def _partition(simulated: SimulatedPoses, difference: Array, noise: Array, resam
     spread = np.sqrt(np.maximum(body_bootstrap(simulated.body, terms, _error_variance,
                                                resamples, seed), 0.0))
     low, high = np.quantile(spread, [0.5 - INTERVAL_LEVEL / 2.0, 0.5 + INTERVAL_LEVEL / 2.0])
-    # Resamples of a single body are all alike, which says nothing.
+    # Resamples of a single body are all alike, so the error is not known.
     known = 1.0 if np.ptp(simulated.body) else math.nan
     squares, noises = terms[:, 0].mean(), terms[:, 1].mean()
     at = int(np.argmax(np.abs(difference)))
@@ -164,12 +164,12 @@ class Noise(NamedTuple):
 
 
 def noise_of(simulated: SimulatedPoses, drops: int) -> Noise:
-    """Noise of so many drops of the bodies whose probabilities these drops tell.
+    """Noise of so many drops of the bodies, estimated from these drops.
 
     Parameters
     ----------
     simulated : SimulatedPoses
-        Two settled drops of each at least. How many there are does not bias the result.
+        At least two settled drops of each body. Their number does not bias the result.
     drops : int
         n.
     """

@@ -1,4 +1,4 @@
-"""Counts of many bodies' poses, as a benchmark of estimators compares them."""
+"""Counts of the poses of many bodies, with which estimators are compared."""
 
 from __future__ import annotations
 

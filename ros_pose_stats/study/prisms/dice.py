@@ -1,4 +1,4 @@
-"""Budden's dice, fifteen square prisms rolled by a class, and how far a method is from them."""
+"""Budden's dice, fifteen square prisms rolled by a class, and how far methods are from them."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ DICE = (
     Die(2.12, 0.007, 275),
     Die(2.65, 0.006, 503),
 )
-"""By rising ratio; the source is `SOURCE`."""
+"""The dice by rising ratio; the source is `SOURCE`."""
 
 
 REPLICATES = 4000
-"""Of the bootstrap; they give a standard error to about a hundredth of itself."""
+"""Replicates of the bootstrap; they give a standard error to about a hundredth of itself."""
 
 MEASURED: Array = np.array([die.on_sides for die in DICE])
 ROLLS: NDArray[np.int64] = np.array([die.rolls for die in DICE])

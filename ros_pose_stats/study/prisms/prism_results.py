@@ -1,4 +1,4 @@
-"""What was found on square prisms: as records, for JSON, as a table and as Fig. 5."""
+"""Results on square prisms: as records, for JSON, as a table and as Fig. 5."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LEVEL = 0.95
-"""Of the intervals, as in Fig. 5."""
+"""Level of the intervals, as in Fig. 5."""
 
 
 class SidesPoint(NamedTuple):
-    """How often a square prism came to rest on one of its four sides.
+    """Share of the trials in which a square prism came to rest on one of its four sides.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class SidesPoint(NamedTuple):
 
 
 class Misfit(NamedTuple):
-    """How far a method is from the dice.
+    """Distance of a method from the dice.
 
     Attributes
     ----------
@@ -94,13 +94,13 @@ class PrismResults:
     sampling_noise : float
         Root mean square binomial error of the dice, below which no method can be told apart.
     drops, dice_drops, seed : int
-        As they were asked for.
+        As requested.
     release_radii : float
         Height of the centre of mass at release, in radii of the prism.
     stopped : bool
         Whether simulations are missing because the run was stopped.
     seconds : float
-        That the run took.
+        Time of the run.
     """
 
     ratios: Array
@@ -195,12 +195,12 @@ def _dice(results: PrismResults) -> list[str]:
 
 
 def _at(points: Sequence[SidesPoint], place: int) -> str:
-    """In percent; a dash where the run was stopped before."""
+    """A share in percent; a dash where the run was stopped before."""
     return _points(points[place].probability) if place < len(points) else "-"
 
 
 def _points(fraction: float) -> str:
-    """In percent or points."""
+    """A fraction in percent or points."""
     return f"{100.0 * fraction:.2f}"
 
 

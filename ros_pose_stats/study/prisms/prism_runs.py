@@ -1,4 +1,4 @@
-"""Square prisms by every estimator, and dropped."""
+"""Square prisms by every estimator and by drop simulation."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT
     workers : int, optional
         Threads; default: all cores.
     on_progress : callable, optional
-        Told the drops done and the drops in all, after each simulation.
+        Called with the drops done and the drops in all, after each simulation.
     should_stop : callable, optional
         Asked before each simulation and some twenty times a second during it; True ends the
         run with the simulations that were finished, and all estimators.
@@ -92,7 +92,7 @@ def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT
 
 
 class _Drops(NamedTuple):
-    """One simulation to be run."""
+    """A simulation of the plan."""
 
     stream: int
     restitution: float
@@ -160,10 +160,10 @@ def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple
 
 
 WIDTH = 0.01
-"""Side of the square, metres. Nothing depends on it: drops start at a multiple of the radius."""
+"""Side of the square, metres. No result depends on it: drops start at a multiple of the radius."""
 
 SCENE = DropScene(cluster_tolerance=0.0)
-"""Of estimators that know the scene: the usual restitution and drop height."""
+"""Scene of estimators that know it: the usual restitution and drop height."""
 
 SQUARE_FACE = 0.9
 """A pose with a larger |down_z| lies on a square face; sides have 0, square faces 1."""
@@ -218,6 +218,6 @@ def dropped_sides(ratio: float, restitution: float, drops: int, seed: int,
 
 
 def counted(ratio: float, sides: int, trials: int) -> SidesPoint:
-    """A share that was counted, with its interval."""
+    """Make a point of a counted share, with its interval."""
     low, high = jeffreys_interval(sides, trials, LEVEL)
     return SidesPoint(ratio, sides / trials, float(low), float(high), trials)

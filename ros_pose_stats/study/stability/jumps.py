@@ -1,4 +1,4 @@
-"""How a probability changes along a walk: slopes, and jumps found by halving."""
+"""Changes of a probability along a walk: slopes, and jumps found by halving."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 JUMP = 2e-3
-"""Change of a probability that is looked into, and that counts as a jump if it stays."""
+"""Change of a probability that is examined, and that counts as a jump if it remains."""
 
 NARROW = 1e-9
-"""A change over so short a way, relative to the whole walk, is a jump."""
+"""Width, relative to the whole walk, at which a change that remains is a jump."""
 
 KEPT = 0.5
 """Share of the change that must be left at the end of the halving."""
@@ -28,7 +28,7 @@ class Jump(NamedTuple):
 
 
 class Change(NamedTuple):
-    """How a method changes along a walk.
+    """Changes of a method along a walk.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Change(NamedTuple):
         Largest change of the probability per unit of the parameter, or per relative change
         of it where the walk is logarithmic, between neighbouring values without a jump.
     slope_at : float
-        Where; the lower of the two values.
+        Place of the largest change: the lower of the two values.
     jumps : tuple of Jump
     """
 
@@ -47,7 +47,7 @@ class Change(NamedTuple):
 
 def change(places: Array, values: Array, probability: Callable[[float], float],
            whole: bool) -> Change:
-    """Slopes between neighbours, and jumps.
+    """Find slopes between neighbours, and jumps.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def change(places: Array, values: Array, probability: Callable[[float], float],
     probability : callable
         At any position in between.
     whole : bool
-        Nothing lies in between: no jump is looked for.
+        Whether no values lie in between, so that no jump is looked for.
     """
     jumps: list[Jump] = []
     slope, at = 0.0, float(places[0])

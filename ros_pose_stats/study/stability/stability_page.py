@@ -1,4 +1,4 @@
-"""The stability study for people: a page, a figure a walk, and the numbers."""
+"""The documents of the stability study: a page, a figure for each walk, and the numbers."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
 from ...plots.study.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
+from ...text import listed
 from ..output import markdown_table, points, write_page
 from ..paper import ERRORS
 from .jumps import spread
@@ -115,7 +116,7 @@ def stability_text(found: StabilityResults) -> str:
 
 
 def reliability_text(found: StabilityResults) -> str:
-    """A row a method: expected and true error in every bin of parts."""
+    """Table with a row for each method: expected and true error in every bin of parts."""
     bins = len(next(iter(found.reliability.values())))
     head = ["method, expected / true", *(f"bin {k + 1}" for k in range(bins))]
     rows = [[ESTIMATORS[name].title if name in ESTIMATORS else name,
@@ -125,7 +126,7 @@ def reliability_text(found: StabilityResults) -> str:
 
 
 def walk_text(found: WalkResults) -> str:
-    """Where methods part company, a line, and a table with a row a method."""
+    """A line that says where methods differ most, and a table with a row for each method."""
     curves = {one.method: one.values for one in found.curves}
     place, apart = spread(list(curves.values()))
     at = {name: float(values[place]) for name, values in curves.items()}
@@ -230,15 +231,17 @@ PAPER = "the paper's estimators and those before it"
 
 
 def draw_walk(found: WalkResults) -> Figure:
-    """The paper's on the left, those that know the scene on the right, the simulation in both."""
+    """Estimators of the paper on the left, newer ones on the right, the simulation in both."""
     walk, simulated = found.walk, found.simulated
     paper = [_curve(found, one) for one in found.curves if one.method in ERRORS]
     ours = [_curve(found, one) for one in found.curves if one.method not in ERRORS]
+    with_drops = "drops with it" if len(ours) == 1 else "hybrid"
+    heading = f"{listed([one.label for one in ours])}, and {with_drops}"
     ours.append(WalkCurve(f"hybrid, {COMBINED_DROPS} drops", found.combined))
     drops = int(simulated.settled.max())
     return walk_figure(
         found.values, [WalkPanel(PAPER, paper),
-                       WalkPanel("split, and drops with it", ours, paper, "those on the left")],
+                       WalkPanel(heading, ours, paper, "those on the left")],
         np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
         note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "

@@ -60,7 +60,7 @@ class SimulatedCurve(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class WalkResults:
-    """What one walk found.
+    """Results of one walk.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class WalkResults:
     curves : tuple of Curve
     simulated : SimulatedCurve
     combined : (k,) array
-        By hybrid, with `COMBINED_DROPS` drops of its own.
+        Probability by hybrid, with `COMBINED_DROPS` drops of its own.
     """
 
     walk: Walk
@@ -100,14 +100,14 @@ class StabilityResults:
 
 def stability(*, quick: bool = False,
               on_progress: Callable[[str], object] = lambda _: None) -> StabilityResults:
-    """Go along all walks, then hold expected errors against true ones.
+    """Measure along all walks, then compare expected errors with true ones.
 
     Parameters
     ----------
     quick : bool
-        Every third value, few drops and one dataset; to see that it works.
+        Whether to take every third value, few drops and one dataset, to see that it works.
     on_progress : callable, optional
-        Told which walk begins.
+        Called with the title of each walk.
     """
     found = []
     for walk in walks():
@@ -119,7 +119,7 @@ def stability(*, quick: bool = False,
 
 
 def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
-    """Every estimator and the simulation along one walk.
+    """Measure every estimator and the simulation along one walk.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
     drops : int
         At each value.
     stride : int
-        Of the values that are taken.
+        Every so many values are taken.
     """
     values = walk.values[::stride]
     steps = [walk.make(value) for value in values.tolist()]
@@ -149,14 +149,14 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 
 
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
-    """What is watched, by each estimator."""
+    """Probability of what is watched, by each estimator."""
     found = estimate_all(step.part, restitution=step.restitution, drop_height=step.drop_height,
                          cluster_tolerance=walk.cluster_tolerance)
     return {one.method: _watched(walk, one) for one in found}
 
 
 def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
-    """Estimate and a few fresh drops at each step."""
+    """Probability by an estimate with a few fresh drops, at each step."""
     return np.array([_watched(walk, hybrid(
         step.part, COMBINED_DROPS, step.restitution, COMBINED_SEED + place, step.drop_height,
         cluster_tolerance=walk.cluster_tolerance)) for place, step in enumerate(steps)])

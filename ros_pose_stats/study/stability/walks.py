@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Where a walk has come to.
+    """The part and the scene at one value of a walk.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Walk:
     name : str
         For files.
     title : str
-        What happens along it.
+        Sentence that says what happens along the walk.
     parameter : str
         Label of the axis, with its unit.
     values : (k,) array
@@ -58,7 +58,7 @@ class Walk:
         From directions (P, 3) that point down in the poses to a mask (P,): the poses whose
         probabilities are added and followed.
     quantity : str
-        What that is, in words.
+        Name of what is watched.
     cluster_tolerance : float
     whole : bool
         Whether the parameter takes whole numbers only, so that no limit can be looked for.
@@ -101,7 +101,7 @@ def along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
 
 
 SIZE = 0.02
-"""Of the bodies, metres; the numbers do not depend on it."""
+"""Size of the bodies, metres, on which no number depends."""
 
 LEAN_HEIGHT = 1.5
 RANDOM_BODY = 3
@@ -243,7 +243,7 @@ def _even(low: float, high: float, number: int) -> Array:
 
 
 def _moved(vertices: Array, size: float) -> Array:
-    """Vertices moved by normal numbers of this size, the same directions for every size."""
+    """Move vertices by normal numbers of this size, in the same directions for every size."""
     return vertices + size * np.random.default_rng(1).standard_normal(vertices.shape)
 
 

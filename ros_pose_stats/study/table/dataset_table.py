@@ -1,4 +1,4 @@
-"""Compares every estimator with a dataset."""
+"""The comparison of every estimator with a dataset."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ Array = NDArray[np.float64]
 
 def table(dataset: Dataset, *, rerun: bool = True,
           on_progress: Callable[[int], object] = lambda _: None) -> TableResults:
-    """Table I for one dataset, and what the paper's sections 4 and 5.A say beside it.
+    """Make Table I for one dataset, and the figures of the paper's sections 4 and 5.A.
 
     Parameters
     ----------
     dataset : Dataset
     rerun : bool
-        Drop the outliers again.
+        Whether to drop the outliers again.
     on_progress : callable, optional
-        Told how many bodies are done.
+        Called with the number of bodies done.
     """
     begin = time.perf_counter()
     poses = restings(dataset, on_progress)
@@ -51,7 +51,7 @@ def table(dataset: Dataset, *, rerun: bool = True,
 
 def _compared(dataset: Dataset, found: dict[float, dict[str, Array]], poses: list[RestingPoses],
               first: int) -> TableResults:
-    """All but the outliers."""
+    """All results but the outliers."""
     spec = dataset.spec
     single = {one: dataset.simulated(one) for one in spec.restitutions}
     of_first = {one: dataset.simulated(one, first) for one in spec.restitutions}
@@ -80,7 +80,7 @@ def _row(name: str, values: dict[float, Array], single: dict[float, SimulatedPos
 
 
 def _first(found: dict[float, dict[str, Array]]) -> dict[str, Array]:
-    """Of methods that are blind to restitution."""
+    """Estimates at the first restitution, for methods that do not know it."""
     return next(iter(found.values()))
 
 
@@ -101,7 +101,7 @@ def _range(values: NDArray[np.generic]) -> tuple[int, int]:
 
 
 def combined_row(dataset: Dataset, poses: list[RestingPoses], first: int) -> CombinedRow:
-    """Hybrid of the first drops, held against all the others.
+    """Make the row of hybrid with the first drops, compared with all the others.
 
     Parameters
     ----------
@@ -110,18 +110,19 @@ def combined_row(dataset: Dataset, poses: list[RestingPoses], first: int) -> Com
     poses : list of RestingPoses
         Of all bodies.
     first : int
-        How many drops are the first.
+        Number of the first drops.
     """
     rest = {one: dataset.rest(one, first) for one in dataset.spec.restitutions}
-    told = {one: _told(poses, dataset.simulated(one, first),
+    told = {one: _combined_values(poses, dataset.simulated(one, first),
                        DropScene(one, dataset.spec.drop_height, 0.0)) for one in rest}
     every = accuracy(np.concatenate(list(told.values())), pooled(list(rest.values())))
     return CombinedRow(f"hybrid, {first} drops", every,
                        {one: accuracy(told[one], rest[one]) for one in rest})
 
 
-def _told(poses: list[RestingPoses], counted: SimulatedPoses, scene: DropScene) -> Array:
-    """Probabilities of all bodies' poses."""
+def _combined_values(poses: list[RestingPoses], counted: SimulatedPoses,
+                     scene: DropScene) -> Array:
+    """Probabilities by hybrid of all bodies' poses."""
     ends = np.cumsum([len(one.poses) for one in poses])[:-1]
     return np.concatenate([
         pose_prior(one, scene).updated(counts).probability
@@ -141,7 +142,7 @@ def outliers(dataset: Dataset, estimate: Array, first: int) -> list[Outlier]:
     estimate : (P,) array
         The estimator's probabilities.
     first : int
-        How many the first drops are.
+        Number of the first drops.
     """
     seen = np.stack([dataset.simulated(one, first).probability
                      for one in dataset.spec.restitutions], axis=1)
@@ -163,7 +164,7 @@ def _largest(dataset: Dataset, away: Array) -> Iterator[tuple[int, int]]:
 
 
 def _again(dataset: Dataset, estimate: float, pose: int, which: int, first: float) -> Outlier:
-    """Fresh drops: those by which an outlier was found are biased."""
+    """Drop an outlier afresh, since the drops by which it was found are biased."""
     spec, body = dataset.spec, int(dataset.body[pose])
     restitution, number = spec.restitutions[which], pose - int(dataset.pose_starts[body])
     part = dataset.part(body)

@@ -2,8 +2,8 @@
 
 NQSE's coefficients and the weight of the combination enter linearly, so each fit is a small
 linear system made of sums over the poses, and a bootstrap over bodies costs little. The errors
-with the fitted numbers are on the drops that they were fitted to: with four numbers and the
-thousands of poses of a reference dataset that flatters them by some 0.002 points.
+with the fitted numbers are on the drops that they were fitted to. With four numbers and the
+thousands of poses of a reference dataset they are too small by some 0.002 points.
 """
 
 from __future__ import annotations
@@ -25,20 +25,21 @@ from .table_results import Refit
 Array = NDArray[np.float64]
 
 FEWEST_BODIES = 20
-"""With fewer, four coefficients are not determined in every resample of them."""
+"""Least number of bodies; with fewer, some resamples do not determine four coefficients."""
 
 SHARES = 0.0, 2.6
 """Redistributed shares of PQSE between which the best is sought."""
 
 SHARE_STEP = 0.1
-"""On either side of the best; resamples have theirs on parabolas through the three misfits."""
+"""Distance of shares on either side of the best. A parabola through the three misfits gives the
+best share of a resample."""
 
 
 def refits(estimates: dict[str, Array], pooled: SimulatedPoses,
            single: dict[float, SimulatedPoses], poses: list[RestingPoses]) -> Iterator[Refit]:
-    """Eq. 6 and Eq. 9 pooled, Eq. 9 for each restitution, and PQSE's share.
+    """Fit Eq. 6 and Eq. 9 pooled, Eq. 9 at each restitution, and PQSE's share.
 
-    Nothing where there are too few bodies.
+    The result is empty where there are too few bodies.
 
     Parameters
     ----------

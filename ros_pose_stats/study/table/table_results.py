@@ -1,4 +1,4 @@
-"""What the comparison of the estimators with a dataset found."""
+"""Results of the comparison of the estimators with a dataset."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Range = tuple[int, int]
 
 
 class Shapes(NamedTuple):
-    """What the bodies are like: ranges as (least, most)."""
+    """Ranges, as (least, most), of the bodies' properties."""
 
     values: int
     mean_poses: float
@@ -52,7 +52,7 @@ class Row(NamedTuple):
 
 
 class CombinedRow(NamedTuple):
-    """Estimate and the first drops together, against all other drops; as in `Row`."""
+    """Estimate and the first drops together, compared with all other drops; as in `Row`."""
 
     title: str
     pooled: Accuracy
@@ -83,7 +83,7 @@ class Refit(NamedTuple):
 
 
 class Outlier(NamedTuple):
-    """One of the largest deviations of the combined estimator, and what more drops say.
+    """One of the largest deviations of the combined estimator, and the result of more drops.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Outlier(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TableResults:
-    """Everything that stands in the table of one dataset.
+    """Everything in the table of one dataset.
 
     Attributes
     ----------
@@ -115,8 +115,8 @@ class TableResults:
     rows : tuple of Row
         In the registry's order.
     first : int
-        How many the first drops are, by which the largest deviations are told: 100 as in the
-        paper, unless the dataset counted others together.
+        Number of the first drops, by which the largest deviations are found: 100 as in the paper,
+        unless the blocks of the dataset are larger.
     noise : dict of float to Noise
         Of the paper's 100 drops, by restitution.
     pooled_noise : Noise

@@ -1,4 +1,4 @@
-"""The table of one dataset, for people."""
+"""The table of one dataset as Markdown."""
 
 from __future__ import annotations
 

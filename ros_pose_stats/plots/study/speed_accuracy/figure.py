@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,13 +13,21 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from ...style import INK, REFERENCE, new_figure, open_axes
 from .labels import Array, write_names
-from .points import KINDS, ChartPanel, ChartPoint, check, series_of, stair
+from .points import (
+    KINDS,
+    ChartPanel,
+    ChartPoint,
+    check_panels,
+    key_label,
+    series_of,
+    stair,
+)
 
 SUBTITLE = (
     "Time: median over parts, one core. Error: root mean square over poses, pooled over the "
     "coefficients of restitution 0.2, 0.5\nand 0.8, against the limit of the drop simulation for "
     "ever more drops; noise of the reference removed.")
-"""What is measured."""
+"""Says what time and error are of."""
 
 WIDTH, PANEL, GAP, HEAD, FOOT = 10.0, 4.1, 0.68, 1.45, 0.62
 """Of the figure, of a panel with what is above it, of the latter alone, and of what is above and
@@ -57,14 +65,13 @@ def speed_accuracy_figure(panels: Sequence[ChartPanel], level: float = 0.9,
         No panel, an empty one, an unknown kind, an estimator in a series, a time or an error
         that is not finite and above 0, or bounds that are not finite and in order.
     """
-    check(panels)
+    check_panels(panels)
     height = HEAD + PANEL * len(panels) - GAP + FOOT
     figure = new_figure(WIDTH, height, dpi=160)
     figure.subplots_adjust(left=LEFT, right=RIGHT, top=1.0 - HEAD / height, bottom=FOOT / height,
                            hspace=GAP / (PANEL - GAP))
     points = [point for panel in panels for point in panel.points]
-    said = f"{subtitle} Bars: {100.0 * level:g} % interval."
-    _head(figure, said, dict.fromkeys(point.kind for point in points))
+    _head(figure, f"{subtitle} Bars: {100.0 * level:g} % interval.", points)
     seconds = time_range(points, 72.0 * WIDTH * (RIGHT - LEFT), NAMES, LAST)
     for place, panel in enumerate(panels):
         axes = figure.add_subplot(len(panels), 1, place + 1)
@@ -77,7 +84,7 @@ def speed_accuracy_figure(panels: Sequence[ChartPanel], level: float = 0.9,
     return figure
 
 
-def _head(figure: Figure, subtitle: str, kinds: Iterable[str]) -> None:
+def _head(figure: Figure, subtitle: str, points: Sequence[ChartPoint]) -> None:
     """Title, subtitle and the key to the markers."""
     inch = 1.0 / figure.get_figheight()
     figure.text(0.015, 1.0 - 0.12 * inch, "Speed against accuracy", fontsize=15, va="top",
@@ -86,8 +93,8 @@ def _head(figure: Figure, subtitle: str, kinds: Iterable[str]) -> None:
                 linespacing=1.35)
     markers = [Line2D([], [], linestyle="none", marker=KINDS[kind].marker,
                       markersize=KINDS[kind].size, color=KINDS[kind].colour,
-                      label=KINDS[kind].says)
-               for kind in KINDS if kind in kinds]
+                      label=key_label(kind, points))
+               for kind in KINDS if any(point.kind == kind for point in points)]
     figure.legend(handles=markers, loc="upper left", bbox_to_anchor=(0.009, 1.0 - 0.86 * inch),
                   ncols=len(markers), frameon=False, fontsize=9.5, labelcolor=INK,
                   borderaxespad=0.0, borderpad=0.2, handletextpad=0.3, columnspacing=2.0)

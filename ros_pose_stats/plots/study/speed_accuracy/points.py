@@ -1,4 +1,4 @@
-"""What the chart is made of, what it refuses, and the points that no other one beats."""
+"""Points, panels and kinds of the chart, their checks, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import RequestError
+from ....methods import METHODS
+from ....statistics.posterior.fitted import FITTED_METHOD
+from ....text import listed
 
 Array = NDArray[np.float64]
+
 
 class Kind(NamedTuple):
     """How points of a kind are drawn.
@@ -19,10 +23,10 @@ class Kind(NamedTuple):
     Attributes
     ----------
     colour, ink, marker : str
-        Okabe and Ito's colours, darker for print; markers differ too, so that nothing hangs on
-        the colour.
-    says : str
-        Its name in the key.
+        One of Okabe and Ito's colours, a darker one for text, and a marker of its own, so that
+        nobody needs to see colours.
+    label : str
+        In the key; see `key_label` for estimators.
     size : float
         Of the marker, points.
     """
@@ -30,13 +34,16 @@ class Kind(NamedTuple):
     colour: str
     ink: str
     marker: str
-    says: str
+    label: str
     size: float = 6.5
 
 
+COMBINED = next(one.title for one in METHODS if one.name == FITTED_METHOD)
+"""Title of the estimate that `hybrid` combines with drops."""
+
 KINDS = {"paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
-         "estimator": Kind("#0072B2", "#00537F", "*", "split estimator", 11.0),
-         "hybrid": Kind("#CC79A7", "#8F4B74", "D", "split and n drops (hybrid)"),
+         "estimator": Kind("#0072B2", "#00537F", "*", "estimator", 11.0),
+         "hybrid": Kind("#CC79A7", "#8F4B74", "D", f"{COMBINED} and n drops (hybrid)"),
          "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
          "outside": Kind("#009E73", "#006B4E", "^", "other software")}
 
@@ -88,8 +95,16 @@ class ChartPanel(NamedTuple):
     points: Sequence[ChartPoint]
 
 
-def check(panels: Sequence[ChartPanel]) -> None:
-    """Refuse what has no place on the axes.
+def key_label(kind: str, points: Sequence[ChartPoint]) -> str:
+    """Label of a kind in the key; estimators newer than the paper are named by their titles."""
+    if kind != "estimator":
+        return KINDS[kind].label
+    titles = list(dict.fromkeys(point.name for point in points if point.kind == kind))
+    return f"{listed(titles)} {KINDS[kind].label}{'s' if len(titles) > 1 else ''}"
+
+
+def check_panels(panels: Sequence[ChartPanel]) -> None:
+    """Refuse what cannot be drawn on the axes.
 
     Raises
     ------
@@ -153,7 +168,7 @@ def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
 
 
 def stair(points: Sequence[ChartPoint], slowest: float, worst: float) -> tuple[Array, Array]:
-    """Corners of the line below and left of which there is no point.
+    """Corners of the stair below and left of which there is no point.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from ros_pose_stats.plots.study.speed_accuracy import (
     pareto_front,
     speed_accuracy_figure,
 )
-from ros_pose_stats.plots.study.speed_accuracy.points import ESTIMATORS, KINDS
+from ros_pose_stats.plots.study.speed_accuracy.points import ESTIMATORS, KINDS, key_label
 from tests.volume import few_quick
 
 from ...synthetic import chart_panels, chart_points
@@ -76,7 +76,15 @@ def test_it_says_what_is_measured_and_what_the_markers_mean(figure):
                  "noise of the reference removed", "Bars: 90 % interval"):
         assert part in head
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        kind.says for kind in KINDS.values()]
+        "estimator of the paper or before it", "split estimator", "split and n drops (hybrid)",
+        "n drops", "other software"]
+
+
+def test_another_estimator_is_named_beside_split():
+    new = ChartPoint("even", "estimator", 1.0, 0.2, 0.1, 0.3)
+    points = [*PANELS[0].points, new]
+    assert key_label("estimator", points) == "split and even estimators"
+    assert key_label("simulation", points) == "n drops"
 
 
 @pytest.mark.parametrize("place", range(3))

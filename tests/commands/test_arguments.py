@@ -1,4 +1,4 @@
-"""Numbers as people type them, and what is said of those that are none."""
+"""Numbers as people type them, and the refusals of those that are none."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""How the command line is read: parsers, numbers as people type them, options of a part.
+"""Arguments of the commands: the parser, numbers as people type them, options of part and scene.
 
-A count may be 1e5, poses 0,1 or 0 1. Refusals are one line, and every help ends with an example.
+A count may be typed as 1e5, and poses as 0,1 or 0 1. A refusal is one line, and every help ends
+with an example.
 """
 
 from __future__ import annotations
@@ -47,16 +48,16 @@ class CommandParser(argparse.ArgumentParser):
 
 
 MOST_DIGITS = 30
-"""Of a whole number; more than any seed has."""
+"""Digits of a whole number; no seed has more."""
 
 SHOWN = 60
-"""Signs of what came that a refusal repeats."""
+"""Characters of the refused text that the refusal repeats."""
 
 
 def read_count(text: str) -> int:
     """A whole number, in digits or in scientific notation.
 
-    Whether it is in range is for those to say who use it.
+    Whoever uses the number checks its range.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def read_count(text: str) -> int:
         raise _refusal("a whole number, for instance 100000 or 1e5", text) from None
     if not number.is_finite():
         raise _refusal("a whole number, for instance 100000 or 1e5", text)
-    # Looked at before anything is computed: 1e999999999 as an integer fills the memory.
+    # Checked before the conversion: 1e999999999 as an integer fills the memory.
     if number.adjusted() >= MOST_DIGITS:
         raise _refusal(f"a whole number of at most {MOST_DIGITS} digits", text)
     if number != number.to_integral_value():
@@ -93,7 +94,7 @@ def read_indices(text: str) -> list[int]:
 
 
 class JoinIndices(argparse.Action):
-    """Makes one list of the lists that `read_indices` returned."""
+    """Joins the lists that `read_indices` returned into one."""
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
                  values: str | Sequence[Any] | None, option_string: str | None = None) -> None:
@@ -110,7 +111,7 @@ UNITS = ("m", "mm", "cm", "inch")
 
 
 def add_part_options(command: argparse.ArgumentParser) -> None:
-    """Add the part file and how to read it."""
+    """Add the part file, its unit, the centre of mass and the cluster tolerance."""
     command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
     command.add_argument("--unit", choices=UNITS,
                          help="unit of the file (default: what the file declares, else m)")
@@ -123,7 +124,7 @@ def add_part_options(command: argparse.ArgumentParser) -> None:
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:
-    """Add how the part is dropped."""
+    """Add the restitution and the drop height."""
     command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
                          help="coefficient of restitution of the plate, 0 to below 1 "
                          "(default: %(default)s)")
@@ -133,7 +134,7 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
                          "released touching the plate")
 
 
-def part_of(options: argparse.Namespace) -> Part:
+def load_named_part(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
     from ..mesh.parts import load_part
 

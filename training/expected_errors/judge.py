@@ -18,10 +18,10 @@ from .samples import ErrorSamples
 Bools = NDArray[np.bool_]
 
 LEAST = 1e-4
-"""True error, a fraction, where the noise of the drops hides it."""
+"""True error, a fraction, that stands where the noise of the drops hides it."""
 
 MOST = 1.33
-"""Factor that the expected error may be off, either way."""
+"""Largest factor by which the expected error may be off, either way."""
 
 BINS = 5
 
@@ -37,7 +37,7 @@ BY_METHOD = (
 
 def sections(fits: Mapping[str, ErrorFit], samples: Mapping[str, ErrorSamples]
              ) -> Iterator[Section]:
-    """Of the best method by family, and of all methods."""
+    """Tables of the best method by family, and of all methods."""
     best = best_method(DEFAULT_RESTITUTION)
     fit, one = fits[best], samples[best]
     yield Section("expected_errors_by_family", "Expected errors of families",
@@ -51,22 +51,22 @@ def _families(fit: ErrorFit, samples: ErrorSamples) -> Iterator[Row]:
         cells: dict[str, Cell] = {}
         targets: list[Target] = []
         for height in np.unique(samples.height)[::-1].tolist():
-            told, true = _told(fit, samples, (samples.family == family)
-                               & (samples.height == height))
-            cells |= {f"{height:g} radii: expected": told, f"{height:g} radii: true": true}
-            targets += _within(told / true, f"{height:g} radii")
+            expected, true = _expected_and_true(fit, samples, (samples.family == family)
+                                            & (samples.height == height))
+            cells |= {f"{height:g} radii: expected": expected, f"{height:g} radii: true": true}
+            targets += _within(expected / true, f"{height:g} radii")
         yield Row(family, cells, tuple(targets))
 
 
 def _method(name: str, fit: ErrorFit, samples: ErrorSamples) -> Row:
-    told, true = _told(fit, samples, np.ones(samples.doubt.shape, dtype=bool))
-    cells: dict[str, Cell] = {"expected": told, "true": true}
+    expected, true = _expected_and_true(fit, samples, np.ones(samples.scale.shape, dtype=bool))
+    cells: dict[str, Cell] = {"expected": expected, "true": true}
     order = np.argsort(_squares(fit, samples))
     ratios = []
     for place, some in enumerate(np.array_split(order, BINS)):
         keep = np.zeros(order.shape, dtype=bool)
         keep[some] = True
-        low, high = _told(fit, samples, keep)
+        low, high = _expected_and_true(fit, samples, keep)
         ratios.append(low / high)
         cells[f"fifth {place + 1}"] = ratios[-1]
     worst = max(ratios, key=lambda ratio: abs(math.log(ratio)))
@@ -77,13 +77,13 @@ def _within(ratio: float, where: str) -> tuple[Target, ...]:
     return (Target(f"factor off, {where}", max(ratio, 1.0 / ratio), MOST),)
 
 
-def _told(fit: ErrorFit, samples: ErrorSamples, where: Bools) -> tuple[float, float]:
+def _expected_and_true(fit: ErrorFit, samples: ErrorSamples, where: Bools) -> tuple[float, float]:
     """Expected and true root mean square over the poses of some samples, in points."""
     some = samples.some(where)
-    told = np.average(_squares(fit, some), weights=some.poses)
+    expected = np.average(_squares(fit, some), weights=some.poses)
     true = np.average(some.square - some.noise, weights=some.poses)
-    return 100.0 * math.sqrt(told), 100.0 * math.sqrt(max(true, LEAST ** 2))
+    return 100.0 * math.sqrt(expected), 100.0 * math.sqrt(max(true, LEAST ** 2))
 
 
 def _squares(fit: ErrorFit, samples: ErrorSamples) -> NDArray[np.float64]:
-    return np.asarray(samples.doubt * np.exp(fit(samples.inputs)))
+    return np.asarray(samples.scale * np.exp(fit(samples.inputs)))
