@@ -153,7 +153,7 @@ def test_what_makes_room_is_recorded_as_forgotten():
     for name in "abc":
         store.put(known(name), 2, PLENTY)
     assert recorder.topics == ["/pose_stats/job_events"]
-    store.shrink(1)
+    store.shrink(1, PLENTY)
     store.forget("c")
     assert recorder.topics == 3 * ["/pose_stats/job_events"]
 
