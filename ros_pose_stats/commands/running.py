@@ -53,16 +53,16 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
     callable
         Returns whether SIGINT came.
     """
-    asked = threading.Event()
+    asked: list[int] = []  # a handler must not wait for a lock, as Event.set does
     before = signal.getsignal(signal.SIGINT)
 
-    def on_interrupt(_number: int, _frame: FrameType | None) -> None:
-        asked.set()
+    def on_interrupt(number: int, _frame: FrameType | None) -> None:
+        asked.append(number)
         signal.signal(signal.SIGINT, before)
 
     signal.signal(signal.SIGINT, on_interrupt)
     try:
-        yield asked.is_set
+        yield lambda: bool(asked)
     finally:
         signal.signal(signal.SIGINT, before)
 
