@@ -20,13 +20,13 @@ def eae(resting: RestingPoses) -> Array:
     becomes marginal; ties between saddles give the same answer in any order.
     """
     _, probability = resting.passage_R
-    return normalized(probability[resting.clusters.node])
+    return normalized(resting.clusters.gather(probability))
 
 
 def meae(resting: RestingPoses) -> Array:
     """Modified energy absorption estimator: Eq. 8 with r in place of R (Appendix C)."""
     _, probability = resting.passage_r
-    return normalized(probability[resting.clusters.node])
+    return normalized(resting.clusters.gather(probability))
 
 
 def combined(resting: RestingPoses) -> Array:

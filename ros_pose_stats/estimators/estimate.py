@@ -46,7 +46,7 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
         Height of the centre of mass at release, metres; known to the same methods. Default: 20
         part radii.
     cluster_tolerance : float
-        Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+        Least rise out of a pose as a share of its height there; 0 merges nothing.
 
     Returns
     -------

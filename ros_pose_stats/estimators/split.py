@@ -48,7 +48,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    return normalized(probability[resting.clusters.node])
+    return normalized(resting.clusters.gather(probability))
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:

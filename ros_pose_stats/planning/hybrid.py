@@ -51,7 +51,7 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     on_progress, should_stop : callable, optional
         As for `simulate`.
     cluster_tolerance : float
-        Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+        Least rise out of a pose as a share of its height there; 0 merges nothing.
 
     Returns
     -------

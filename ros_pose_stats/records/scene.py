@@ -10,7 +10,7 @@ from ..errors import RequestError
 
 GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
-DEFAULT_CLUSTER_TOLERANCE = 0.005
+DEFAULT_CLUSTER_TOLERANCE = 0.0025
 DEFAULT_DROP_RADII = 20.0
 LOW_DROP_RADII = 5.0
 HIGH_DROP_RADII = 1000.0
@@ -32,7 +32,8 @@ class DropScene:
         Height of the centre of mass above the plate at release, metres; None stands for
         20 part radii, as in the paper (section 3.B).
     cluster_tolerance : float
-        Poses merge below this barrier, as a fraction of the radius; 0 keeps every stable face.
+        Least rise of the centre of mass out of a pose, as a share of its height there; 0 keeps
+        every stable face.
 
     Raises
     ------
@@ -57,5 +58,6 @@ class DropScene:
             raise RequestError("a drop height above 0 m", f"{self.drop_height} m",
                                "leave it out for 20 part radii")
         if not 0.0 <= self.cluster_tolerance < 1.0:
-            raise RequestError("a cluster tolerance from 0 to below 1 part radius",
-                               f"{self.cluster_tolerance}", "0.005 merges the facets of a curve")
+            raise RequestError("a cluster tolerance from 0 to below 1",
+                               f"{self.cluster_tolerance}",
+                               "0.0025 of the height is a tilt of 4 degrees")

@@ -1,24 +1,25 @@
-"""Stable faces gathered into poses.
+"""Stable faces gathered into poses: a pose is what a nudge leaves.
 
-A tessellated curve has many stable faces where the part has one pose (section 2.B). Going
-up the merge tree, two regions are one pose where the saddle between them lies less than
-the tolerance above the lowest stable face of both.
+A stable face is a pose of its own only if the centre of mass has to rise by a share of its height
+to leave it; a shallower one belongs to the pose that the part slips into (`gather_poses`).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.levels.merge_tree import merge_regions
+from ..kernels.levels.persistence import gather_poses, part_poses
 from ..tolerances import SAME_HEIGHT
 from .equilibria import Equilibria, ties
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+RUN_TOLERANCE = 0.025
+"""Least rise over the height that parts neighbouring facets of one round or toothed surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,27 +29,43 @@ class Clusters:
     Attributes
     ----------
     tolerance : float
-        Fraction of the radius.
-    node : (P,) array
-        Node of the merge tree of each pose, by rising height.
+        Least rise of the centre of mass out of a pose, as a share of its height there.
     lowest : (P,) array
-        Number of the stable face that stands for the pose: its lowest; ties go to the
-        larger face, then to the smaller number.
+        Number of the stable face that stands for the pose, by rising height: its lowest; ties
+        go to the larger face, then to the smaller number.
     pose : (S,) array
         Pose of each stable face, in the numbering of `Equilibria.order`.
+    near : (S,) array of bool
+        Faces that the part rests on in its pose: no higher above the lowest one than the
+        tolerance. The others are shelves on the way there.
+    way_out : (P,) array
+        Level of the lowest saddle from any member to any other pose, in radii; infinite for a
+        single pose.
     barrier : (P,) array
-        Rise of the centre of mass over the saddle out of the pose, in radii; infinite for
-        a single pose.
+        The same above the lowest member.
+    node : (N,) array
+        Largest nodes of the merge tree that hold a single pose. A pose may have several, since
+        a shelf may open only where its pose has others beside it already.
+    node_pose : (N,) array
+        That pose.
     split : (S - 1,) array of bool
-        Whether a join of the merge tree separates poses from each other.
+        Whether a join of the merge tree holds several poses.
     """
 
     tolerance: float
-    node: Index
     lowest: Index
     pose: Index
+    near: NDArray[np.bool_]
+    way_out: Array
     barrier: Array
+    node: Index
+    node_pose: Index
     split: NDArray[np.bool_]
+
+    def gather(self, probability: Array) -> Array:
+        """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""
+        sums = np.bincount(self.node_pose, probability[self.node], self.lowest.shape[0])
+        return sums.astype(np.float64)
 
 
 def clusters(found: Equilibria, tolerance: float) -> Clusters:
@@ -58,29 +75,32 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     ----------
     found : Equilibria
     tolerance : float
-        Barrier below which regions merge, as a fraction of the radius; 0 merges nothing.
+        Least rise out of a pose as a share of the height there; 0 gathers nothing.
     """
-    node, above, owner, split = merge_regions(
-        found.arrays.tree, found.heights[found.rank], tolerance)
-    owner = owner[found.order]
-    order, lowest = _by_lowest(found, owner, node.shape[0])
-    number = np.empty_like(order)
-    number[order] = np.arange(order.shape[0])
-    level = np.append(found.arrays.tree.level, math.inf)  # above the root
-    return Clusters(tolerance, node[order], lowest, number[owner],
-                    level[above[order]] - found.heights[lowest], split)
+    tree = found.arrays.tree
+    of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
+    eldest, way_out = gather_poses(
+        found.body.arrays, found.rank[found.arrays.basin], found.heights, _rank(found),
+        np.full(found.body.faces, -1), tolerance, of_run)
+    lowest, pose = np.unique(eldest, return_inverse=True)
+    held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
+    node = np.unique(np.append(tree.child[split], held.shape[0] - 1))
+    node = node[held[node] >= 0]
+    heights = found.heights[lowest]
+    near = found.heights < (1.0 + tolerance) * heights[pose]
+    near[lowest] = True
+    return Clusters(tolerance, lowest, pose, near, way_out[lowest], way_out[lowest] - heights,
+                    node, held[node], split)
 
 
-def _by_lowest(found: Equilibria, owner: Index, count: int) -> tuple[Index, Index]:
-    """Order (P,) of the groups of stable faces by the face that stands for each, and that face.
+def _rank(found: Equilibria) -> Index:
+    """Which stable face stands for several: the lowest, then the largest, then the first.
 
-    Lower faces go first, larger ones of equal height, then smaller numbers; heights and areas
-    are compared with a tolerance.
+    Heights and areas are compared with a tolerance.
     """
     areas = found.body.arrays.area[found.faces]
-    rank = ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT))
-    preferred = np.argsort(rank, kind="stable")[::-1]
-    first = np.empty(count, dtype=np.int64)
-    first[owner[preferred]] = preferred
-    order = np.argsort(first, kind="stable")
-    return order, first[order]
+    order = np.argsort(ties((found.heights, SAME_HEIGHT), (-areas / areas.max(), SAME_HEIGHT)),
+                       kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(order.shape[0])
+    return rank

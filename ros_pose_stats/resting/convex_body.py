@@ -111,6 +111,16 @@ class ConvexBody:
         return areas_below(self.arrays, level, True)
 
 
+def foot_direction(body: ConvexBody, side: int) -> Array:
+    """Direction (3,) of the point of a polygon side that is nearest to the centre of mass."""
+    first = body.points[body.arrays.corner[side]]
+    last = body.points[body.arrays.corner[body.arrays.twin[side]]]
+    length = float(np.linalg.norm(last - first))
+    along = (last - first) / length
+    foot = first + np.clip(-(first @ along), 0.0, length) * along
+    return np.asarray(foot / np.linalg.norm(foot))
+
+
 def convex_body(part: Part) -> ConvexBody:
     """Convex body of a part, built once and kept as long as the part lives.
 

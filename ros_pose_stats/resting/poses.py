@@ -17,10 +17,11 @@ from ..kernels.features.corner_crowding import corner_crowding
 from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
+from ..mesh.vectors import lengths
 from ..records import DropScene, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
 from .clusters import Clusters, clusters
-from .convex_body import ConvexBody
+from .convex_body import ConvexBody, foot_direction
 from .equilibria import Equilibria, equilibria
 from .orientation import resting_quaternions, rotation_matrices
 from .symmetry import symmetry_groups
@@ -137,7 +138,7 @@ def resting_poses(part: Part,
     ----------
     part : Part
     cluster_tolerance : float
-        Fraction of the radius; 0 keeps every stable face.
+        Least rise out of a pose as a share of its height; 0 keeps every stable face.
 
     Raises
     ------
@@ -173,7 +174,7 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = _margins(found, grouped)
-    groups = symmetry_groups(part, found, grouped.pose)
+    groups = symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1))
     faces = found.faces[grouped.lowest]
     barriers = grouped.barrier * body.radius
     for array in (downs, quaternions, positions):
@@ -184,12 +185,18 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     return tuple(
         StablePose(
             index=i, group=group, down=down, height=height, top=highest, margin=margin,
-            barrier=barrier, spread=_spread(found.downs, members), members=tuple(members),
+            barrier=barrier, spread=_spread(_near_downs(found, grouped, members)),
+            members=tuple(members),
             orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
         )
         for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
                 face, rotation) in enumerate(rows)
     )
+
+
+def _near_downs(found: Equilibria, grouped: Clusters, members: list[int]) -> Array:
+    """Directions of the members that the part rests on in the pose."""
+    return found.downs[[member for member in members if grouped.near[member]]]
 
 
 def _members(grouped: Clusters) -> list[list[int]]:
@@ -200,25 +207,34 @@ def _members(grouped: Clusters) -> list[list[int]]:
 
 
 def _margins(found: Equilibria, grouped: Clusters) -> Array:
-    """Smallest tilt over a side of a member that leads to a face outside the pose."""
+    """Smallest tilt (P,) over a side of a member that leads to a face outside the pose.
+
+    From a shelf the part slips into its pose: the tilt to one of its sides is told from the
+    nearest face that the part rests on.
+    """
     arrays = found.body.arrays
     pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
     pose_of_face[found.faces] = grouped.pose
-    margins = np.full(grouped.node.shape[0], np.pi / 2.0)
+    on_shelf = np.zeros(found.body.faces, dtype=np.bool_)
+    on_shelf[found.faces] = ~grouped.near
+    margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
     sides = ways_out(arrays, found.arrays.basin, pose_of_face)
     faces = arrays.face[sides]
     tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
+    for i in np.flatnonzero(on_shelf[faces]).tolist():
+        rests = found.downs[grouped.near & (grouped.pose == pose_of_face[faces[i]])]
+        tilts[i] = 2.0 * math.asin(min(1.0, 0.5 * float(lengths(
+            rests - foot_direction(found.body, int(sides[i]))).min())))
     np.minimum.at(margins, pose_of_face[faces], tilts)
     return margins
 
 
-def _spread(downs: Array, members: list[int]) -> float:
-    """Largest angle between two of the members' directions, radians."""
-    if len(members) == 1:
+def _spread(downs: Array) -> float:
+    """Largest angle between two directions, radians."""
+    if len(downs) == 1:
         return 0.0
-    chosen = downs[members]
     # The direction farthest from another one is the nearest to its opposite.
-    gap, partner = cKDTree(chosen).query(-chosen)
+    gap, partner = cKDTree(downs).query(-downs)
     first = int(np.argmin(gap))
-    chord = float(np.linalg.norm(chosen[first] - chosen[partner[first]]))
+    chord = float(np.linalg.norm(downs[first] - downs[partner[first]]))
     return 2.0 * math.asin(min(1.0, 0.5 * chord))

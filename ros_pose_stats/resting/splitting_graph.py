@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .convex_body import foot_direction
 from .poses import RestingPoses
 
 Array = NDArray[np.float64]
@@ -21,6 +22,9 @@ SAME_LEVEL = 1e-6
 @dataclass(frozen=True)
 class SplittingNode:
     """A connected component of the reachable set.
+
+    A shelf that belongs to a pose may part from the others before the pose does: then both parts
+    hold that pose.
 
     Attributes
     ----------
@@ -90,17 +94,17 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     tree = found.arrays.tree
     leaves = found.order.shape[0]
     areas, probability = resting.passage_R if function == "R" else resting.passage_r
-    pose_of = {int(node): i for i, node in enumerate(grouped.node)}
     built: dict[int, SplittingNode] = {
-        node: SplittingNode((pose,), float(probability[node])) for node, pose in pose_of.items()}
+        node: SplittingNode((pose,), float(probability[node]))
+        for node, pose in zip(grouped.node.tolist(), grouped.node_pose.tolist(), strict=True)}
     for j in np.flatnonzero(grouped.split).tolist():
         parts = tuple(built.pop(int(child)) for child in tree.child[j])
         both = float(areas[j].sum())
         shares = tuple(float(a) / both if both > 0.0 else 0.5 for a in areas[j])
         built[leaves + j] = SplittingNode(
-            tuple(sorted(parts[0].poses + parts[1].poses)), float(probability[leaves + j]),
-            float(tree.level[j]) * resting.body.radius, _foot(resting, int(tree.side[j])),
-            parts, tuple(float(a) for a in areas[j]), shares)
+            tuple(sorted({*parts[0].poses, *parts[1].poses})), float(probability[leaves + j]),
+            float(tree.level[j]) * resting.body.radius,
+            foot_direction(resting.body, int(tree.side[j])), parts, tuple(float(a) for a in areas[j]), shares)
     (root,) = built.values()
     return root
 
@@ -114,7 +118,9 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
     node = root
     while node.level is not None and pose in node.poses:
         level = node.level
-        node = next(part for part in node.parts if pose in part.poses)
+        # Of two parts with the pose, the one that is no mere shelf of it.
+        node = max((part for part in node.parts if pose in part.poses),
+                   key=lambda part: (len(part.poses), part.probability))
         if found and found[-1][0] - level < SAME_LEVEL * level:
             found[-1] = found[-1][0], node.poses
         else:
@@ -130,14 +136,3 @@ def poses_within(levels: Sequence[tuple[float, tuple[int, ...]]], energy: float,
         if energy < level:
             reached = poses
     return reached
-
-
-def _foot(resting: RestingPoses, side: int) -> Array:
-    """Direction of the point of an edge that is nearest to the centre of mass."""
-    body = resting.body
-    first = body.points[body.arrays.corner[side]]
-    last = body.points[body.arrays.corner[body.arrays.twin[side]]]
-    along = (last - first) / np.linalg.norm(last - first)
-    length = float(np.linalg.norm(last - first))
-    foot = first + np.clip(-(first @ along), 0.0, length) * along
-    return np.asarray(foot / np.linalg.norm(foot))

@@ -44,7 +44,7 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
     part : Part
     found : Equilibria
     pose : (S,) array
-        Pose of each stable face.
+        Pose of each stable face, -1 for one that no pose rests on.
 
     Returns
     -------
@@ -71,7 +71,8 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
                 return _renumber(group)
             if trial.holds(rotation):
                 gap, image = trees.query(found.downs @ rotation.T)
-                for a, b in zip(pose[gap < SYMMETRY], pose[image[gap < SYMMETRY]], strict=True):
+                carried = (gap < SYMMETRY) & (pose >= 0) & (pose[image] >= 0)
+                for a, b in zip(pose[carried], pose[image[carried]], strict=True):
                     group[group == max(group[a], group[b])] = min(group[a], group[b])
                 break
     return _renumber(group)
@@ -103,8 +104,10 @@ def _shared(kind: Index, pose: Index) -> Index:
     """Stable faces whose kind has members in two poses at least."""
     if int(kind.max()) + 1 == kind.shape[0]:
         return np.empty(0, dtype=np.int64)
-    pairs = np.unique(np.column_stack([kind, pose]), axis=0)
-    return np.flatnonzero((np.bincount(pairs[:, 0]) > 1)[kind])
+    rests = pose >= 0
+    pairs = np.unique(np.column_stack([kind, pose])[rests], axis=0)
+    several = np.bincount(pairs[:, 0], minlength=int(kind.max()) + 1) > 1
+    return np.flatnonzero(several[kind] & rests)
 
 
 def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:

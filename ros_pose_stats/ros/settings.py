@@ -79,8 +79,9 @@ class Settings:
         2**30, "Most bytes that known parts take, all together; the least recently used is "
         "forgotten.", 1, MOST)
     cluster_tolerance: float = _parameter(
-        DEFAULT_CLUSTER_TOLERANCE, "Two poses merge where the saddle between them is less than "
-        "this above both, as a fraction of the part's radius; 0: none.", 0.0, BELOW_ONE)
+        DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a share of "
+        "its height there; what is shallower belongs to the pose next to it; 0: none.",
+        0.0, BELOW_ONE)
     log_directory: str = _parameter(
         "", "Where bags are recorded; empty: ~/.ros/pose_stats.", fixed=True)
     max_bag_bytes: int = _parameter(

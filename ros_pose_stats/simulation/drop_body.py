@@ -77,10 +77,8 @@ def _prepare(part: Part, cluster_tolerance: float) -> PreparedBody:
     order, ball, ball_range = ball_tree(points)
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
-    found, grouped = resting.equilibria, resting.clusters
-    way_out = grouped.barrier + found.heights[grouped.lowest]
     arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
-                      *_neighbours(points), *_sides(resting, corner), way_out,
+                      *_neighbours(points), *_sides(resting, corner), resting.clusters.way_out,
                       min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 

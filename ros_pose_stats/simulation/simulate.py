@@ -66,7 +66,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     background : bool
         Whether workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
-        Poses merge below this barrier, as a fraction of the radius; 0 merges nothing.
+        Least rise out of a pose as a share of its height there; 0 merges nothing.
     judge : Judge, optional
         Gives the expected error in place of the counts, and the drops before the first check.
 

@@ -178,7 +178,7 @@ class Plate:
         self.nearness = body.arrays.normal @ self.axes / body.arrays.distance[:, None]
         stable = found.rank[found.arrays.basin]
         self.pose = groups.pose[stable]
-        self.decided = (found.heights[groups.lowest] + groups.barrier)[self.pose]
+        self.decided = groups.way_out[self.pose]
         self.rested = np.minimum(self.decided, found.heights[stable] + AT_REST)
         numbers = (" ".join(map(repr, values.ravel().tolist()))
                    for values in (self.points, self.moment))

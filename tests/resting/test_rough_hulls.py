@@ -70,14 +70,6 @@ def test_rough_box_keeps_its_poses_as_clusters(roughness):
     assert found == pytest.approx(expected, abs=100.0 * roughness)
 
 
-def test_shallow_pose_does_not_join_a_deep_one():
-    # Standing on its rim a thin plate needs a rise of 0.0013 radii to fall flat, but 0.5 from
-    # flat to rim: the saddle is near one of the two only.
-    plate = part_from_mesh(*box(1.0, 1.0, 0.05))
-    assert len(estimate(plate).poses) == 6
-    assert all(len(pose.members) == 1 for pose in estimate(plate).poses)
-
-
 def test_a_part_is_let_go():
     part = part_from_mesh(*box(1.0, 2.0, 3.0))
     estimate_all(part)

@@ -47,14 +47,14 @@ class TestTree:
         for node in root.walk():
             if node.parts:
                 first, second = node.parts
-                assert sorted(first.poses + second.poses) == list(node.poses)
+                assert sorted({*first.poses, *second.poses}) == list(node.poses)
             else:
                 leaves += node.poses
                 assert len(node.poses) == 1
                 assert node.level is None
                 assert node.saddle is None
                 assert node.angles == node.transitions == ()
-        assert sorted(leaves) == list(range(len(resting.poses)))
+        assert sorted(set(leaves)) == list(range(len(resting.poses)))
 
     def test_levels_fall_on_the_way_down(self, part, tolerance, function):
         resting, root = self.graph(part, tolerance, function)
@@ -68,11 +68,16 @@ class TestTree:
 
     def test_a_pose_leaves_over_its_nodes_level(self, part, tolerance, function):
         resting, root = self.graph(part, tolerance, function)
+        leaves = [node.poses[0] for node in root.walk() if not node.parts]
         for node in root.walk():
             for below in node.parts:
                 if not below.parts:
                     pose = resting.poses[below.poses[0]]
-                    assert pose.height + pose.barrier == pytest.approx(node.level, rel=1e-12)
+                    way_out = pose.height + pose.barrier
+                    if leaves.count(pose.index) == 1:
+                        assert way_out == pytest.approx(node.level, rel=1e-12)
+                    else:  # the node may be a shelf, which parts from its pose and others higher up
+                        assert way_out <= node.level * (1.0 + 1e-12)
 
     def test_transitions_are_eq_8(self, part, tolerance, function):
         _, root = self.graph(part, tolerance, function)
@@ -90,13 +95,16 @@ class TestTree:
     def test_products_down_the_tree_are_the_estimate(self, part, tolerance, function):
         _, root = self.graph(part, tolerance, function)
         found = estimate(part, "eae" if function == "R" else "meae", cluster_tolerance=tolerance)
+        total = dict.fromkeys(root.poses, 0.0)
+        waiting = [(root, 1.0)]
+        while waiting:
+            node, product = waiting.pop()
+            waiting += [(below, product * share)
+                        for below, share in zip(node.parts, node.transitions, strict=True)]
+            if not node.parts:
+                total[node.poses[0]] += product
         for pose in found.poses:
-            product, node = 1.0, root
-            while node.parts:
-                side = pose.index in node.parts[1].poses
-                product *= node.transitions[side]
-                node = node.parts[side]
-            assert product == pytest.approx(pose.probability, abs=1e-13)
+            assert total[pose.index] == pytest.approx(pose.probability, abs=1e-13)
 
     def test_saddles_are_equilibria_at_the_levels(self, part, tolerance, function):
         resting, root = self.graph(part, tolerance, function)
@@ -117,7 +125,9 @@ class TestTree:
         resting, root = self.graph(part, tolerance, function)
         nodes = list(root.walk())
         assert nodes[0] is root
-        assert len({id(node) for node in nodes}) == len(nodes) == 2 * len(resting.poses) - 1
+        leaves = sum(not node.parts for node in nodes)
+        assert len({id(node) for node in nodes}) == len(nodes) == 2 * leaves - 1
+        assert leaves >= len(resting.poses)
         place = {id(node): k for k, node in enumerate(nodes)}
         for node in nodes:
             for below in node.parts:

@@ -1,4 +1,4 @@
-"""The splitting graph's skeleton: where the basins of stable faces join, and which are one pose.
+"""The splitting graph's skeleton: where the basins of stable faces join.
 
 Sides between two basins are sorted by their distance from the centre of mass and joined
 by Kruskal's rule. The saddles of r and of R are the same points with the same values, so
@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tolerances import SAME_LEVEL
-from ..array_types import Array, Array1, Fixed1, Flags, Index, Index1, Index2
+from ..array_types import Array, Array1, Index, Index1, Index2
 from ..body.convex_body import BodyArrays
 from ..body.descent import side_level
-from ..compilation import entry_kernel, inlined, kernel
+from ..compilation import inlined, kernel
 from ..mesh.components import root
 from ..sorting import stable_order
 
@@ -42,7 +42,7 @@ def faces_of(tree: MergeTree, node: int) -> tuple[int, int]:
 def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
     """Join basins bottom-up; the result does not depend on how ties are ordered."""
     leaves = stable.shape[0]
-    sides, levels = _borders(body, basin)
+    sides, levels = borders(body, basin)
     child = np.full((max(leaves - 1, 0), 2), -1, np.int64)
     level = np.zeros(max(leaves - 1, 0))
     where = np.full(max(leaves - 1, 0), -1, np.int64)
@@ -96,7 +96,8 @@ def _shallow_first(body: BodyArrays, basin: Index, sides: Index, levels: Array, 
 
 
 @kernel
-def _borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+def borders(body: BodyArrays, basin: Index) -> tuple[Index, Array]:
+    """Polygon sides between two basins, each edge once, and their levels."""
     face, twin = body.face, body.twin
     count = 0
     for k in range(twin.shape[0]):
@@ -149,50 +150,3 @@ def _gather_faces(basin: Index, leaf_order: Index) -> tuple[Index, Index]:
         order[free[i]] = f
         free[i] += 1
     return order, begin
-
-
-@entry_kernel
-def merge_regions(tree: MergeTree, height: Fixed1,
-                  tolerance: float) -> tuple[Index, Index, Index, Flags]:
-    """Gather leaves wherever the join lies less than the tolerance above the lowest of both.
-
-    Parameters
-    ----------
-    tree : MergeTree
-    height : (S,) array
-        Of the leaves.
-    tolerance : float
-        In the unit of heights and levels; 0 gathers nothing.
-
-    Returns
-    -------
-    node : (P,) array of int
-        Largest nodes of the tree whose leaves are gathered.
-    above : (P,) array of int
-        Join over each of them; -1 over the root.
-    owner : (S,) array of int
-        Position in `node` of the one that holds each leaf.
-    split : (S - 1,) array of bool
-        Joins that gather nothing.
-    """
-    leaves = height.shape[0]
-    bottom = np.empty(2 * leaves - 1)
-    bottom[:leaves] = height
-    merged = np.ones(2 * leaves - 1, np.bool_)
-    parent = np.full(2 * leaves - 1, -1)
-    for j in range(leaves - 1):
-        a, b, both = tree.child[j, 0], tree.child[j, 1], leaves + j
-        parent[a] = parent[b] = j
-        bottom[both] = min(bottom[a], bottom[b])
-        shallow = tree.level[j] - bottom[both] < tolerance
-        merged[both] = tolerance > 0.0 and shallow and merged[a] and merged[b]
-    owner = np.empty(leaves, np.int64)
-    node, above = np.empty(leaves, np.int64), np.empty(leaves, np.int64)
-    count = 0
-    for k in range(2 * leaves - 1):
-        if not merged[k] or (parent[k] >= 0 and merged[leaves + parent[k]]):
-            continue
-        owner[tree.leaf_order[tree.leaf_range[k, 0]:tree.leaf_range[k, 1]]] = count
-        node[count], above[count] = k, parent[k]
-        count += 1
-    return node[:count], above[:count], owner, ~merged[leaves:]
