@@ -104,7 +104,8 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
         built[leaves + j] = SplittingNode(
             tuple(sorted({*parts[0].poses, *parts[1].poses})), float(probability[leaves + j]),
             float(tree.level[j]) * resting.body.radius,
-            foot_direction(resting.body, int(tree.side[j])), parts, tuple(float(a) for a in areas[j]), shares)
+            foot_direction(resting.body, int(tree.side[j])), parts,
+            tuple(float(a) for a in areas[j]), shares)
     (root,) = built.values()
     return root
 

@@ -76,7 +76,7 @@ class TestTree:
                     way_out = pose.height + pose.barrier
                     if leaves.count(pose.index) == 1:
                         assert way_out == pytest.approx(node.level, rel=1e-12)
-                    else:  # the node may be a shelf, which parts from its pose and others higher up
+                    else:  # a shelf, maybe, which parts higher up
                         assert way_out <= node.level * (1.0 + 1e-12)
 
     def test_transitions_are_eq_8(self, part, tolerance, function):
