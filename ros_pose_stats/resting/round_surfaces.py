@@ -1,0 +1,295 @@
+"""The round surfaces of a part, seen as runs: circular chains of corners of its convex hull.
+
+A turned part and a gear have the same runs. They are told apart by what lies under the edges of
+a run: the surface of the mesh, or the gap from one tooth to the next. Runs about one axis belong
+together, for the facets between them are those of one cylinder, cone or toothed rim.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.body.convex_body import BodyArrays
+from ..kernels.body.runs import AXIS, CENTER, DEVIATION, RADIUS, circular_runs, edges_on_surface
+from ..kernels.principal_axes import principal_axes
+from ..mesh.hull import hull_of_part
+from ..mesh.vectors import lengths, scatter
+from ..mesh.welding import weld
+from ..records import Part
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Kind = Literal["round", "toothed"]
+
+DEFAULT_ROUND_SIDES: Final = 192
+"""Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
+
+ROUND_SHARE: Final = 0.75
+"""Share of a run that is surface of the mesh from which on it is round, and not toothed."""
+
+LONG_EDGE: Final = 2.2
+"""An edge that is this much longer than most of its run is a flat, and stays."""
+
+COAXIAL: Final = 5e-6
+"""Corners this close to where a common axis puts them have that axis, in radii."""
+
+FEWEST_DECIMALS: Final = 12
+"""Different coordinates that must end at the same digit for it to be the last one printed."""
+
+_POWERS: Final = (1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A circular chain of edges of a convex hull, in radii about the centre of mass.
+
+    Attributes
+    ----------
+    center, axis : (3,) arrays
+        Of its circle; the run goes round the unit vector `axis` counter-clockwise.
+    radius : float
+    kind : 'round' or 'toothed'
+        Whether its edges are surface of the part, or mostly bridge gaps.
+    full : bool
+        Whether it is once around; else it is an arc.
+    corners : int
+        As the file has them.
+    sides : int
+        Sides a turn that it was reshaped to; 0 where it stands as in the file.
+    group : int
+        Equal for runs about one axis.
+    """
+
+    center: Array
+    axis: Array
+    radius: float
+    kind: Kind
+    full: bool
+    corners: int
+    sides: int
+    group: int
+
+
+@dataclass(eq=False)
+class Rim:
+    """A run while it is worked on.
+
+    Attributes
+    ----------
+    side : (E,) array
+        Polygon side of the body along each edge.
+    corner : (E,) or, where it is open, (E + 1,) array
+        Points of the body.
+    closed : bool
+    center, axis : (3,) arrays
+    radius, deviation : float
+        The latter the largest distance of a corner from the circle.
+    chord : (E,) array
+        Lengths of the edges.
+    stays : (E,) array of bool
+        Edges over a gap, or along a flat: nothing is put between their ends.
+    kind : 'round' or 'toothed'
+    group : int
+    """
+
+    side: Index
+    corner: Index
+    closed: bool
+    center: Array
+    axis: Array
+    radius: float
+    deviation: float
+    chord: Array
+    stays: Flags
+    kind: Kind
+    group: int = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Rims about one axis, with a frame: the rows of `frame` are x, y and the axis."""
+
+    center: Array
+    frame: Array
+    rims: tuple[Rim, ...]
+
+
+def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
+                sides: int) -> list[Group]:
+    """Runs of a part's hull, by their axes.
+
+    Parameters
+    ----------
+    part : Part
+    points : (H, 3) array
+        Its hull points, relative to the centre of mass, in radii.
+    arrays : BodyArrays
+        Their polyhedron.
+    scale : float
+        Metres a radius.
+    rounding : float
+        By which coordinates may be off, in radii.
+    sides : int
+        Sides a turn that runs are to have.
+    """
+    runs = circular_runs(points, arrays, rounding)
+    count = len(runs.closed)
+    if count == 0:
+        return []
+    ends = np.stack([arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1)
+    chord = lengths(points[ends[:, 1]] - points[ends[:, 0]])
+    surface = _on_surface(part, ends, scale * (1e-6 + 4.0 * rounding))
+    rims = []
+    for k in range(count):
+        edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
+        closed = bool(runs.closed[k])
+        corner = ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
+        circle, on, long = runs.circle[k], surface[edges], chord[edges]
+        kind: Kind = "round" if long[on].sum() >= ROUND_SHARE * long.sum() else "toothed"
+        rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
+                        circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
+                        long, _staying(long, on, float(circle[RADIUS]), sides), kind))
+    return _by_axis(points, _without_meridians(rims, len(points)), rounding)
+
+
+def rounding_of(part: Part, corners: Array) -> float:
+    """By how much coordinates may be off, metres: as they were stored, or printed with few digits.
+
+    Parameters
+    ----------
+    part : Part
+    corners : (n, 3) array
+        Some of its vertices, metres.
+    """
+    values = np.abs(corners).ravel()
+    largest = float(values.max())
+    values = np.unique(values[values > 0.1 * largest])
+    if len(values) < FEWEST_DECIMALS:
+        return part.rounding
+    for power in _POWERS:
+        # Four digits are a designer's, not a printer's; with nine nothing is lost.
+        if not 1e4 <= largest * power <= 1e8:
+            continue
+        ticks = values * power
+        slack = max(1e-5, 2.0 * part.rounding * power)
+        if slack < 0.05 and np.abs(ticks - np.rint(ticks)).max() <= slack:
+            return max(part.rounding, 0.5 / power)
+    return part.rounding
+
+
+def _on_surface(part: Part, ends: Index, tolerance: float) -> Flags:
+    """Whether edges of the hull (E, 2) lie on the surface of the mesh."""
+    triangles = part.surface_triangles
+    if any(one.startswith("OPEN_MESH") for one in part.warnings):
+        # The hull stands in for the surface there, and it has no gaps.
+        triangles = weld(part.vertices, part.triangles.astype(np.int64))[1]
+    vertex = hull_of_part(part).qhull.vertices[ends]
+    flat = vertex.ravel()
+    first = np.zeros(len(part.surface_vertices) + 1, dtype=np.int64)
+    np.cumsum(np.bincount(flat, minlength=len(first) - 1), out=first[1:])
+    found = edges_on_surface(part.surface_vertices, triangles, vertex, first,
+                             np.argsort(flat, kind="stable"), tolerance)
+    return np.asarray(found == 2)
+
+
+def _staying(chord: Array, surface: Flags, radius: float, sides: int) -> Flags:
+    """Edges of a run that bridge a gap, or are too long for a facet of their run."""
+    usual = float(np.median(chord[surface])) if surface.any() else 0.0
+    flat = max(LONG_EDGE * usual, 4.0 * np.pi / sides * radius)
+    return np.asarray(~surface | (chord > flat))
+
+
+def _without_meridians(rims: list[Rim], count: int) -> list[Rim]:
+    """Leave out arcs whose corners lie on full rims: a dome is divided along its parallels."""
+    on_full = np.zeros(count, dtype=np.bool_)
+    for rim in rims:
+        if rim.closed:
+            on_full[rim.corner] = True
+    return [rim for rim in rims if rim.closed or on_full[rim.corner].mean() < ROUND_SHARE]
+
+
+def _by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group]:
+    """Gather rims about one axis, the longest first."""
+    reach = np.array([rim.radius * len(rim.side) for rim in rims])
+    gathered: list[list[Rim]] = []
+    for k in np.argsort(-reach, kind="stable").tolist():
+        for group in gathered:
+            if _is_coaxial(points, rims[k], group[0], rounding):
+                group.append(rims[k])
+                break
+        else:
+            gathered.append([rims[k]])
+    groups = []
+    for number, group in enumerate(gathered):
+        for rim in group:
+            rim.group = number
+        groups.append(_with_frame(points, group))
+    return groups
+
+
+def _is_coaxial(points: Array, rim: Rim, other: Rim, rounding: float) -> bool:
+    tilt = _length(_cross(rim.axis, other.axis))
+    if tilt * max(rim.radius, 1e-3) > 1e-2:
+        return False
+    away = rim.center - other.center
+    offset = _length(away - _dot(away, other.axis) * other.axis)
+    slack = (4.0 * rounding + rim.deviation) * _looseness(points, rim)
+    slack += (4.0 * rounding + other.deviation) * _looseness(points, other)
+    return max(tilt * rim.radius, offset) <= COAXIAL + slack
+
+
+def _looseness(points: Array, rim: Rim) -> float:
+    """How far errors of the corners reach: the radius over the height of the arc."""
+    if rim.closed:
+        return 1.0
+    half = 0.5 * _length(points[rim.corner[-1]] - points[rim.corner[0]])
+    if rim.chord.sum() > np.pi * rim.radius:
+        return 1.0
+    inside = max(rim.radius * rim.radius - half * half, 0.0)
+    return rim.radius / max(rim.radius - float(np.sqrt(inside)), 1e-3 * rim.radius)
+
+
+def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
+    """Common axis: least squares of the corners' heights in their rims, and of the centres.
+
+    It is that of the smallest moment of what the rims spread along it and the centres across it.
+    """
+    first = rims[0]
+    axis, center = first.axis, first.center
+    if len(rims) > 1:
+        weight = np.array([float(len(rim.corner)) for rim in rims])
+        centers = np.array([rim.center for rim in rims])
+        center = (weight[:, None] * centers).sum(axis=0) / weight.sum()
+        tensor = np.zeros((3, 3))
+        for rim, number in zip(rims, weight.tolist(), strict=True):
+            away = rim.center - center
+            outer = away[:, None] * away
+            tensor += number * (scatter(points[rim.corner]) - outer)
+            tensor += number * (outer[0, 0] + outer[1, 1] + outer[2, 2]) * np.eye(3)
+        axis = principal_axes(tensor)[1][:, 0]
+    if axis[int(np.abs(axis).argmax())] < 0.0:
+        axis = -axis
+    across = np.zeros(3)
+    across[int(np.abs(axis).argmin())] = 1.0
+    x_axis = across - _dot(across, axis) * axis
+    x_axis = x_axis / _length(x_axis)
+    return Group(center, np.stack([x_axis, _cross(axis, x_axis), axis]), tuple(rims))
+
+
+def _dot(a: Array, b: Array) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                     a[0] * b[1] - a[1] * b[0]])
+
+
+def _length(a: Array) -> float:
+    return float(np.sqrt(_dot(a, a)))
