@@ -8,7 +8,7 @@ together, for the facets between them are those of one cylinder, cone or toothed
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
@@ -32,6 +32,9 @@ DEFAULT_ROUND_SIDES: Final = 192
 
 ROUND_SHARE: Final = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
+
+SEAM: Final = 2e-4
+"""Corners this close to a circle that is open at a seam only are on it, in its radii."""
 
 LONG_EDGE: Final = 2.2
 """An edge that is this much longer than most of its run is a flat, and stays."""
@@ -95,6 +98,8 @@ class Rim:
     stays : (E,) array of bool
         Edges over a gap, or along a flat: nothing is put between their ends.
     kind : 'round' or 'toothed'
+    absorbed : (k,) array
+        Other corners on the circle, at a seam where the file's circle does not quite close.
     group : int
     """
 
@@ -108,6 +113,7 @@ class Rim:
     chord: Array
     stays: Flags
     kind: Kind
+    absorbed: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     group: int = -1
 
 
@@ -155,6 +161,9 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
                         circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
                         long, _staying(long, on, float(circle[RADIUS]), sides), kind))
+    for rim in rims:
+        if not rim.closed:
+            _close_seam(points, arrays, rim, rounding)
     return _by_axis(points, _without_meridians(rims, len(points)), rounding)
 
 
@@ -203,6 +212,29 @@ def _staying(chord: Array, surface: Flags, radius: float, sides: int) -> Flags:
     usual = float(np.median(chord[surface])) if surface.any() else 0.0
     flat = max(LONG_EDGE * usual, 4.0 * np.pi / sides * radius)
     return np.asarray(~surface | (chord > flat))
+
+
+def _close_seam(points: Array, arrays: BodyArrays, rim: Rim, rounding: float) -> None:
+    """Close a run that ends beside its beginning, in place; take in the corners between."""
+    step = _length(points[rim.corner[-1]] - points[rim.corner[0]])
+    seam = 10.0 * SEAM * rim.radius
+    around = 2.0 * np.pi * rim.radius
+    if (rim.kind != "round" or rim.chord.sum() + step < 0.98 * around
+            or step > max(LONG_EDGE * float(np.median(rim.chord)), seam)):
+        return
+    if step <= seam:
+        rim.absorbed, rim.corner = rim.corner[-1:], rim.corner[:-1]
+    else:
+        rim.chord, rim.stays = np.append(rim.chord, step), np.append(rim.stays, False)
+    rim.closed = True
+    away = points - rim.center
+    above = (away * rim.axis).sum(axis=1)
+    off = lengths(away - above[:, None] * rim.axis) - rim.radius
+    near = np.zeros(len(points), dtype=np.bool_)
+    near[arrays.corner] = True
+    near &= np.sqrt(above * above + off * off) <= SEAM * rim.radius + 4.0 * rounding
+    near[rim.corner] = False
+    rim.absorbed = np.union1d(rim.absorbed, np.flatnonzero(near))
 
 
 def _without_meridians(rims: list[Rim], count: int) -> list[Rim]:
