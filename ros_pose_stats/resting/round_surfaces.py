@@ -15,7 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
-from ..kernels.body.runs import AXIS, CENTER, DEVIATION, RADIUS, circular_runs, edges_on_surface
+from ..kernels.body.runs import (
+    AXIS,
+    CENTER,
+    DEVIATION,
+    RADIUS,
+    Runs,
+    circular_runs,
+    edges_on_surface,
+)
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of_part
 from ..mesh.vectors import lengths, scatter
@@ -145,14 +153,13 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         Sides a turn that runs are to have.
     """
     runs = circular_runs(points, arrays, rounding)
-    count = len(runs.closed)
-    if count == 0:
+    if len(runs.closed) == 0:
         return []
     ends = np.stack([arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1)
     chord = lengths(points[ends[:, 1]] - points[ends[:, 0]])
     surface = _on_surface(part, ends, scale * (1e-6 + 4.0 * rounding))
     rims = []
-    for k in range(count):
+    for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
         edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
         closed = bool(runs.closed[k])
         corner = ends[edges, 0] if closed else np.append(ends[edges, 0], ends[edges, 1][-1])
@@ -164,7 +171,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
     for rim in rims:
         if not rim.closed:
             _close_seam(points, arrays, rim, rounding)
-    return _by_axis(points, _without_meridians(rims, len(points)), rounding)
+    return _by_axis(points, rims, rounding)
 
 
 def rounding_of(part: Part, corners: Array) -> float:
@@ -237,43 +244,47 @@ def _close_seam(points: Array, arrays: BodyArrays, rim: Rim, rounding: float) ->
     rim.absorbed = np.union1d(rim.absorbed, np.flatnonzero(near))
 
 
-def _without_meridians(rims: list[Rim], count: int) -> list[Rim]:
-    """Leave out arcs whose corners lie on full rims: a dome is divided along its parallels."""
-    on_full = np.zeros(count, dtype=np.bool_)
-    for rim in rims:
-        if rim.closed:
-            on_full[rim.corner] = True
-    return [rim for rim in rims if rim.closed or on_full[rim.corner].mean() < ROUND_SHARE]
+def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
+    """Arcs (Q,) that cross other runs at most of their corners, as the meridians of a dome.
+
+    A ball or the corner of a filleted box is divided both ways, and rolls along neither.
+    """
+    uses = np.bincount(ends[:, 0], minlength=count)
+    last = ends[runs.start[1:] - 1, 1]
+    uses += np.bincount(last[runs.closed == 0], minlength=count)
+    crossed = np.add.reduceat((uses[ends[:, 0]] > 1).astype(np.int64), runs.start[:-1])
+    crossed += uses[last] > 1
+    return np.asarray((runs.closed == 0)
+                      & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1)))
 
 
 def _by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group]:
     """Gather rims about one axis, the longest first."""
+    if not rims:
+        return []
     reach = np.array([rim.radius * len(rim.side) for rim in rims])
-    gathered: list[list[Rim]] = []
-    for k in np.argsort(-reach, kind="stable").tolist():
-        for group in gathered:
-            if _is_coaxial(points, rims[k], group[0], rounding):
-                group.append(rims[k])
-                break
-        else:
-            gathered.append([rims[k]])
+    rims = [rims[k] for k in np.argsort(-reach, kind="stable").tolist()]
+    axis, center = np.array([rim.axis for rim in rims]), np.array([rim.center for rim in rims])
+    radius = np.array([rim.radius for rim in rims])
+    slack = np.array([(4.0 * rounding + rim.deviation) * _looseness(points, rim)
+                      for rim in rims])
+    waiting = np.ones(len(rims), dtype=np.bool_)
     groups = []
-    for number, group in enumerate(gathered):
-        for rim in group:
-            rim.group = number
-        groups.append(_with_frame(points, group))
+    for k, first in enumerate(rims):
+        if not waiting[k]:
+            continue
+        tilt = lengths(np.cross(axis, first.axis)) * radius
+        away = center - first.center
+        along = (away * first.axis).sum(axis=1)
+        offset = lengths(away - along[:, None] * first.axis)
+        mine = waiting & (np.maximum(tilt, offset) <= COAXIAL + slack + slack[k])
+        mine[k] = True
+        waiting &= ~mine
+        chosen = [rims[j] for j in np.flatnonzero(mine).tolist()]
+        for rim in chosen:
+            rim.group = len(groups)
+        groups.append(_with_frame(points, chosen))
     return groups
-
-
-def _is_coaxial(points: Array, rim: Rim, other: Rim, rounding: float) -> bool:
-    tilt = _length(_cross(rim.axis, other.axis))
-    if tilt * max(rim.radius, 1e-3) > 1e-2:
-        return False
-    away = rim.center - other.center
-    offset = _length(away - _dot(away, other.axis) * other.axis)
-    slack = (4.0 * rounding + rim.deviation) * _looseness(points, rim)
-    slack += (4.0 * rounding + other.deviation) * _looseness(points, other)
-    return max(tilt * rim.radius, offset) <= COAXIAL + slack
 
 
 def _looseness(points: Array, rim: Rim) -> float:

@@ -43,10 +43,12 @@ def thin_out(outline: Outline, arrays: BodyArrays, sides: int) -> None:
         return
     others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
     first, beside = _neighbours(arrays, len(outline.points))
-    # Rows of the grid are the axes; only the points themselves are asked for them.
     axes = np.ascontiguousarray(principal_axes(scatter(outline.points[arrays.corner]))[1].T)
     for fewer in range(1, sides // COARSEST + 1):
-        chosen = outermost_corners(outline.points, first, beside, axes, sides // fewer, TIE)
+        # Over a rim about the poles there are the fewest directions; a prism has its axis there.
+        found = [outermost_corners(outline.points, first, beside, np.roll(axes, turn, axis=0),
+                                   sides // fewer, TIE) for turn in range(3)]
+        chosen = min(found, key=lambda one: int((one & free).sum()))
         if (chosen & free).sum() + others <= ENOUGH:
             break
     outline.changed |= bool((free & ~chosen).any())
