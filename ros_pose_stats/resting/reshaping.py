@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.runs import angles_about
 from ..kernels.elementary import sines_cosines
-from .round_surfaces import ROUND_SHARE, Group, Rim, Run
+from .round_surfaces import Group, Rim, Run
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -34,9 +34,6 @@ FEWEST_FREE: Final = 1600
 
 SAME_ANGLE: Final = 0.1
 """Angles this close, in sides, are one in the list of a group."""
-
-ON_AXIS: Final = 1e-5
-"""A corner this close to an axis, in radii, is the tip of a cone about it."""
 
 
 @dataclass(eq=False)
@@ -135,7 +132,7 @@ def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: i
     for group in groups:
         mine: list[tuple[Rim, bool]] = []
         for rim in group.rims:
-            refine = rim.kind == "round" and _is_refined(points, arrays, group, rim)
+            refine = rim.kind == "round" and _is_refined(group, rim)
             if rim.kind == "toothed":
                 outline.chains.append(Chain(rim, rim.corner, rim.closed))
             elif rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1:
@@ -152,38 +149,14 @@ def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: i
     return outline
 
 
-def _is_refined(points: Array, arrays: BodyArrays, group: Group, rim: Rim) -> bool:
+def _is_refined(group: Group, rim: Rim) -> bool:
     """Whether the part may roll on a rim, so that it has to be as fine as all others.
 
-    Its axis passes the centre of mass within its radius, and what lies beside it is a flat end
-    or turned about the same axis: else it is one of the circles on a sphere, or a fillet.
+    Its axis passes the centre of mass within its radius; else it is a fillet.
     """
     axis = group.frame[2]
     away = group.center - (group.center * axis).sum() * axis
-    if (away * away).sum() >= rim.radius * rim.radius:
-        return False
-    turned = np.zeros(len(points), dtype=np.bool_)
-    for one in group.rims:
-        turned[one.corner] = True
-    for side in (rim.side, arrays.twin[rim.side]):
-        beside = arrays.face[side]
-        if np.unique(beside, return_counts=True)[1].max() >= ROUND_SHARE * len(beside):
-            return True
-        fitting = 0
-        for face in beside.tolist():
-            loop = arrays.corner[arrays.face_start[face]:arrays.face_start[face + 1]]
-            off = loop[~turned[loop]]
-            fitting += len(off) == 0 or bool((_off_axis(points[off], group) < ON_AXIS).all())
-        if fitting >= ROUND_SHARE * len(beside):
-            return True
-    return False
-
-
-def _off_axis(points: Array, group: Group) -> Array:
-    """Distance of points from the axis of a group."""
-    away = points - group.center
-    x, y = (away * group.frame[0]).sum(axis=1), (away * group.frame[1]).sum(axis=1)
-    return np.asarray(np.sqrt(x * x + y * y))
+    return bool((away * away).sum() < rim.radius * rim.radius)
 
 
 def _height(points: Array, group: Group, rim: Rim) -> float:

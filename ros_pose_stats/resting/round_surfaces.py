@@ -42,10 +42,16 @@ ROUND_SHARE: Final = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 
 SEAM: Final = 2e-4
-"""Corners this close to a circle that is open at a seam only are on it, in its radii."""
+"""Corners this close to a circle, in radii, are on it where its ends do not quite meet.
+
+A mesh this close under an edge of the hull leaves no gap there.
+"""
 
 LONG_EDGE: Final = 2.2
 """An edge that is this much longer than most of its run is a flat, and stays."""
+
+ON_AXIS: Final = 1e-5
+"""A corner this close to an axis, in radii, is the tip of a cone about it."""
 
 COAXIAL: Final = 5e-6
 """Corners this close to where a common axis puts them have that axis, in radii."""
@@ -131,7 +137,7 @@ class Group:
 
     center: Array
     frame: Array
-    rims: tuple[Rim, ...]
+    rims: list[Rim]
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
@@ -157,7 +163,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         return []
     ends = np.stack([arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1)
     chord = lengths(points[ends[:, 1]] - points[ends[:, 0]])
-    surface = _on_surface(part, ends, scale * (1e-6 + 4.0 * rounding))
+    surface = _on_surface(part, ends, scale * (SEAM + 4.0 * rounding))
     rims = []
     for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
         edges = slice(int(runs.start[k]), int(runs.start[k + 1]))
@@ -171,7 +177,27 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
     for rim in rims:
         if not rim.closed:
             _close_seam(points, arrays, rim, rounding)
-    return _by_axis(points, rims, rounding)
+    groups = [group for group in _by_axis(points, rims, rounding)
+              if _keep_turned(points, arrays, group)]
+    for number, group in enumerate(groups):
+        for rim in group.rims:
+            rim.group = number
+    return groups
+
+
+def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
+    """Corners of faces, one loop after the other, and where each loop begins."""
+    first = arrays.face_start[faces]
+    size = arrays.face_start[faces + 1] - first
+    begin = np.cumsum(size) - size
+    return arrays.corner[np.arange(size.sum()) + np.repeat(first - begin, size)], begin
+
+
+def off_axis(points: Array, group: Group) -> Array:
+    """Distance (n,) of points from the axis of a group."""
+    away = points - group.center
+    x, y = (away * group.frame[0]).sum(axis=1), (away * group.frame[1]).sum(axis=1)
+    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def rounding_of(part: Part, corners: Array) -> float:
@@ -281,10 +307,31 @@ def _by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group]:
         mine[k] = True
         waiting &= ~mine
         chosen = [rims[j] for j in np.flatnonzero(mine).tolist()]
-        for rim in chosen:
-            rim.group = len(groups)
         groups.append(_with_frame(points, chosen))
     return groups
+
+
+def _keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
+    """Leave out rims of no surface turned about their axis, in place; tell whether one is left.
+
+    Beside a rim lies a flat end, or facets between it and another rim or the tip of a cone. Else it
+    is one of the many circles on a ball.
+    """
+    on_rims = off_axis(points, group) < ON_AXIS
+    for rim in group.rims:
+        on_rims[rim.corner] = True
+    kept = []
+    for rim in group.rims:
+        for side in (rim.side, arrays.twin[rim.side]):
+            faces = arrays.face[side]
+            corner, begin = loops_of(arrays, faces)
+            turned = int(np.logical_and.reduceat(on_rims[corner], begin).sum())
+            largest = int(np.unique(faces, return_counts=True)[1].max())
+            if max(turned, largest) >= ROUND_SHARE * len(faces):
+                kept.append(rim)
+                break
+    group.rims[:] = kept
+    return bool(kept)
 
 
 def _looseness(points: Array, rim: Rim) -> float:
@@ -322,7 +369,7 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     across[int(np.abs(axis).argmin())] = 1.0
     x_axis = across - _dot(across, axis) * axis
     x_axis = x_axis / _length(x_axis)
-    return Group(center, np.stack([x_axis, _cross(axis, x_axis), axis]), tuple(rims))
+    return Group(center, np.stack([x_axis, _cross(axis, x_axis), axis]), list(rims))
 
 
 def _dot(a: Array, b: Array) -> float:

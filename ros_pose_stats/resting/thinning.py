@@ -16,6 +16,9 @@ from .reshaping import COARSEST, ENOUGH, Outline
 FINE: Final = 1000
 """Corners off all runs up to which a body stays as the file has it: it is quick enough."""
 
+GRID: Final = 7
+"""Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
+
 TIE: Final = 1e-7
 """Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
 
@@ -44,11 +47,22 @@ def thin_out(outline: Outline, arrays: BodyArrays, sides: int) -> None:
     others = outline.count - len(outline.points) + int((outline.keeps & taken).sum())
     first, beside = _neighbours(arrays, len(outline.points))
     axes = np.ascontiguousarray(principal_axes(scatter(outline.points[arrays.corner]))[1].T)
-    for fewer in range(1, sides // COARSEST + 1):
-        # Over a rim about the poles there are the fewest directions; a prism has its axis there.
-        found = [outermost_corners(outline.points, first, beside, np.roll(axes, turn, axis=0),
-                                   sides // fewer, TIE) for turn in range(3)]
-        chosen = min(found, key=lambda one: int((one & free).sum()))
+    poles = axes
+    for twelfths in range(12, 3, -1):
+        level = sides * twelfths // 12
+        if level < COARSEST and twelfths < 12:
+            break
+        grid = GRID * level // 5
+        if twelfths == 12:
+            # Over a rim about the poles there are the fewest directions: a prism's axis is there.
+            turned = [np.roll(axes, turn, axis=0) for turn in range(3)]
+            found = [outermost_corners(outline.points, first, beside, one, grid, TIE)
+                     for one in turned]
+            counts = [int((one & free).sum()) for one in found]
+            best = counts.index(min(counts))
+            poles, chosen = turned[best], found[best]
+        else:
+            chosen = outermost_corners(outline.points, first, beside, poles, grid, TIE)
         if (chosen & free).sum() + others <= ENOUGH:
             break
     outline.changed |= bool((free & ~chosen).any())

@@ -35,8 +35,7 @@ def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, a
         What lies this little behind the farthest counts as well.
     """
     found = np.zeros(points.shape[0], np.bool_)
-    stack, seen = np.empty(points.shape[0], np.int64), np.full(points.shape[0], -1, np.int64)
-    here, number = 0, 0
+    here = 0
     rows = (sides + 3) // 4
     for row in range(-rows, rows + 1):
         z, ring = sine_cosine(0.5 * math.pi * row / rows)
@@ -51,8 +50,7 @@ def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, a
                                   scaled(point_at(axes, 1), ring * y)),
                              scaled(point_at(axes, 2), z))
             here = _climb(points, first, beside, direction, here)
-            _mark_ties(points, first, beside, direction, here, tie, number, stack, seen, found)
-            number += 1
+            _mark_ties(points, first, beside, direction, here, tie, found)
     return found
 
 
@@ -71,17 +69,15 @@ def _climb(points: Array, first: Index, beside: Index, direction: Vec3, here: in
 
 @inlined
 def _mark_ties(points: Array, first: Index, beside: Index, direction: Vec3, top: int, tie: float,
-               number: int, stack: Index, seen: Index, found: Flags) -> None:
-    """Mark the farthest corner and all that are connected with it and as far but for `tie`."""
+               found: Flags) -> None:
+    """Mark the farthest corner, or both ends of an edge that are as far but for `tie`.
+
+    Nothing is marked where a whole face is as far: it says nothing about its corners.
+    """
     least = dot(direction, point_at(points, top)) - tie
-    stack[0], size = top, 1
-    seen[top], found[top] = number, True
-    while size > 0:
-        size -= 1
-        here = stack[size]
-        for k in range(first[here], first[here + 1]):
-            other = beside[k]
-            if seen[other] != number and dot(direction, point_at(points, other)) >= least:
-                seen[other], found[other] = number, True
-                stack[size] = other
-                size += 1
+    ties, other = 0, top
+    for k in range(first[top], first[top + 1]):
+        if dot(direction, point_at(points, beside[k])) >= least:
+            ties, other = ties + 1, beside[k]
+    if ties < 2:
+        found[top] = found[other] = True

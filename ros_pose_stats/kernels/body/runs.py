@@ -404,10 +404,10 @@ def _is_along(vertices: Array, a: int, b: int, other: int, tolerance: float) -> 
     """Whether vertex b lies on the straight line between vertices a and other."""
     chord = minus(point_at(vertices, other), point_at(vertices, a))
     away = minus(point_at(vertices, b), point_at(vertices, a))
-    share, square = dot(away, chord), dot(chord, chord)
-    if not 0.0 < share < square:
+    share = dot(away, chord) / dot(chord, chord)
+    if share >= 1.0:
         return False
-    return length(minus(away, scaled(chord, share / square))) <= tolerance
+    return length(minus(away, scaled(chord, max(share, 0.0)))) <= tolerance
 
 
 
