@@ -162,13 +162,12 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     thin_out(outline, arrays, round_sides)
     if outline.is_changed:
         points, chains = outline.compacted()
-        points.flags.writeable = False
         arrays, tolerance = _polyhedron(points, *hull_of_corners(points), rounding)
     else:
         arrays, tolerance, chains = plain.arrays, plain.tolerance, outline.chains
+    strip = strips(points, arrays, groups, chains)
     runs = tuple(chain.as_run() for chain in chains)
-    return ConvexBody(scale, points, arrays, tolerance, runs,
-                      strips(points, arrays, groups, chains), outline.rounded)
+    return ConvexBody(scale, points, arrays, tolerance, runs, strip, outline.rounded)
 
 
 def _hull_points(part: Part) -> tuple[Facets, Array, float]:

@@ -24,10 +24,13 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 ENOUGH: Final = 4000
-"""Corners of a body from which on rims that it does not roll on get fewer sides."""
+"""Corners of a body that thinning aims at."""
 
 COARSEST: Final = 64
-"""Fewest sides a turn that rims are thinned to for that."""
+"""Fewest sides a turn that rims and free forms are thinned to for that."""
+
+FEWEST_ALONG: Final = 32
+"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
 
 FEWEST_FREE: Final = 1600
 """Corners off all rims that thinning leaves of a free form, about."""
@@ -168,20 +171,24 @@ def _height(points: Array, group: Group, rim: Rim) -> float:
 def _plan(wholes: list[Whole], corners: int, sides: int) -> None:
     """Give each full rim its number of sides, 0 for one that the height of arc does not need.
 
-    What the body rolls on has `sides`. Other rims get fewer where the body has too many corners.
+    Where the body has too many corners there are fewer rims along a dome, for how fine it is that
+    way hardly matters; in the end rims that the body does not roll on get fewer sides.
     """
     free = corners - sum(len(one.rim.corner) for one in wholes)
-    fewer = [sides // k for k in (1, 2, 3) if k == 1 or (sides % k == 0
-                                                         and sides // k >= COARSEST)]
-    plans = [(fewer[0], rest) for rest in fewer]
-    plans += [(rest, fewer[-1]) for rest in fewer[1:]]
-    for rolling, rest in plans:
-        tolerance = height_of_arc(rest)
-        for group in {id(one.group): one.group for one in wholes}.values():
-            _plan_profile([one for one in wholes if one.group is group], tolerance)
+    groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}
+    for one in wholes:
+        groups[id(one.group)].append(one)
+    profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
+    plans = [(sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides]
+    plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
+              if sides % k == 0 and sides // k >= COARSEST]
+    for rest, level in plans:
+        tolerance = height_of_arc(level)
+        for group in groups.values():
+            _plan_profile(group, tolerance)
         for one in wholes:
             if one.sides:
-                one.sides = rolling if one.rolls else rest
+                one.sides = sides if one.rolls else rest
         if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
             return
 
