@@ -29,6 +29,9 @@ CROWD: Final = 1000
 _SAMPLE: Final = 512
 _FEW: Final = 6  # corners of a face in the sample that chance alone may put there
 
+CORNERS_SHAKEN: Final = 1e-10
+"""By how much corners of a body that was made here are moved while their hull is found."""
+
 COUNTED: Final = 1e-10
 """Points this close to a face, as a fraction of the size, are counted with it."""
 
@@ -124,6 +127,31 @@ def _facets(points: Array) -> Facets:
 
 def _copy_facets(points: Array, qhull: ConvexHull) -> Facets:
     return Facets(points, qhull.simplices, qhull.neighbors, qhull.equations, float(qhull.volume))
+
+
+def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Triangles (M, 3) of the hull of points that are all its corners, and their neighbours.
+
+    Round ends are faces with hundreds of corners, so the points are moved at once: by less than
+    any tolerance at which triangles are merged to faces, and only to find the triangles.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Of size about one.
+
+    Raises
+    ------
+    MeshError
+        If the points lie in a plane.
+    """
+    moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
+    try:
+        qhull = ConvexHull(points + moves)
+    except QhullError as error:
+        raise MeshError("points that span a volume", f"{len(points)} points in a plane or line",
+                        "check that the mesh is a solid part") from error
+    return qhull.simplices.astype(np.int64), qhull.neighbors.astype(np.int64)
 
 
 def hull_of_part(part: Part) -> Hull:

@@ -16,10 +16,14 @@ from ..errors import MeshError
 from ..kernels.body.convex_body import BodyArrays, build_body
 from ..kernels.levels.cap_areas import areas_below
 from ..kernels.principal_axes import principal_axes
-from ..mesh.hull import hull_of_part
+from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
 from ..records import Part
 from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
+from .reshaping import reshape
+from .rolling import strips
+from .round_surfaces import Run, find_groups, rounding_of
+from .thinning import thin_out
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -39,12 +43,22 @@ class ConvexBody:
         Faces as corner loops with their normals, distances, areas, solid angles and sides.
     tolerance : float
         Coplanarity at which the faces were merged, as a fraction of the radius.
+    runs : tuple of Run
+        Its round and toothed runs; none where the body stands as in the file.
+    run_of_face : (F,) array of int
+        Number of the strip that a face belongs to, the facets between two runs about one axis;
+        -1 for a face of none.
+    rounded : int
+        Runs that were given other numbers of sides than in the file.
     """
 
     radius: float
     points: Array
     arrays: BodyArrays
     tolerance: float
+    runs: tuple[Run, ...]
+    run_of_face: Index
+    rounded: int
 
     @property
     def faces(self) -> int:
@@ -121,37 +135,80 @@ def foot_direction(body: ConvexBody, side: int) -> Array:
     return np.asarray(foot / np.linalg.norm(foot))
 
 
-def convex_body(part: Part) -> ConvexBody:
+def convex_body(part: Part, round_sides: int = 0) -> ConvexBody:
     """Convex body of a part, built once and kept as long as the part lives.
+
+    Parameters
+    ----------
+    part : Part
+    round_sides : int
+        Sides a turn that round surfaces are given; 0 takes the file as it is.
 
     Raises
     ------
     MeshError
         If no convex polyhedron around the centre of mass can be formed.
     """
-    return part.prepare(_build)
+    return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
 
 
 def _build(part: Part) -> ConvexBody:
-    """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
+    """Body of the file's own hull."""
+    qhull, points, scale = _hull_points(part)
+    arrays, tolerance = _polyhedron(points, *_triangles(qhull), part.rounding / scale)
+    return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
+
+
+def _reshaped(part: Part, round_sides: int) -> ConvexBody:
+    """Body with round surfaces as polygons of so many sides; the radius stays the file's."""
+    plain = convex_body(part)
+    scale, points, arrays = plain.radius, plain.points, plain.arrays
+    qhull = hull_of_part(part).qhull
+    rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
+    if rounding > part.rounding / scale:
+        arrays, _ = _polyhedron(points, *_triangles(qhull), rounding)
+    groups = find_groups(part, points, arrays, scale, rounding, round_sides)
+    outline = reshape(points, arrays, groups, round_sides)
+    thin_out(outline, arrays, round_sides)
+    if outline.is_changed:
+        points, chains = outline.compacted()
+        arrays, tolerance = _polyhedron(points, *hull_of_corners(points), rounding)
+    else:
+        arrays, tolerance, chains = plain.arrays, plain.tolerance, outline.chains
+    strip = strips(points, arrays, groups, chains)
+    runs = tuple(chain.as_run() for chain in chains)
+    return ConvexBody(scale, points, arrays, tolerance, runs, strip, outline.rounded)
+
+
+def _hull_points(part: Part) -> tuple[Facets, Array, float]:
+    """Hull, its points about the centre of mass in radii, and metres a radius."""
     hull, shift, scale = hull_of_part(part)
-    used = hull.vertices
-    points = hull.points[used] + (shift - part.center_of_mass) / scale
+    points = hull.points[hull.vertices] + (shift - part.center_of_mass) / scale
     radius = float(lengths(points).max())
     points /= radius
-    number = np.empty(hull.points.shape[0], dtype=np.int64)
+    points.flags.writeable = False
+    return hull, points, radius * scale
+
+
+def _triangles(qhull: Facets) -> tuple[Index, Index]:
+    """Triangles and their neighbours in the numbering of the points on the hull."""
+    used = qhull.vertices
+    number = np.empty(qhull.points.shape[0], dtype=np.int64)
     number[used] = np.arange(used.shape[0])
-    triangles = number[hull.simplices]
-    neighbors = hull.neighbors.astype(np.int64)
+    return number[qhull.simplices], qhull.neighbors.astype(np.int64)
+
+
+def _polyhedron(points: Array, triangles: Index, neighbors: Index, rounding: float
+                ) -> tuple[BodyArrays, float]:
+    """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     moment, _ = principal_axes(scatter(points))
     thickness = float(np.sqrt(max(moment[0], 0.0)))
-    rounding = min(COPLANAR_ROUNDINGS * part.rounding / (radius * scale), COPLANAR_MOST)
+    rounding = min(COPLANAR_ROUNDINGS * rounding, COPLANAR_MOST)
     widest = min(max(COPLANAR, rounding), COPLANAR_OF_THICKNESS * thickness)
     for tolerance in (widest, widest / 10.0, widest / 100.0, 0.0):
         valid, arrays = build_body(points, triangles, neighbors, tolerance)
         if valid:
-            points.flags.writeable = False
-            return ConvexBody(radius * scale, points, arrays, tolerance)
+            return arrays, tolerance
     raise MeshError("a convex hull that encloses the centre of mass",
                     "faces through the centre of mass",
                     "check the mesh and the given centre of mass")

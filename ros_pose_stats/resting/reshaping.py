@@ -1,0 +1,350 @@
+"""Round runs of a hull as polygons of one number of sides a turn, whatever the file's own.
+
+All rims about an axis take their corners from one list of angles, so that the facets between two
+of them stay flat. Where corners must stay (at a notch, at the flat of a shaft), the angles between
+two such are divided evenly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.body.convex_body import BodyArrays
+from ..kernels.body.runs import angles_about
+from ..kernels.elementary import sines_cosines
+from .round_surfaces import Group, Rim, Run
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+ENOUGH: Final = 4000
+"""Corners of a body that thinning aims at."""
+
+COARSEST: Final = 64
+"""Fewest sides a turn that rims and free forms are thinned to for that."""
+
+FEWEST_ALONG: Final = 32
+"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
+
+FEWEST_FREE: Final = 1600
+"""Corners off all rims that thinning leaves of a free form, about."""
+
+SAME_ANGLE: Final = 0.1
+"""Angles this close, in sides, are one in the list of a group."""
+
+
+@dataclass(eq=False)
+class Chain:
+    """A rim as it stands in the new body: its points in order, counter-clockwise about the axis."""
+
+    rim: Rim
+    point: Index
+    closed: bool
+    sides: int = 0
+
+    def as_run(self) -> Run:
+        """What the body tells about it."""
+        rim = self.rim
+        return Run(rim.center, rim.axis, rim.radius, rim.kind, rim.closed, len(rim.corner),
+                   self.sides, rim.group)
+
+
+@dataclass(eq=False)
+class Outline:
+    """Points of a body that is reshaped: those of the file that stay, then new ones."""
+
+    points: Array
+    keeps: Flags
+    chains: list[Chain] = field(default_factory=list)
+    added: list[Array] = field(default_factory=list)
+    count: int = 0
+    changed: bool = False
+
+    @property
+    def rounded(self) -> int:
+        """Number of runs that have other numbers of corners than in the file."""
+        return sum(bool(one.sides) and len(one.point) != len(one.rim.corner)
+                   for one in self.chains)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the body differs from that of the file."""
+        return self.changed or bool(self.added)
+
+    def compacted(self) -> tuple[Array, list[Chain]]:
+        """Points of the new body, and the chains in their numbering."""
+        kept = np.append(self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_))
+        number = np.cumsum(kept) - 1
+        points = np.ascontiguousarray(np.concatenate([self.points, *self.added])[kept])
+        return points, [replace(one, point=number[one.point[kept[one.point]]])
+                        for one in self.chains]
+
+    def add(self, points: Array) -> Index:
+        """Take in new points; return their numbers."""
+        numbers = np.arange(self.count, self.count + len(points))
+        self.added.append(points)
+        self.count += len(points)
+        return numbers
+
+
+@dataclass(eq=False)
+class Whole:
+    """A full rim without a corner that must stay, in the frame of its group."""
+
+    rim: Rim
+    group: Group
+    height: float
+    rolls: bool = False
+    sides: int = 0
+
+
+def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: int) -> Outline:
+    """Refine or thin the round runs of a body.
+
+    Parameters
+    ----------
+    points : (H, 3) array
+    arrays : BodyArrays
+        The body as the file has it.
+    groups : sequence of Group
+        Its runs.
+    sides : int
+        A turn.
+
+    Returns
+    -------
+    Outline
+        Without the points that are no corners. Numbers of points are those of the body, new ones
+        follow.
+    """
+    keeps = np.zeros(len(points), dtype=np.bool_)
+    keeps[arrays.corner] = True
+    outline = Outline(points, keeps, count=len(points))
+    uses = np.zeros(len(points), dtype=np.int64)
+    for group in groups:
+        for rim in group.rims:
+            uses[rim.corner] += 1
+    wholes: list[Whole] = []
+    parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
+    for group in groups:
+        mine: list[tuple[Rim, bool]] = []
+        for rim in group.rims:
+            refine = rim.kind == "round" and _is_refined(group, rim)
+            if rim.kind == "toothed":
+                outline.chains.append(Chain(rim, rim.corner, rim.closed))
+            elif rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1:
+                if refine or len(rim.corner) > sides:
+                    wholes.append(Whole(rim, group, _height(points, group, rim)))
+                else:
+                    outline.chains.append(Chain(rim, rim.corner, True))
+            else:
+                mine.append((rim, refine))
+        parts.append((group, mine))
+    _plan(wholes, int(keeps.sum()), sides)
+    for group, mine in parts:
+        _redraw(outline, group, [one for one in wholes if one.group is group], mine, uses, sides)
+    return outline
+
+
+def _is_refined(group: Group, rim: Rim) -> bool:
+    """Whether the part may roll on a rim, so that it has to be as fine as all others.
+
+    Its axis passes the centre of mass within its radius; else it is a fillet.
+    """
+    axis = group.frame[2]
+    away = group.center - (group.center * axis).sum() * axis
+    return bool((away * away).sum() < rim.radius * rim.radius)
+
+
+def _height(points: Array, group: Group, rim: Rim) -> float:
+    """Mean of a rim's corners along the axis of its group."""
+    along = ((points[rim.corner] - group.center) * group.frame[2]).sum(axis=1)
+    return float(along.sum()) / len(along)
+
+
+def _plan(wholes: list[Whole], corners: int, sides: int) -> None:
+    """Give each full rim its number of sides, 0 for one that the height of arc does not need.
+
+    Where the body has too many corners there are fewer rims along a dome, for how fine it is that
+    way hardly matters; in the end rims that the body does not roll on get fewer sides.
+    """
+    free = corners - sum(len(one.rim.corner) for one in wholes)
+    groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}
+    for one in wholes:
+        groups[id(one.group)].append(one)
+    profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
+    plans = [(sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides]
+    plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
+              if sides % k == 0 and sides // k >= COARSEST]
+    for rest, level in plans:
+        tolerance = height_of_arc(level)
+        for group in groups.values():
+            _plan_profile(group, tolerance)
+        for one in wholes:
+            if one.sides:
+                one.sides = sides if one.rolls else rest
+        if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
+            return
+
+
+def height_of_arc(sides: int) -> float:
+    """Height of the arc over one side of a regular polygon of radius 1."""
+    return 1.0 - float(sines_cosines(np.array([np.pi / sides]))[1][0])
+
+
+def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
+    """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
+    wholes.sort(key=lambda one: one.height)
+    center, axis = wholes[0].group.center, wholes[0].group.frame[2]
+    middle = -float((center * axis).sum())
+    profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
+    step = np.diff(profile, axis=0)
+    # The foot of the centre of mass lies on a facet that the body can roll on.
+    rolls = (((profile[:-1] * step).sum(axis=1) < 0.0) & ((profile[1:] * step).sum(axis=1) > 0.0))
+    fixed = np.zeros(len(wholes), dtype=np.bool_)
+    fixed[0] = fixed[-1] = True
+    for k, one in enumerate(wholes):
+        one.rolls = bool(rolls[max(k - 1, 0):k + 1].any())
+        fixed[k] |= one.rolls
+        one.sides = 0
+    places = np.flatnonzero(fixed).tolist()
+    waiting = list(zip(places[:-1], places[1:], strict=True))
+    for k in places:
+        wholes[k].sides = 1
+    while waiting:
+        low, high = waiting.pop()
+        if high - low < 2:
+            continue
+        chord = profile[high] - profile[low]
+        away = profile[low + 1:high] - profile[low]
+        beyond = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
+        beyond /= np.sqrt((chord * chord).sum())
+        if beyond.max() <= tolerance:
+            continue
+        ties = np.flatnonzero(beyond >= beyond.max() - 1e-9)
+        far = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
+        wholes[far].sides = 1
+        waiting += [(low, far), (far, high)]
+
+
+def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tuple[Rim, bool]],
+            uses: Index, sides: int) -> None:
+    """Put the rims of one axis on its angles."""
+    pieces = [_pieces(outline.points, group, rim, uses) for rim, _ in parts]
+    step = 2.0 * np.pi / sides
+    ends = [angle for (_, refine), one in zip(parts, pieces, strict=True) for piece in one
+            if _is_redrawn(piece, refine, step) for angle in (piece[1][0], piece[1][-1])]
+    grid = _grid(ends, step) if ends else _regular(outline.points, group, wholes, sides)
+    for one in wholes:
+        outline.keeps[one.rim.corner] = outline.keeps[one.rim.absorbed] = False
+        if one.sides == 0:
+            continue
+        angles = grid if ends else grid[::sides // one.sides]
+        numbers = outline.add(_on_circle(group, one.height, one.rim.radius, angles))
+        outline.chains.append(Chain(one.rim, numbers, True, len(angles)))
+    for (rim, refine), mine in zip(parts, pieces, strict=True):
+        height, changed = _height(outline.points, group, rim), False
+        sequence: list[Index] = []
+        for corner, angle in mine:
+            between = corner[1:-1]
+            if _is_redrawn((corner, angle), refine, step):
+                new = _between(grid, angle[0], angle[-1], SAME_ANGLE * step)
+                if refine or len(new) < len(between):
+                    outline.keeps[between] = False
+                    between = outline.add(_on_circle(group, height, rim.radius, new))
+                    changed = True
+            sequence += [corner[:1], between]
+        last = mine[-1][0][-1:]
+        if not rim.closed:
+            sequence.append(last)
+        outline.chains.append(Chain(rim, np.concatenate(sequence), rim.closed,
+                                    sides if changed else 0))
+
+
+def _is_redrawn(piece: tuple[Index, Array], refine: bool, step: float) -> bool:
+    """Whether the corners of a stretch may have to change."""
+    corner, angle = piece
+    return bool(len(corner) > 2 or (refine and angle[-1] - angle[0] > 1.5 * step))
+
+
+def _pieces(points: Array, group: Group, rim: Rim, uses: Index) -> list[tuple[Index, Array]]:
+    """Stretches of a rim between corners that stay: their corners and rising angles.
+
+    An edge that stays is a stretch of its own with a single corner and no end.
+    """
+    corner, stays = rim.corner, rim.stays
+    if (rim.axis * group.frame[2]).sum() < 0.0:
+        stays = stays[::-1]
+        corner = np.append(corner[:1], corner[:0:-1]) if rim.closed else corner[::-1]
+    fixed = uses[corner] > 1
+    if rim.closed:
+        fixed |= stays | np.roll(stays, 1)
+        begin = int(fixed.argmax())
+        corner, stays, fixed = (np.roll(one, -begin) for one in (corner, stays, fixed))
+        corner, fixed = np.append(corner, corner[0]), np.append(fixed, True)
+    else:
+        fixed[:-1] |= stays
+        fixed[1:] |= stays
+        fixed[0] = fixed[-1] = True
+    angle = angles_about(points[corner], group.center, group.frame[0], group.frame[1])
+    step = np.diff(angle)
+    step = step - 2.0 * np.pi * np.rint(step / (2.0 * np.pi))
+    angle = np.append(angle[:1], angle[0] + np.cumsum(step))
+    places = np.flatnonzero(fixed).tolist()
+    found = []
+    for low, high in zip(places[:-1], places[1:], strict=True):
+        if stays[low]:
+            # Nothing is put between; the far end comes with the next stretch.
+            found.append((corner[[low, high]], np.array([angle[low], angle[low]])))
+        else:
+            found.append((corner[low:high + 1], angle[low:high + 1]))
+    return found
+
+
+def _grid(ends: Sequence[float], step: float) -> Array:
+    """Angles of a group: those of corners that stay, and what divides the rest evenly."""
+    turn = 2.0 * np.pi
+    breaks = np.sort(np.array(ends) - turn * np.floor(np.array(ends) / turn), kind="stable")
+    breaks = breaks[np.append(True, np.diff(breaks) > SAME_ANGLE * step)]
+    if len(breaks) > 1 and breaks[0] + turn - breaks[-1] <= SAME_ANGLE * step:
+        breaks = breaks[:-1]
+    found = []
+    for low, high in zip(breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + turn], strict=True):
+        parts = max(1, round((high - low) / step))
+        found.append(low + (high - low) / parts * np.arange(parts))
+    return np.concatenate(found)
+
+
+def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -> Array:
+    """Evenly spaced angles through a corner of the file.
+
+    Of all corners that the largest rim has, the one that leaves the smallest remainder: so the
+    order of the mesh does not matter, and where the count divides all corners stay corners.
+    """
+    step = 2.0 * np.pi / sides
+    if not wholes:
+        return step * np.arange(sides)
+    widest = max(wholes, key=lambda one: one.rim.radius)
+    angle = angles_about(points[widest.rim.corner], group.center, group.frame[0], group.frame[1])
+    rest = angle - step * np.floor(angle / step)
+    return float(rest.min()) + step * np.arange(sides)
+
+
+def _between(grid: Array, low: float, high: float, margin: float) -> Array:
+    """Angles of a group well inside an interval, rising."""
+    turn = 2.0 * np.pi
+    angles = grid + turn * np.ceil((low + margin - grid) / turn)
+    return np.asarray(np.sort(angles[angles < high - margin], kind="stable"))
+
+
+def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:
+    sine, cosine = sines_cosines(np.ascontiguousarray(angles))
+    x_axis, y_axis, axis = group.frame
+    return np.asarray(group.center + height * axis + radius * (
+        cosine[:, None] * x_axis + sine[:, None] * y_axis))
