@@ -59,7 +59,7 @@ def near_spheres(bodies: Sequence[Body], pace: Pace) -> Section:
 def answers(body: Body, tolerance: float) -> tuple[Part, list[PoseStatistics]]:
     """Part and the answers of all estimators, from the mesh arrays."""
     part = part_from_mesh(body.vertices, body.triangles, unit="mm")
-    return part, estimate_all(part, cluster_tolerance=tolerance)
+    return part, estimate_all(part, cluster_tolerance=tolerance, round_sides=0)
 
 
 def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
@@ -80,7 +80,7 @@ def _rows(body: Body, pace: Pace, seconds: float | None = None) -> list[Row]:
 def _row(body: Body, part: Part, tolerance: float, timings: Timings,
          seconds: float | None) -> Row:
     own = f"{tolerance:g}"
-    resting = resting_poses(part, tolerance)
+    resting = resting_poses(part, tolerance, round_sides=0)
     stable = len(resting.equilibria.order)
     hulls, trimeshes = timings.ratio(own, "hull"), timings.ratio(own, "trimesh")
     targets = [Target("all / trimesh", trimeshes, 1.0)]
@@ -123,13 +123,13 @@ def paper_size(bodies: Sequence[Body], pace: Pace) -> Section:
 
 def _paper_row(body: Body, pace: Pace) -> Row:
     known = part_from_mesh(body.vertices, body.triangles)
-    resting = resting_poses(known, TOLERANCE)
+    resting = resting_poses(known, TOLERANCE, round_sides=0)
     points, arrays = resting.body.points, resting.body.arrays
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
 
     def with_body() -> Part:
         part = part_from_mesh(body.vertices, body.triangles)
-        convex_body(part)
+        convex_body(part, 0)
         return part
 
     def without_splits() -> Part:
@@ -137,15 +137,15 @@ def _paper_row(body: Body, pace: Pace) -> Row:
         return known
 
     def meae(part: Part) -> object:
-        return estimate(part, "meae", cluster_tolerance=TOLERANCE)
+        return estimate(part, "meae", cluster_tolerance=TOLERANCE, round_sides=0)
 
     timings = race([
         Contender("splits", lambda _: split_probabilities(arrays, tree, wanted, False)),
         Contender("equilibria", lambda _: find_equilibria(points, arrays)),
         Contender("estimate", meae, with_body),
         Contender("again", meae, without_splits),
-        Contender("split", lambda part: estimate(part, "split", cluster_tolerance=TOLERANCE),
-                  with_body),
+        Contender("split", lambda part: estimate(
+            part, "split", cluster_tolerance=TOLERANCE, round_sides=0), with_body),
         Contender("hull", lambda _: ConvexHull(body.vertices)),
     ], pace)
     took = {name: timings.milliseconds(name) for name in timings.seconds}

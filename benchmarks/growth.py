@@ -95,7 +95,7 @@ def fit_slope(vertices: ArrayLike, seconds: ArrayLike) -> Slope:
 
 def _row(body: Body, pace: Pace) -> Row:
     known = part_from_mesh(body.vertices, body.triangles)
-    resting = resting_poses(known, TOLERANCE)
+    resting = resting_poses(known, TOLERANCE, round_sides=0)
     if len(resting.poses) != STABLE:
         raise ValueError(f"{body.name} with {len(body.vertices)} vertices: "
                          f"{len(resting.poses)} stable faces, not {STABLE}")
@@ -111,8 +111,10 @@ def _row(body: Body, pace: Pace) -> Row:
         MESH: (part, lambda: None),
         BODY: (equilibria, part),
         SPLITS: (lambda _: resting.passage_r, forget),
-        AFTER: (lambda made: estimate(made, "meae", cluster_tolerance=TOLERANCE), part),
-        ALL: (lambda _: estimate_all(part(), cluster_tolerance=TOLERANCE), lambda: None),
+        AFTER: (lambda made: estimate(made, "meae", cluster_tolerance=TOLERANCE, round_sides=0),
+                part),
+        ALL: (lambda _: estimate_all(part(), cluster_tolerance=TOLERANCE, round_sides=0),
+              lambda: None),
     }
     timings = race([Contender(stage, *calls[stage]) for stage in STAGES], pace)
     return Row(f"{body.name}, {len(body.vertices)} vertices", {

@@ -83,7 +83,7 @@ def _of_families(method: str, every: int, seed: int = FIT_SEED,
               and row.number % every == 0 and row.height == USUAL_RADII
               and row.restitution in RESTITUTIONS and row.count.any())
     for key, rows in groupby(wanted, lambda row: row[:3]):
-        resting = resting_poses(family_part(*key), family_tolerance(key[0]))
+        resting = resting_poses(family_part(*key), family_tolerance(key[0]), round_sides=0)
         for row in rows:
             yield sample_of(row.number, resting, row.restitution, method, row.count)
 

@@ -70,7 +70,7 @@ class Case(NamedTuple):
 
     def resting(self) -> RestingPoses:
         """Stable poses of a new part."""
-        return resting_poses(self.part(), self.tolerance)
+        return resting_poses(self.part(), self.tolerance, round_sides=0)
 
     @property
     def tolerance(self) -> float:
@@ -112,10 +112,10 @@ def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
     def on_drops(chunk: DropChunk) -> None:
         outcomes.append(chunk.outcomes.pose.astype(np.int16))
 
-    simulate(part, SEQUENCE, restitution, 1000 + number, cluster_tolerance=empty.tolerance,
-             on_drops=on_drops)
+    simulate(part, SEQUENCE, restitution, 1000 + number, on_drops=on_drops,
+             cluster_tolerance=empty.tolerance, round_sides=0)
     reference = simulate(part, reference_drops, restitution, 900_000 + number,
-                         cluster_tolerance=empty.tolerance)
+                         cluster_tolerance=empty.tolerance, round_sides=0)
     counts = [pose.count for pose in sorted(reference.poses, key=lambda one: one.index)]
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))
 

@@ -110,7 +110,7 @@ def scaling(dropper: Dropper, drops: int, pieces: int, pace: Pace) -> Section:
     _arithmetic(1)
     calls: list[tuple[str, Callable[[int], Callable[[object], object]]]] = [
         ("simulate", lambda number: lambda _: simulate(
-            dropper.part, drops, 0.5, 1, workers=number, cluster_tolerance=0.0)),
+            dropper.part, drops, 0.5, 1, workers=number, cluster_tolerance=0.0, round_sides=0)),
         ("arithmetic", lambda number: lambda _: _in_threads(pieces, number))]
     timings = race([Contender(f"{name} {number}", make(number))
                     for number in workers for name, make in calls], pace)

@@ -52,8 +52,9 @@ def run(options: argparse.Namespace) -> int:
             ffmpeg()
         part = load_named_part(options)
         found = watchable_drop(part, options.drop, options.restitution, options.seed,
-                               options.drop_height, options.cluster_tolerance)
-        resting = resting_poses(part, options.cluster_tolerance)
+                               options.drop_height, options.cluster_tolerance,
+                               options.round_sides)
+        resting = resting_poses(part, options.cluster_tolerance, options.round_sides)
         frames = drop_frames(part, found, resting)
         _write(file, part, found, frames, splitting_graph(resting))
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB; drop {options.drop}, seed "

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 
 if TYPE_CHECKING:
     from ..records import Part
@@ -118,9 +118,13 @@ def add_part_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
                          help="centre of mass in the file's unit (default: uniform density)")
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
-                         metavar="T", help="two poses count as one where the saddle between them "
-                         "is less than this above both, as a fraction of the part's radius "
-                         "(default: %(default)s; 0 lists every stable face)")
+                         metavar="T", help="least rise of the centre of mass out of a pose, as a "
+                         "share of its height there; what is shallower belongs to the pose next "
+                         "to it (default: %(default)s; 0 lists every stable face)")
+    command.add_argument("--round-sides", type=read_count, default=DEFAULT_ROUND_SIDES,
+                         metavar="N", help="sides a turn of the polygons that round surfaces "
+                         "stand as, whatever the file has (default: %(default)s; 0 takes the "
+                         "file as it is)")
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:

@@ -57,7 +57,8 @@ def run(options: argparse.Namespace) -> int:
         methods = list(ESTIMATORS) if options.method == ALL else [options.method]
         found = [estimate(part, method, restitution=options.restitution,
                           drop_height=options.drop_height,
-                          cluster_tolerance=options.cluster_tolerance) for method in methods]
+                          cluster_tolerance=options.cluster_tolerance,
+            round_sides=options.round_sides) for method in methods]
     if options.json:
         plain = [statistics.as_dict() for statistics in found]
         print_json(plain if options.method == ALL else plain[0])
@@ -78,6 +79,7 @@ def _estimate_with_drops(options: argparse.Namespace) -> int:
             part, drops=bound, target_error=options.target_error or 0.0,
             restitution=options.restitution, seed=options.seed, drop_height=options.drop_height,
             workers=options.workers, cluster_tolerance=options.cluster_tolerance,
+            round_sides=options.round_sides,
             on_progress=callbacks.on_progress, should_stop=callbacks.should_stop)
 
     return run_and_report(part, start, bound, as_json=options.json)

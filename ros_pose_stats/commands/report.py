@@ -73,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
         findings = investigate(
             part, drops=options.drops, seed=options.seed, restitution=options.restitution,
             drop_height=options.drop_height, cluster_tolerance=options.cluster_tolerance,
+            round_sides=options.round_sides,
             wanted=options.wanted, rate=options.rate, should_stop=interrupted)
     found = findings.simulated
     with end_on_interrupt():
@@ -98,6 +99,7 @@ def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) ->
     if options.com is not None:
         named += ["--com", *(repr(x) for x in options.com)]
     named += ["--cluster-tolerance", repr(options.cluster_tolerance),
+              "--round-sides", str(options.round_sides),
               "--restitution", repr(options.restitution)]
     if options.drop_height is not None:
         named += ["--drop-height", repr(options.drop_height)]

@@ -40,6 +40,7 @@ def run(options: argparse.Namespace) -> int:
             part, options.drops, options.restitution, options.seed, options.drop_height,
             options.target_error, options.workers, options.sampling,
             on_progress=callbacks.on_progress, should_stop=callbacks.should_stop,
-            cluster_tolerance=options.cluster_tolerance)
+            cluster_tolerance=options.cluster_tolerance,
+            round_sides=options.round_sides)
 
     return run_and_report(part, start, options.drops, as_json=options.json)

@@ -14,6 +14,7 @@ from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
     DEFAULT_DROP_RADII,
     DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
     LOW_DROP_RADII,
 )
 from ..records.statistics import ranked
@@ -30,7 +31,8 @@ NORMAL = 1.6448536269514722
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
              restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Estimate the resting probabilities of a part's stable poses.
 
     Parameters
@@ -47,6 +49,8 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
         part radii.
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
 
     Returns
     -------
@@ -61,19 +65,21 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
         If the part's hull does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
-    resting = resting_poses(part, scene.cluster_tolerance)
+    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
     found = _statistics(part, resting, chosen, scene, begin)
     return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
 
 
 def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
                  drop_height: float | None = None,
-                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> list[PoseStatistics]:
+                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                 round_sides: int = DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
     """Estimate by every registered method, in the registry's order; see `estimate`."""
     return [estimate(part, name, restitution=restitution, drop_height=drop_height,
-                     cluster_tolerance=cluster_tolerance) for name in ESTIMATORS]
+                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+            for name in ESTIMATORS]
 
 
 def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
@@ -89,6 +95,7 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         restitution=scene.restitution,
         drop_height=height if chosen.knows_scene else math.nan,
         cluster_tolerance=scene.cluster_tolerance,
+        round_sides=scene.round_sides,
         poses=ranked(_poses(resting, probability, expected.here)),
         expected_error=expected.here,
         seconds=time.perf_counter() - begin,

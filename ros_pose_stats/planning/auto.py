@@ -11,7 +11,7 @@ from ..errors import RequestError
 from ..estimators import estimate
 from ..methods import AUTO
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import drop_request
 
 MOST_DROPS = 10_000_000
@@ -24,7 +24,8 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
          workers: int | None = None,
          on_progress: Callable[[DropProgress], object] | None = None,
          should_stop: Callable[[], bool] | None = None, *,
-         cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+         cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+         round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
     The target is kept if the root mean square error over the poses, against what infinitely
@@ -42,7 +43,7 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
         The most, 1 to 1e9. Default: 10 million.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1.
-    seed, drop_height, workers, on_progress, should_stop, cluster_tolerance
+    seed, drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
         As for `hybrid`.
     max_seconds : float
         Ends the drops, with a warning; the answer then depends on the speed of the machine.
@@ -61,12 +62,12 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
         If the part's hull does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     most = MOST_DROPS if drops is None else drops
     drop_request(most, seed, target_error, workers, "random", None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
     found = estimate(part, AUTO, restitution=restitution, drop_height=drop_height,
-                     cluster_tolerance=cluster_tolerance)
+                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     choice = found.choice
     if target_error > 0.0:
         from .targeted import Asked, keep_target  # with all that drops the part

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..records.statistics import ranked
 from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
@@ -24,7 +24,8 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
            workers: int | None = None,
            on_progress: Callable[[DropProgress], object] | None = None,
            should_stop: Callable[[], bool] | None = None, *,
-           cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> PoseStatistics:
+           cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+           round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Drop a part, and take an estimate as if it were drops already made.
 
     How many drops the estimate is worth is judged by its expected error on this part, and by
@@ -52,6 +53,8 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
         As for `simulate`.
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
 
     Returns
     -------
@@ -67,12 +70,13 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
         If the part's hull does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
-    prior = pose_prior(resting_poses(part, scene.cluster_tolerance), scene)
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    prior = pose_prior(resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
     judge = Judge(lambda counts: prior.updated(counts).expected_error, first=FIRST_LOOK)
     counted = simulate(part, drops, restitution, seed, drop_height, target_error, workers,
                        on_progress=combined_progress(prior, on_progress),
-                       should_stop=should_stop, cluster_tolerance=cluster_tolerance, judge=judge)
+                       should_stop=should_stop, cluster_tolerance=cluster_tolerance,
+                       round_sides=round_sides, judge=judge)
     return replace(hybrid_statistics(counted, prior), seconds=time.perf_counter() - begin)
 
 

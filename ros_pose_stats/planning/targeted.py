@@ -39,7 +39,7 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, asked: Asked
                 on_progress: Callable[[DropProgress], object] | None,
                 should_stop: Callable[[], bool]) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops; and why."""
-    prior = prior_of(best, resting_poses(part, scene.cluster_tolerance), scene)
+    prior = prior_of(best, resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
     bound = estimate_bound(prior)
     if bound <= asked.target_error:
         return best, enough(f"{best.method} alone", bound, asked.target_error)
@@ -55,6 +55,7 @@ def _dropped(part: Part, scene: DropScene, asked: Asked, prior: PosePrior,
     counted = simulate(
         part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,
         asked.workers, should_stop=should_stop, cluster_tolerance=scene.cluster_tolerance,
+        round_sides=scene.round_sides,
         on_progress=combined_progress(prior, on_progress) if helped else on_progress,
         judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND,
                     first_look(prior, asked.target_error, helped)))

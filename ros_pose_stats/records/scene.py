@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Integral, Real
+from typing import Any
 
 from ..errors import RequestError
 
 GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
 DEFAULT_CLUSTER_TOLERANCE = 0.0025
+DEFAULT_ROUND_SIDES = 192
+"""Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
+
+FEWEST_ROUND_SIDES, MOST_ROUND_SIDES = 16, 4096
 DEFAULT_DROP_RADII = 20.0
 LOW_DROP_RADII = 5.0
 HIGH_DROP_RADII = 1000.0
@@ -22,7 +27,7 @@ SAMPLINGS = ("random", "lattice")
 
 @dataclass(frozen=True)
 class DropScene:
-    """Restitution and drop height, and the tolerance within which stable faces are one pose.
+    """Restitution and drop height, and what of a part counts as a pose and as round.
 
     Attributes
     ----------
@@ -34,6 +39,8 @@ class DropScene:
     cluster_tolerance : float
         Least rise of the centre of mass out of a pose, as a share of its height there; 0 keeps
         every stable face.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
 
     Raises
     ------
@@ -44,6 +51,7 @@ class DropScene:
     restitution: float = DEFAULT_RESTITUTION
     drop_height: float | None = None
     cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+    round_sides: int = DEFAULT_ROUND_SIDES
 
     def __post_init__(self) -> None:
         for name in ("restitution", "drop_height", "cluster_tolerance"):
@@ -61,3 +69,8 @@ class DropScene:
             raise RequestError("a cluster tolerance from 0 to below 1",
                                f"{self.cluster_tolerance}",
                                "0.0025 of the height is a tilt of 4 degrees")
+        sides: Any = self.round_sides
+        whole = isinstance(sides, Integral) and not isinstance(sides, bool)
+        if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
+            raise RequestError(f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
+                               f"{sides!r}", "0 takes round surfaces as the file has them")

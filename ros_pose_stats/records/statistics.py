@@ -125,7 +125,7 @@ class PoseStatistics:
     drop_height : float
         Metres; NaN where the method ignores it.
     cluster_tolerance : float
-        Fraction of the radius.
+        Least rise out of a pose as a share of its height there.
     poses : tuple of StablePose
         All of them, also those with probability 0.
     drops, unsettled, seed : int
@@ -139,6 +139,8 @@ class PoseStatistics:
         Each `CODE: sentence`.
     version : str
         Of this package.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0: as in the file.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
     """
@@ -160,12 +162,13 @@ class PoseStatistics:
     warnings: tuple[str, ...] = ()
     version: str = ""
     choice: str = ""
+    round_sides: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
         plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-                 "cluster_tolerance", "drops", "unsettled", "seed", "expected_error",
-                 "plate_error", "seconds", "version", "choice")
+                 "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
+                 "expected_error", "plate_error", "seconds", "version", "choice")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]

@@ -11,7 +11,7 @@ from ..kernels.compilation import prepare_kernels
 from ..planning.confidence import pose_prior
 from ..planning.hybrid import hybrid_statistics
 from ..records import DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph
@@ -69,6 +69,7 @@ class Findings:
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,
                 restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                round_sides: int = DEFAULT_ROUND_SIDES,
                 workers: int | None = None, wanted: Sequence[int] = (),
                 rate: float | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Findings:
@@ -80,7 +81,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     drops : int, optional
         Default: 5000, or as many as are done in 0.8 s. However many they were, the same
         number with the same seed gives the same counts.
-    seed, restitution, drop_height, cluster_tolerance, workers
+    seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
     wanted : sequence of int
         `index` of poses that a feeder accepts; none where there is no feeder.
@@ -96,7 +97,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
-    resting = resting_poses(part, cluster_tolerance)
+    resting = resting_poses(part, cluster_tolerance, round_sides)
     if rate is not None or len(wanted):
         refuse_unknown(wanted, len(resting.poses), rate)
     prepare_kernels()
@@ -108,11 +109,11 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
 
     simulated = simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
                          drop_height, workers=workers, should_stop=stop,
-                         cluster_tolerance=cluster_tolerance)
+                         cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     asked = feeding(simulated, wanted, rate) if len(wanted) else None
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
-                             cluster_tolerance=cluster_tolerance)
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
+                             cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     combined = hybrid_statistics(simulated, pose_prior(resting, scene))
     return Findings(part, simulated, combined, tuple(estimates), splitting_graph(resting),
                     pose_sphere(resting), asked)

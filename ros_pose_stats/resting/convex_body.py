@@ -135,7 +135,7 @@ def foot_direction(body: ConvexBody, side: int) -> Array:
     return np.asarray(foot / np.linalg.norm(foot))
 
 
-def convex_body(part: Part, round_sides: int = 0) -> ConvexBody:
+def convex_body(part: Part, round_sides: int) -> ConvexBody:
     """Convex body of a part, built once and kept as long as the part lives.
 
     Parameters
@@ -161,7 +161,7 @@ def _build(part: Part) -> ConvexBody:
 
 def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     """Body with round surfaces as polygons of so many sides; the radius stays the file's."""
-    plain = convex_body(part)
+    plain = convex_body(part, 0)
     scale, points, arrays = plain.radius, plain.points, plain.arrays
     qhull = hull_of_part(part).qhull
     rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale

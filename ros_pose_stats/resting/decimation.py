@@ -34,7 +34,7 @@ def decimated_hull(part: Part, most: int) -> NDArray[np.float64]:
     (t, 3, 3) array
         Corners in the part frame, metres, counter-clockwise seen from outside; t <= most.
     """
-    body = convex_body(part)
+    body = convex_body(part, 0)
     points = body.points
     corners = most // 2 + 2  # a closed triangulation of n corners has 2 n - 4 triangles
     if len(points) > corners:

@@ -83,13 +83,20 @@ class Equilibria:
         return np.arctan2(arrays.inset, arrays.distance[arrays.face])
 
 
-def equilibria(part: Part) -> Equilibria:
-    """Equilibria of a part, found once and kept as long as the part lives."""
-    return part.prepare(_find)
+def equilibria(part: Part, round_sides: int) -> Equilibria:
+    """Equilibria of a part, found once and kept as long as the part lives.
+
+    Parameters
+    ----------
+    part : Part
+    round_sides : int
+        Sides a turn of round surfaces; 0 takes the file as it is.
+    """
+    return part.prepare(_find, round_sides)
 
 
-def _find(part: Part) -> Equilibria:
-    body = convex_body(part)
+def _find(part: Part, round_sides: int) -> Equilibria:
+    body = convex_body(part, round_sides)
     arrays = find_equilibria(body.points, body.arrays)
     heights = body.arrays.distance[arrays.stable]
     return Equilibria(body, arrays, pose_order(heights, body.arrays.normal[arrays.stable]))

@@ -19,7 +19,7 @@ from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths
 from ..records import DropScene, Part, StablePose
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from .clusters import Clusters, clusters
 from .convex_body import ConvexBody, foot_direction
 from .equilibria import Equilibria, equilibria
@@ -131,14 +131,17 @@ class PoseShape:
 
 
 def resting_poses(part: Part,
-                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> RestingPoses:
-    """Stable poses of a part, found once for each tolerance and kept as long as the part lives.
+                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                  round_sides: int = DEFAULT_ROUND_SIDES) -> RestingPoses:
+    """Stable poses of a part, found once for the options and kept as long as the part lives.
 
     Parameters
     ----------
     part : Part
     cluster_tolerance : float
         Least rise out of a pose as a share of its height; 0 keeps every stable face.
+    round_sides : int
+        Sides a turn of round surfaces; 0 takes the file as it is.
 
     Raises
     ------
@@ -148,17 +151,17 @@ def resting_poses(part: Part,
     if not isinstance(part, Part):
         raise RequestError("a Part", f"{type(part).__name__}",
                            "make one with load_part or part_from_mesh")
-    scene = DropScene(cluster_tolerance=cluster_tolerance)
-    return part.prepare(_find, scene.cluster_tolerance)
+    scene = DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    return part.prepare(_find, scene.cluster_tolerance, scene.round_sides)
 
 
-def are_found(part: Part, cluster_tolerance: float) -> bool:
+def are_found(part: Part, cluster_tolerance: float, round_sides: int) -> bool:
     """Whether `resting_poses` would answer at once."""
-    return part.has_prepared(_find, cluster_tolerance)
+    return part.has_prepared(_find, cluster_tolerance, round_sides)
 
 
-def _find(part: Part, cluster_tolerance: float) -> RestingPoses:
-    found = equilibria(part)
+def _find(part: Part, cluster_tolerance: float, round_sides: int) -> RestingPoses:
+    found = equilibria(part, round_sides)
     grouped = clusters(found, cluster_tolerance)
     return RestingPoses(found, grouped, _records(part, found, grouped),
                         part.inertia / (part.mass * found.body.radius * found.body.radius))

@@ -35,9 +35,6 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Kind = Literal["round", "toothed"]
 
-DEFAULT_ROUND_SIDES: Final = 192
-"""Sides a turn of the polygons that stand for circles: they roll about as far as real parts."""
-
 ROUND_SHARE: Final = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 

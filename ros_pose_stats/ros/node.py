@@ -55,8 +55,7 @@ class PoseStatsNode(PatientNode):
         self.announcer = Announcer(self, self.recorder)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.builder = PartBuilder()
-        self.parts.build = lambda request: self.builder.build(
-            request, self._settings().cluster_tolerance)
+        self.parts.build = lambda request: self.builder.build(request, self._settings().scene())
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
         self.recorder.on_gap = lambda: self.mesh_queue.put_later(self._record_again)

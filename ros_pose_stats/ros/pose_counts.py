@@ -86,5 +86,8 @@ def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) 
     if counts.cluster_tolerance != latched.cluster_tolerance:
         return (f"its cluster_tolerance is {counts.cluster_tolerance:g}, that of the results "
                 f"{latched.cluster_tolerance:g}; copy it from PoseStatistics")
+    if counts.round_sides != latched.round_sides:
+        return (f"its round_sides are {counts.round_sides}, those of the results "
+                f"{latched.round_sides}; copy them from PoseStatistics")
     unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
     return f"{shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""

@@ -136,10 +136,12 @@ class Requests:
 
     def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not is_large(known.part) or are_found(known.part, scene.cluster_tolerance):
+        if not is_large(known.part) or are_found(
+                known.part, scene.cluster_tolerance, scene.round_sides):
             return at_hand(None)
         return self._mesh_queue.put_first(
-            lambda: resting_poses(known.part, scene.cluster_tolerance), large=True)
+            lambda: resting_poses(known.part, scene.cluster_tolerance, scene.round_sides),
+            large=True)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.

@@ -13,7 +13,12 @@ from ..errors import RequestError
 from ..mesh.files import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    MOST_ROUND_SIDES,
+)
 from .parts.part_requests import check_name, shown
 
 T = TypeVar("T")
@@ -82,6 +87,9 @@ class Settings:
         DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a share of "
         "its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0, BELOW_ONE)
+    round_sides: int = _parameter(
+        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that round surfaces stand as, whatever "
+        "the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
     log_directory: str = _parameter(
         "", "Where bags are recorded; empty: ~/.ros/pose_stats.", fixed=True)
     max_bag_bytes: int = _parameter(
@@ -118,7 +126,7 @@ class Settings:
         ladder = (*scene_override, (self.restitution, self.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), self.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
-        return DropScene(restitution, height, self.cluster_tolerance)
+        return DropScene(restitution, height, self.cluster_tolerance, self.round_sides)
 
 
 class Setting(NamedTuple):

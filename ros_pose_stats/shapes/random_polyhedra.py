@@ -154,7 +154,7 @@ def _draw_body(numbers: Iterator[float], shift: float, shift_moment: str,
         moved = _shift_center(plain.inertia / (plain.mass * scale * scale), moves, shift,
                               shift_moment)
         body = RandomPolyhedron(vertices / scale, triangles, moved, attempt)
-        poses = resting_poses(body.part(), 0.0).poses
+        poses = resting_poses(body.part(), 0.0, 0).poses
     except (MeshError, MassPropertiesError):  # too flat, or the centre outside the hull
         return None
     return body if len(poses) > 1 else None

@@ -61,14 +61,14 @@ class PreparedBody:
         return self.resting.body.radius
 
 
-def drop_body(part: Part, cluster_tolerance: float) -> PreparedBody:
-    """Prepare a part for drops, once for each tolerance; raises what `resting_poses` raises."""
-    resting_poses(part, cluster_tolerance)  # refuses anything but a part and a tolerance
-    return part.prepare(_prepare, cluster_tolerance)
+def drop_body(part: Part, cluster_tolerance: float, round_sides: int) -> PreparedBody:
+    """Prepare a part for drops, once for the options; raises what `resting_poses` raises."""
+    resting_poses(part, cluster_tolerance, round_sides)  # refuses what is out of range
+    return part.prepare(_prepare, cluster_tolerance, round_sides)
 
 
-def _prepare(part: Part, cluster_tolerance: float) -> PreparedBody:
-    resting = resting_poses(part, cluster_tolerance)
+def _prepare(part: Part, cluster_tolerance: float, round_sides: int) -> PreparedBody:
+    resting = resting_poses(part, cluster_tolerance, round_sides)
     body = resting.body
     moment, axes = principal_axes(resting.inertia)
     moment = np.maximum(moment, THINNEST * moment[2])

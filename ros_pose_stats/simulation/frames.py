@@ -69,7 +69,8 @@ class DropFrames:
 
 
 def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
-                   drop_height: float | None, cluster_tolerance: float) -> Trajectory:
+                   drop_height: float | None, cluster_tolerance: float,
+                   round_sides: int) -> Trajectory:
     """Record a drop to rest, or until its pose is certain where that takes too long.
 
     Raises
@@ -79,7 +80,7 @@ def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
     """
     for to_rest in (True, False):
         found = record_drop(part, drop, restitution, seed, drop_height, to_rest=to_rest,
-                            cluster_tolerance=cluster_tolerance)
+                            cluster_tolerance=cluster_tolerance, round_sides=round_sides)
         if found.pose >= 0:
             return found
     raise RequestError("a drop that comes to rest", f"drop {drop}, which does not settle",

@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, HIGH_DROP_RADII
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    HIGH_DROP_RADII,
+)
 from ..records.statistics import ranked
 from ..resting.trust import drop_warnings, pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
@@ -33,6 +38,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              on_drops: Callable[[DropChunk], object] | None = None,
              background: bool = False,
              cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = DEFAULT_ROUND_SIDES,
              judge: Judge | None = None) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
@@ -67,6 +73,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         Whether workers give way to other threads of this machine (Linux: niceness 10).
     cluster_tolerance : float
         Least rise out of a pose as a share of its height there; 0 merges nothing.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
     judge : Judge, optional
         Gives the expected error in place of the counts, and the drops before the first check.
 
@@ -80,7 +88,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
-    scene = DropScene(restitution, drop_height, cluster_tolerance)
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(drops, seed, target_error, workers, sampling, starts)
     return _Simulation(part, scene, request, judge).count_drops(on_progress, should_stop, on_drops,
                                                                 background)
@@ -93,7 +101,7 @@ class _Simulation:
                  judge: Judge | None) -> None:
         self._begin = time.perf_counter()
         self._part, self._scene, self._request = part, scene, request
-        self._body = drop_body(part, scene.cluster_tolerance)
+        self._body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
         self._rules = drop_rules(scene, self._body.radius)
         self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
                               request.sampling == "lattice", judge)
@@ -149,6 +157,7 @@ class _Simulation:
             part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=SIMULATION,
             restitution=scene.restitution, drop_height=release_height(scene, body.radius),
             cluster_tolerance=scene.cluster_tolerance,
+            round_sides=scene.round_sides,
             poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
             drops=prefix.drops, unsettled=prefix.drops - settled, seed=self._request.seed,
             expected_error=prefix.expected_error(), seconds=time.perf_counter() - self._begin,

@@ -56,7 +56,7 @@ def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, 
     found: dict[float, dict[str, Array]] = {}
     known = None
     for restitution in dataset.spec.restitutions:
-        known = estimates(poses, DropScene(restitution, dataset.spec.drop_height, 0.0), known)
+        known = estimates(poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), known)
         found[restitution] = known
     return found
 

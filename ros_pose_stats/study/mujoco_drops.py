@@ -170,7 +170,7 @@ class Plate:
         if not available():
             raise ModuleNotFoundError("this comparison needs MuJoCo: pip install mujoco")
         self.engine: Any = import_module("mujoco")
-        resting = resting_poses(part, cluster_tolerance)
+        resting = resting_poses(part, cluster_tolerance, 0)
         body, found, groups = resting.body, resting.equilibria, resting.clusters
         self.moment, self.axes = np.linalg.eigh(part.inertia / (part.mass * body.radius**2))
         self.axes[:, 0] *= np.linalg.det(self.axes)

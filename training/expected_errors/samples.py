@@ -58,7 +58,7 @@ def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
     """Samples by the name of the method; a body takes some ten milliseconds."""
     rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
     for key, scenes in groupby(samples, lambda row: row[:3]):
-        resting = resting_poses(family_part(*key), family_tolerance(key[0]))
+        resting = resting_poses(family_part(*key), family_tolerance(key[0]), round_sides=0)
         for name, row in _rows(resting, list(scenes)):
             rows[name].append(row)
     return {name: ErrorSamples(*(np.array(column) for column in zip(*found, strict=True)))

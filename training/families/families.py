@@ -66,7 +66,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
             (seed, number, attempt, *family.encode()))))
         try:
             part = assembled(MADE[family](draw))
-            found = resting_poses(part, family_tolerance(family))
+            found = resting_poses(part, family_tolerance(family), round_sides=0)
         except (MeshError, MassPropertiesError):
             continue
         if len(found.poses) > 1 and float(found.equilibria.heights.min()) > _TOO_FLAT:

@@ -63,11 +63,11 @@ def drop_body(family: str, seed: int, number: int) -> list[Sample]:
     """Drop one body: in random scenes for the fit, in usual ones for the judgement."""
     draw = np.random.default_rng((seed, number, 991))
     part, tolerance = family_part(family, seed, number), family_tolerance(family)
-    radius = resting_poses(part, tolerance).body.radius
+    radius = resting_poses(part, tolerance, round_sides=0).body.radius
     found = []
     for restitution, height, drops in _scenes(seed, draw):
         counted = simulate(part, drops, restitution, int(draw.integers(1 << 62)),
-                           height * radius, workers=1, cluster_tolerance=tolerance)
+                           height * radius, workers=1, cluster_tolerance=tolerance, round_sides=0)
         count = np.zeros(len(counted.poses), dtype=np.int64)
         for pose in counted.poses:
             count[pose.index] = pose.count

@@ -99,7 +99,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
         tolerance = family_tolerance(key[0])
-        resting = resting_poses(family_part(*key), tolerance)
+        resting = resting_poses(family_part(*key), tolerance, round_sides=0)
         links = split_children(resting)
         shares = kept_shares(resting)[resting.clusters.split]
         for row in scenes:
@@ -136,7 +136,7 @@ def split_children(resting: RestingPoses) -> Index:
     """Children (K, 2) of the splits, numbered within the part: poses first, then splits."""
     tree, grouped = resting.equilibria.arrays.tree, resting.clusters
     leaves, poses = resting.equilibria.order.shape[0], len(resting.poses)
-    number = {int(node): pose for pose, node in enumerate(grouped.node)}
+    number = dict(zip(grouped.node.tolist(), grouped.node_pose.tolist(), strict=True))
     joins = np.flatnonzero(grouped.split)
     number.update({leaves + int(join): poses + place for place, join in enumerate(joins)})
     return np.array([[number[int(child)] for child in tree.child[join]] for join in joins],

@@ -33,6 +33,7 @@ def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     found.drops, found.drops_done, found.seed = request.drops, job.drops_done, job.seed
     found.restitution = float(request.scene.restitution)
     found.cluster_tolerance = float(request.scene.cluster_tolerance)
+    found.round_sides = request.scene.round_sides
     found.target_error, found.max_seconds = request.target_error, request.max_seconds
     found.drop_height = float("nan") if request.scene.drop_height is None else float(
         request.scene.drop_height)

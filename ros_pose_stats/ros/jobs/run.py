@@ -77,6 +77,7 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         on_progress=on_progress if prior is None else combined_progress(prior, on_progress),
         on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
         background=True, cluster_tolerance=request.scene.cluster_tolerance,
+        round_sides=request.scene.round_sides,
         judge=_judge(prior, request.target_error))
     complete = _complete(found, request)  # which goes by the error that the target is for
     if prior is not None:
@@ -103,7 +104,8 @@ def _prior(part: Part, request: JobRequest) -> PosePrior | None:
     """The estimate that the drops are combined with, if that is wanted."""
     if not request.hybrid:
         return None
-    return pose_prior(resting_poses(part, request.scene.cluster_tolerance), request.scene)
+    return pose_prior(resting_poses(part, request.scene.cluster_tolerance,
+                                    request.scene.round_sides), request.scene)
 
 
 def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:

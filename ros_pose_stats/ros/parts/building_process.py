@@ -20,7 +20,7 @@ from ...errors import PoseStatsError
 from ...estimators import estimate
 from ...kernels.compilation import all_kernels, prepare_kernels
 from ...methods import AUTO
-from ...records import Part
+from ...records import DropScene, Part
 from .part_requests import PartRequest, part_of
 
 NICENESS = 10
@@ -31,10 +31,10 @@ FIRST_TO_GO = "1000"
 
 
 class BuildRequest(NamedTuple):
-    """A mesh, and how its poses are merged."""
+    """A mesh, and the scene of its first estimate."""
 
     request: PartRequest
-    cluster_tolerance: float
+    scene: DropScene
 
 
 class Built(NamedTuple):
@@ -54,7 +54,8 @@ def build(asked: BuildRequest) -> Built | PoseStatsError | str:
     """
     try:
         part = part_of(asked.request)
-        estimate(part, AUTO, cluster_tolerance=asked.cluster_tolerance)
+        estimate(part, AUTO, cluster_tolerance=asked.scene.cluster_tolerance,
+                 round_sides=asked.scene.round_sides)
         return Built(part, part.all_prepared())
     except PoseStatsError as refusal:
         return refusal

@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any
 
 from ...errors import MeshError, PoseStatsError, RequestError
-from ...records import Part
+from ...records import DropScene, Part
 from .building_process import BuildRequest, main
 from .part_requests import PartRequest, part_of
 
@@ -98,7 +98,7 @@ class PartBuilder:
         self._idle: threading.Timer | None = None
         self._closed = threading.Event()
 
-    def build(self, request: PartRequest, cluster_tolerance: float) -> Part:
+    def build(self, request: PartRequest, scene: DropScene) -> Part:
         """Build a part; a large one with its poses.
 
         Raises
@@ -109,7 +109,7 @@ class PartBuilder:
         if not is_large(request):
             return part_of(request)
         with self._turn:
-            found = self._built(request, cluster_tolerance)
+            found = self._built(request, scene)
         if isinstance(found, PoseStatsError):
             raise found
         if isinstance(found, str):
@@ -118,7 +118,7 @@ class PartBuilder:
         part.keep_all(found.prepared)
         return part
 
-    def _built(self, request: PartRequest, cluster_tolerance: float) -> Any:
+    def _built(self, request: PartRequest, scene: DropScene) -> Any:
         begin, late = time.monotonic(), threading.Event()
         try:
             process = self._running()
@@ -127,7 +127,7 @@ class PartBuilder:
             guard.daemon = True
             guard.start()
             try:
-                return process.ask(BuildRequest(request, cluster_tolerance))
+                return process.ask(BuildRequest(request, scene))
             finally:
                 guard.cancel()
                 self._rest(process)

@@ -43,7 +43,7 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     float
         A fraction; infinite where the method does not know so low a drop.
     """
-    resting = resting_poses(part, scene.cluster_tolerance)
+    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
     if not message.drops:
         return estimate_bound(prior_of(message, resting, scene))
     counts = np.zeros(len(resting.poses), dtype=np.int64)

@@ -202,7 +202,7 @@ class ResultStore:
         if found is None:
             statistics = estimate(
                 known.part, name, restitution=scene.restitution, drop_height=scene.drop_height,
-                cluster_tolerance=scene.cluster_tolerance)
+                cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
             found = self.number_result(known, statistics, settings)
             self._results.put(key, found)
         return found
@@ -273,8 +273,8 @@ class ResultStore:
 
 def _still_true(last: PoseStatistics, scene: DropScene) -> bool:
     """Whether a result of the last run holds for its part in the present scene."""
-    if (last.version, last.restitution, last.cluster_tolerance) != (
-            VERSION, scene.restitution, scene.cluster_tolerance):
+    if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
+            VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
         return False
     released = release_height(scene, last.radius)
     return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)

@@ -40,7 +40,7 @@ def scene_of(event: JobEvent) -> DropScene:
         If there is no such scene.
     """
     height = event.drop_height if event.drop_height > 0.0 else None
-    return DropScene(event.restitution, height, event.cluster_tolerance)
+    return DropScene(event.restitution, height, event.cluster_tolerance, event.round_sides)
 
 
 @dataclass

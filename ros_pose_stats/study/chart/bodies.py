@@ -84,7 +84,7 @@ def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float
         mesh = _ellipsoid(vertices, number)
         part = mesh.part()
         meshes.append(mesh)
-        known.append(resting_poses(part, 0.0))
+        known.append(resting_poses(part, 0.0, 0))
         simulated.append([_simulated(part, drops, one, number) for one in restitutions])
     return Size(f"{vertices:,} vertices".replace(",", " "), meshes, known,
                 {restitution: pooled(list(of_all)) for restitution, of_all
@@ -102,7 +102,7 @@ def _ellipsoid(vertices: int, number: int) -> Mesh:
 def _simulated(part: Part, drops: int, restitution: float, number: int) -> SimulatedPoses:
     """Drops that ended in each pose of a body, by `index`."""
     seed = np.random.SeedSequence((number, round(restitution * 1e9))).generate_state(1, np.uint64)
-    found = simulate(part, drops, restitution, int(seed[0]), cluster_tolerance=0.0)
+    found = simulate(part, drops, restitution, int(seed[0]), cluster_tolerance=0.0, round_sides=0)
     counts = np.zeros(len(found.poses), dtype=np.int64)
     for pose in found.poses:
         counts[pose.index] = pose.count

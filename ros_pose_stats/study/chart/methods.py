@@ -71,7 +71,7 @@ class Effort(NamedTuple):
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each estimator; the time is from the mesh arrays to the statistics."""
     every = pooled(list(size.simulated.values()))
-    values = {rho: estimates(size.known, DropScene(rho, size.height, 0.0))
+    values = {rho: estimates(size.known, DropScene(rho, size.height, 0.0, 0))
               for rho in size.simulated}
     names = list(next(iter(values.values())))
     # The methods take turns, so that other load of the machine affects all of them alike.
@@ -103,12 +103,12 @@ def point(name: str, kind: str, seconds: float, found: Accuracy,
 
 
 def _estimate(mesh: Mesh, name: str) -> object:
-    return estimate(mesh.part(), name, cluster_tolerance=0.0)
+    return estimate(mesh.part(), name, cluster_tolerance=0.0, round_sides=0)
 
 
 def _simulate(mesh: Mesh, drops: int, restitution: float, height: float | None) -> object:
     return simulate(mesh.part(), drops, restitution, 1, height, workers=1,
-                    cluster_tolerance=0.0)
+                    cluster_tolerance=0.0, round_sides=0)
 
 
 def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
@@ -148,7 +148,8 @@ def _combined_shares(mesh: Mesh, drops: int, restitution: float, height: float |
 
 def _hybrid(mesh: Mesh, drops: int, restitution: float, height: float | None,
             seed: int) -> PoseStatistics:
-    return hybrid(mesh.part(), drops, restitution, seed, height, workers=1, cluster_tolerance=0.0)
+    return hybrid(mesh.part(), drops, restitution, seed, height, workers=1,
+                  cluster_tolerance=0.0, round_sides=0)
 
 
 Call = Callable[[], object]

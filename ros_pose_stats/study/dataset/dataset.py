@@ -67,7 +67,7 @@ class Dataset:
         DatasetError
             If they are not those in the file.
         """
-        found = resting_poses(self.part(number), 0.0)
+        found = resting_poses(self.part(number), 0.0, 0)
         span = slice(self.pose_starts[number], self.pose_starts[number + 1])
         expected = self.arrays["down"][span]
         downs = np.array([pose.down for pose in found.poses])

@@ -218,7 +218,7 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
     """
     bodies = [random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
               for number in range(first, first + count)]
-    prepared = [drop_body(body.part(), 0.0) for body in bodies]
+    prepared = [drop_body(body.part(), 0.0, 0) for body in bodies]
     counts = [_counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)]
     poses = [pose for one in prepared for pose in one.resting.poses]
     return {
@@ -249,7 +249,7 @@ def _counts(spec: DatasetSpec, number: int, body: PreparedBody,
     shape = len(body.resting.poses), len(spec.restitutions), len(ends)
     counts = np.zeros(shape, dtype=np.int64)
     for k, restitution in enumerate(spec.restitutions):
-        rules = drop_rules(DropScene(restitution, spec.drop_height, 0.0), body.radius)
+        rules = drop_rules(DropScene(restitution, spec.drop_height, 0.0, 0), body.radius)
         seed = spec.drop_seed(number, restitution)
         for start in range(0, spec.drops, AT_ONCE):
             if should_stop():

@@ -69,7 +69,7 @@ class DatasetSpec:
         if not _is_whole(self.seed) or not 0 <= self.seed < 2 ** 64:
             raise RequestError("a seed from 0 to 2^64 - 1", f"{self.seed!r}", "1 is the default")
         for restitution in self.restitutions:
-            DropScene(restitution, self.drop_height, 0.0)
+            DropScene(restitution, self.drop_height, 0.0, 0)
         if self.drop_height is None:
             raise RequestError("a drop height", "none", f"the paper has {PAPER_DROP_HEIGHT:g}")
         told_apart = {_billionths(restitution) for restitution in self.restitutions}

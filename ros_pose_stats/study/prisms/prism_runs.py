@@ -162,7 +162,7 @@ def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple
 WIDTH = 0.01
 """Side of the square, metres. No result depends on it: drops start at a multiple of the radius."""
 
-SCENE = DropScene(cluster_tolerance=0.0)
+SCENE = DropScene(cluster_tolerance=0.0, round_sides=0)
 """Scene of estimators that know it: the usual restitution and drop height."""
 
 SQUARE_FACE = 0.9
@@ -195,7 +195,7 @@ def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
     lengths = np.asarray(ratios, dtype=np.float64)
     found = {name: np.empty_like(lengths) for name in ESTIMATORS}
     for place, ratio in enumerate(lengths.tolist()):
-        resting = resting_poses(square_prism(ratio), 0.0)
+        resting = resting_poses(square_prism(ratio), 0.0, 0)
         squares = [pose.index for pose in on_squares(resting.poses)]
         for name, estimator in ESTIMATORS.items():
             found[name][place] = 1.0 - estimator.function(resting, SCENE)[squares].sum()
@@ -210,7 +210,7 @@ def dropped_sides(ratio: float, restitution: float, drops: int, seed: int,
     The parameters are those of `simulate`. Drops that did not settle are left out of the share.
     """
     found = simulate(square_prism(ratio), drops, restitution, seed, workers=workers,
-                     should_stop=should_stop, cluster_tolerance=0.0)
+                     should_stop=should_stop, cluster_tolerance=0.0, round_sides=0)
     settled = found.drops - found.unsettled
     if found.drops < drops or not settled:
         return None

@@ -143,7 +143,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
         return Curve(method, probabilities, change(
             places, probabilities, lambda place: between(place)[method], walk.whole))
 
-    poses = [len(resting_poses(step.part, walk.cluster_tolerance).poses) for step in steps]
+    poses = [len(resting_poses(step.part, walk.cluster_tolerance, 0).poses) for step in steps]
     return WalkResults(walk, values, np.array(poses), tuple(map(curve, told[0])),
                        _simulated(walk, steps, drops), _combined(walk, steps))
 
@@ -151,7 +151,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
     """Probability of what is watched, by each estimator."""
     found = estimate_all(step.part, restitution=step.restitution, drop_height=step.drop_height,
-                         cluster_tolerance=walk.cluster_tolerance)
+                         cluster_tolerance=walk.cluster_tolerance, round_sides=0)
     return {one.method: _watched(walk, one) for one in found}
 
 
@@ -159,7 +159,8 @@ def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
     """Probability by an estimate with a few fresh drops, at each step."""
     return np.array([_watched(walk, hybrid(
         step.part, COMBINED_DROPS, step.restitution, COMBINED_SEED + place, step.drop_height,
-        cluster_tolerance=walk.cluster_tolerance)) for place, step in enumerate(steps)])
+        cluster_tolerance=walk.cluster_tolerance, round_sides=0))
+        for place, step in enumerate(steps)])
 
 
 def _watched(walk: Walk, found: PoseStatistics) -> float:
@@ -173,7 +174,7 @@ def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     counts, settled = [], []
     for seed, step in enumerate(steps):
         found = simulate(step.part, drops, step.restitution, seed, step.drop_height,
-                         cluster_tolerance=walk.cluster_tolerance)
+                         cluster_tolerance=walk.cluster_tolerance, round_sides=0)
         seen = walk.watched(np.array([pose.down for pose in found.poses]))
         counts.append(sum(pose.count for pose, yes in zip(found.poses, seen, strict=True) if yes))
         settled.append(found.drops - found.unsettled)
@@ -226,7 +227,7 @@ def _judged(dataset: Dataset) -> Iterator[tuple[str, list[float], Array]]:
     poses = restings(dataset)
     ends = dataset.pose_starts[1:-1]
     for restitution, told_by in scene_estimates(dataset, poses).items():
-        scene = DropScene(restitution, dataset.spec.drop_height, 0.0)
+        scene = DropScene(restitution, dataset.spec.drop_height, 0.0, 0)
         for name, values in told_by.items():
             told = [expected_error(name, one, some, scene).here
                     for one, some in zip(poses, np.split(values, ends), strict=True)]

@@ -207,7 +207,7 @@ def _restitution() -> Walk:
 
 def _rocking() -> Walk:
     part = random_polyhedron(*ROCKING_BODY).part()
-    x, y, z = resting_poses(part, 0.0).poses[1].down.tolist()
+    x, y, z = resting_poses(part, 0.0, 0).poses[1].down.tolist()
     return Walk("rocking", "A part with two poses side by side falls on harder and harder ground",
                 "coefficient of restitution", _even(0.0, 0.95, 20), False,
                 lambda value: Step(part, restitution=value), towards((x, y, z), 0.1),
@@ -218,7 +218,8 @@ def _drop_height() -> Walk:
     part = _plate()
     return Walk("drop_height", "A thick square plate falls from higher and higher",
                 "drop height in radii", _log(0.5, 100.0, 20), True,
-                lambda radii: Step(part, drop_height=radii * resting_poses(part).body.radius),
+                lambda radii: Step(part, drop_height=radii * resting_poses(
+                    part, round_sides=0).body.radius),
                 along(2), "both square faces together", mark=1.0)
 
 

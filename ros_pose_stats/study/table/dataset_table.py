@@ -114,7 +114,7 @@ def combined_row(dataset: Dataset, poses: list[RestingPoses], first: int) -> Com
     """
     rest = {one: dataset.rest(one, first) for one in dataset.spec.restitutions}
     told = {one: _combined_values(poses, dataset.simulated(one, first),
-                       DropScene(one, dataset.spec.drop_height, 0.0)) for one in rest}
+                       DropScene(one, dataset.spec.drop_height, 0.0, 0)) for one in rest}
     every = accuracy(np.concatenate(list(told.values())), pooled(list(rest.values())))
     return CombinedRow(f"hybrid, {first} drops", every,
                        {one: accuracy(told[one], rest[one]) for one in rest})
@@ -171,7 +171,7 @@ def _again(dataset: Dataset, estimate: float, pose: int, which: int, first: floa
     found = []
     for run, drops in enumerate(MORE_DROPS, 1):
         told = simulate(part, drops, restitution, spec.drop_seed(body, restitution, run),
-                        spec.drop_height, cluster_tolerance=0.0)
+                        spec.drop_height, cluster_tolerance=0.0, round_sides=0)
         found.append((drops, next(one.probability for one in told.poses
                                   if one.index == number)))
     return Outlier(body, number, restitution, estimate, first, tuple(found))
