@@ -52,6 +52,15 @@ class StablePose:
         Origin of the part frame in the plate frame, metres; the centre of mass is above (0, 0).
     shape : RestingShape
         Computes the contact polygon and the outline on demand.
+    group_size : int
+        Poses of its group.
+    rolls : bool
+        Whether it can be turned by 90 degrees about the axis of a round or toothed surface
+        without rising by more than the cluster tolerance.
+    roll_axis : (3,) array
+        That axis on the plate, a unit vector of either sign; zero for none or several.
+    yaw_symmetry : int
+        Turns about the vertical that leave the part as it is: n-fold; 0 for any angle.
     probability : float
     probability_low, probability_high : float
         Bounds of the 90 % interval; NaN where none is known.
@@ -59,6 +68,8 @@ class StablePose:
         NaN where none is known.
     count : int
         Drops that came to rest here.
+    group_probability : float
+        Of all poses of its group together.
     """
 
     index: int
@@ -73,11 +84,16 @@ class StablePose:
     orientation: NDArray[np.float64]
     position: NDArray[np.float64]
     shape: RestingShape = field(repr=False)
+    group_size: int = 1
+    rolls: bool = False
+    roll_axis: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    yaw_symmetry: int = 1
     probability: float = math.nan
     probability_low: float = math.nan
     probability_high: float = math.nan
     standard_error: float = math.nan
     count: int = 0
+    group_probability: float = math.nan
 
     @cached_property
     def support_polygon(self) -> NDArray[np.float64]:
@@ -98,12 +114,20 @@ class StablePose:
                              probability_high=high, standard_error=standard_error, count=count)
         return pose
 
+    def with_group(self, probability: float) -> StablePose:
+        """The same pose with the probability of its group."""
+        pose = object.__new__(StablePose)
+        pose.__dict__.update(self.__dict__, group_probability=probability)
+        return pose
+
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
-        plain = ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
-                 "probability_low", "probability_high", "standard_error", "count")
+        plain = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
+                 "rolls", "yaw_symmetry", "probability", "probability_low", "probability_high",
+                 "standard_error", "count", "group_probability")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
         entry["down"] = self.down.tolist()
+        entry["roll_axis"] = self.roll_axis.tolist()
         entry["orientation"] = self.orientation.tolist()
         entry["members"] = list(self.members)
         return entry
@@ -176,9 +200,15 @@ class PoseStatistics:
 
 
 def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
-    """Sort poses, the most probable first; those equal but for rounding by their index."""
-    return tuple(sorted(poses, key=lambda pose: (-round(_number(pose.probability), 12),
-                                                 pose.index)))
+    """Sort poses, the most probable first; those equal but for rounding by their index.
+
+    Each is told the probability of its group.
+    """
+    together: dict[int, float] = {}
+    for pose in sorted(poses, key=lambda pose: pose.index):
+        together[pose.group] = together.get(pose.group, 0.0) + pose.probability
+    return tuple(sorted((pose.with_group(together[pose.group]) for pose in poses),
+                        key=lambda pose: (-round(_number(pose.probability), 12), pose.index)))
 
 
 def _number(value: float) -> float:

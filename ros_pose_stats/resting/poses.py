@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,9 @@ from .clusters import Clusters, clusters
 from .convex_body import ConvexBody, foot_direction
 from .equilibria import Equilibria, equilibria
 from .orientation import resting_quaternions, rotation_matrices
+from .surface_trial import SurfaceTrial
 from .symmetry import symmetry_groups
+from .turns import rolling_axes, yaw_symmetries
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -177,24 +179,38 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = _margins(found, grouped)
-    groups = symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1))
+    surface = cache(partial(SurfaceTrial, part, body))
+    groups = symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1), surface)
+    rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
+    on_plate = _on_plate(axes, rotations)
+    yaw = yaw_symmetries(part, found, grouped.lowest, surface)
     faces = found.faces[grouped.lowest]
     barriers = grouped.barrier * body.radius
-    for array in (downs, quaternions, positions):
+    for array in (downs, quaternions, positions, on_plate):
         array.flags.writeable = False
     rows = zip(groups.tolist(), downs, heights.tolist(), top.tolist(), margins.tolist(),
                barriers.tolist(), _members(grouped), quaternions, positions, faces.tolist(),
-               rotations, strict=True)
+               rotations, np.bincount(groups)[groups].tolist(), rolls.tolist(), on_plate,
+               yaw.tolist(), strict=True)
     return tuple(
         StablePose(
             index=i, group=group, down=down, height=height, top=highest, margin=margin,
             barrier=barrier, spread=_spread(_near_downs(found, grouped, members)),
             members=tuple(members),
             orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
+            group_size=size, rolls=roll, roll_axis=axis, yaw_symmetry=order,
         )
         for i, (group, down, height, highest, margin, barrier, members, quaternion, position,
-                face, rotation) in enumerate(rows)
+                face, rotation, size, roll, axis, order) in enumerate(rows)
     )
+
+
+def _on_plate(axes: Array, rotations: Array) -> Array:
+    """Direction (P, 3) along the plate of axes in the part frame; zero stays zero."""
+    seen = (rotations * axes[:, None, :]).sum(axis=2)
+    seen[:, 2] = 0.0
+    length = lengths(seen)[:, None]
+    return np.asarray(np.divide(seen, length, out=np.zeros_like(seen), where=length > 0.0))
 
 
 def _near_downs(found: Equilibria, grouped: Clusters, members: list[int]) -> Array:

@@ -36,7 +36,8 @@ FEW_PAIRS = 128
 without symmetry few faces are alike, by chance only, and none of the pairs fits."""
 
 
-def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
+def symmetry_groups(part: Part, found: Equilibria, pose: Index,
+                    surface: Callable[[], SurfaceTrial]) -> Index:
     """Group number of each pose.
 
     Parameters
@@ -45,6 +46,8 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
     found : Equilibria
     pose : (S,) array
         Pose of each stable face, -1 for one that no pose rests on.
+    surface : callable
+        Gives the part's surface, for rotations to be tried on.
 
     Returns
     -------
@@ -60,7 +63,7 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index) -> Index:
     frames = lru_cache(maxsize=None)(partial(_frame, found))
     if _hopeless(part, frames, kind, pose):
         return group
-    trial = SurfaceTrial(part, found.body)
+    trial = surface()
     kind = trial.refine(found, kind)
     trees = cKDTree(found.downs)
     for face, other in _pairs(kind, pose):

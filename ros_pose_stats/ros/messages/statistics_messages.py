@@ -20,8 +20,9 @@ PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_heig
          "plate_error", "version")
 """Fields of the statistics that have the same name and value in the message."""
 
-PLAIN_OF_POSE = ("index", "group", "height", "top", "margin", "barrier", "spread", "probability",
-                 "probability_low", "probability_high", "standard_error", "count")
+PLAIN_OF_POSE = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
+                 "rolls", "yaw_symmetry", "probability", "probability_low", "probability_high",
+                 "standard_error", "count", "group_probability")
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,8 @@ def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     position.x, position.y, position.z = pose.position.tolist()
     orientation.x, orientation.y, orientation.z, orientation.w = pose.orientation.tolist()
     down.x, down.y, down.z = pose.down.tolist()
+    axis = message.roll_axis
+    axis.x, axis.y, axis.z = pose.roll_axis.tolist()
     message.support_polygon, message.outline = _drawn(pose)
     return message
 
@@ -145,5 +148,6 @@ def _pose_of(message: StablePoseMessage) -> records.StablePose:
                        np.array(message.outline).reshape(-1, 2))
     return records.StablePose(
         down=np.array([down.x, down.y, down.z]), members=(), shape=shape,
+        roll_axis=np.array([message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]),
         orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
         position=np.array([position.x, position.y, position.z]), **plain)

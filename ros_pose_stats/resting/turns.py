@@ -1,0 +1,156 @@
+"""How a part can be turned in a pose: by rolling, and about the vertical."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..records import Part
+from ..tolerances import SYMMETRY
+from .convex_body import ConvexBody
+from .equilibria import Equilibria
+from .round_surfaces import Run
+from .surface_trial import SurfaceTrial, keeps_inertia
+from .symmetry import MOST_EFFORT
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROLL = 0.5 * np.pi
+"""Least turn that is a roll."""
+
+STEPS = 180
+"""Of half a degree each; a polygon of 192 sides rises by 0.00013 between them at most."""
+
+UPRIGHT = 0.985
+"""Cosine of an axis' angle to the vertical above which a turn about it is no roll."""
+
+LARGEST_STEP = np.radians(24.8)
+"""Facets of a round surface turn by less."""
+
+SAME_AXIS = 1e-3
+"""Sine of the angle within which two axes are one."""
+
+
+def rolling_axes(body: ConvexBody, downs: Array, heights: Array, tolerance: float
+                 ) -> tuple[NDArray[np.bool_], Array]:
+    """Which poses roll, and about what.
+
+    Parameters
+    ----------
+    body : ConvexBody
+    downs : (P, 3) array
+    heights : (P,) array
+        In radii.
+    tolerance : float
+        Rise over the height that does not stop a roll.
+
+    Returns
+    -------
+    rolls : (P,) array of bool
+        Whether the part can be turned by 90 degrees about the axis of a run and stays that low.
+    axis : (P, 3) array
+        That axis in the part frame, of either sign; zero where there is none, or several.
+    """
+    rolls = np.zeros(len(downs), dtype=np.bool_)
+    axis = np.zeros((len(downs), 3))
+    for candidate in _distinct_axes(body.runs):
+        for pose in np.flatnonzero(np.abs(_along(downs, candidate)) < UPRIGHT).tolist():
+            if _turn_without_rise(body, downs[pose], candidate,
+                                  (1.0 + tolerance) * heights[pose]) >= ROLL:
+                axis[pose] = 0.0 if rolls[pose] else candidate
+                rolls[pose] = True
+    return rolls, axis
+
+
+def _along(vectors: Array, axis: Array) -> Array:
+    return np.asarray(vectors[:, 0] * axis[0] + vectors[:, 1] * axis[1]
+                      + vectors[:, 2] * axis[2])
+
+
+def _distinct_axes(runs: tuple[Run, ...]) -> list[Array]:
+    found: list[Array] = []
+    for run in runs:
+        if all(float(np.linalg.norm(np.cross(run.axis, other))) > SAME_AXIS for other in found):
+            found.append(run.axis)
+    return found
+
+
+def _turn_without_rise(body: ConvexBody, down: Array, axis: Array, height: float) -> float:
+    """How far (radians) the part can be turned about an axis and stays below a height."""
+    total = 0.0
+    for sign in (1.0, -1.0):
+        for begin, end in ((0, 10), (10, STEPS)):
+            angles = sign * ROLL * np.arange(begin + 1, end + 1) / STEPS
+            above = body.R(_turned(down, axis, angles)) > height
+            free = int(np.argmax(above)) if above.any() else len(angles)
+            total += ROLL * free / STEPS
+            if free < len(angles):
+                break
+    return total * (1.0 + 1e-12)
+
+
+def _turned(vector: Array, axis: Array, angles: Array) -> Array:
+    """Turn a vector about a unit axis by each of the angles, radians (Rodrigues)."""
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    along = float(_along(vector[None], axis)[0])
+    return np.asarray(cos * vector + sin * np.cross(axis, vector)
+                      + (1.0 - cos) * along * axis)
+
+
+def yaw_symmetries(part: Part, found: Equilibria, lowest: Index,
+                   trial: Callable[[], SurfaceTrial]) -> Index:
+    """Turns about the vertical that leave the part in a pose as it is.
+
+    Parameters
+    ----------
+    part : Part
+    found : Equilibria
+    lowest : (P,) array of int
+        Stable face of each pose.
+    trial : callable
+        Gives the part's surface, for rotations to be tried on.
+
+    Returns
+    -------
+    (P,) array of int
+        n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned about
+        the axis is round.
+    """
+    number = np.ones(len(lowest), dtype=np.int64)
+    for pose, face in enumerate(lowest.tolist()):
+        down = found.downs[face]
+        if not keeps_inertia(part, _turn_matrix(down, np.pi)):
+            continue  # whose axis would be a principal one
+        runs = [run for run in found.body.runs if run.full
+                and abs(float(_along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
+        number[pose] = _order(part, found, face, runs, trial)
+    return number
+
+
+def _order(part: Part, found: Equilibria, face: int, runs: list[Run],
+           trial: Callable[[], SurfaceTrial]) -> int:
+    """Order of the symmetry about a stable face's normal."""
+    arrays, number = found.body.arrays, int(found.faces[face])
+    down = found.downs[face]
+    corners = int(arrays.face_start[number + 1] - arrays.face_start[number])
+    orders = {order for sides in {corners, *(run.corners for run in runs)}
+              for order in range(2, sides + 1) if sides % order == 0}
+    for order in sorted(orders, reverse=True):
+        turn = _turn_matrix(down, 2.0 * np.pi / order)
+        if not keeps_inertia(part, turn):
+            continue
+        if trial().effort > MOST_EFFORT:
+            return 1
+        if trial().holds(turn):
+            turned = 2.0 * np.pi / order < LARGEST_STEP and all(
+                run.kind == "round" for run in runs) and runs
+            return 0 if turned else order
+    return 1
+
+
+def _turn_matrix(axis: Array, angle: float) -> Array:
+    return np.ascontiguousarray(np.stack(
+        [_turned(unit, axis, np.array([angle]))[0] for unit in np.eye(3)]).T)
