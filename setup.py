@@ -36,6 +36,7 @@ setup(
         "lxml",
         "networkx",
         "manifold3d>=3.0",
+        "meshoptimizer>=0.2.30a0",
         "matplotlib>=3.6",
         "pillow",
         "Jinja2",

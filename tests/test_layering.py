@@ -42,6 +42,7 @@ ROOMS_OF = {
     "scipy": {"statistics", "mesh", "resting", "shapes", "study"},
     "trimesh": {"mesh", "shapes", "study"},
     "manifold3d": {"shapes"},
+    "meshoptimizer": {"mesh"},
     "mcap": {"recording"},
     "mcap_ros2": {"recording"},
     "zstandard": {"recording"},
@@ -172,7 +173,7 @@ def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
 
 
 @pytest.mark.parametrize("library", [
-    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask", "distributed",
+    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask", "distributed", "meshoptimizer",
 ])
 def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
     assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate

@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
+from ..mesh.decimation import visible_triangles
 from ..records import Part, Trajectory
-from ..resting.decimation import visible_triangles
 from ..resting.orientation import rotation_matrices
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
-from .poses import FINEST
 from .rendering import View, rendered
 from .style import INK, REFERENCE, new_figure
 from .trajectory import component_name, draw_energy, energy_heights
@@ -89,7 +88,7 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     canvas.draw()  # type: ignore[no-untyped-call]
     background = canvas.copy_from_bbox(stage.figure.bbox)  # type: ignore[no-untyped-call]
     levels = levels_above(root, trajectory.pose)
-    triangles = visible_triangles(part, FINEST) - part.center_of_mass
+    triangles = visible_triangles(part) - part.center_of_mass
     turns = rotation_matrices(frames.orientations)
     energy = energy_heights(trajectory)
     for k, time in enumerate(frames.times):

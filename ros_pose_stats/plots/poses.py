@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ..mesh.decimation import visible_triangles
 from ..records import Part, PoseStatistics, StablePose
-from ..resting.decimation import visible_triangles
 from ..resting.orientation import rotation_matrices
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, in_digits, new_figure
@@ -20,9 +20,6 @@ Array = NDArray[np.float64]
 COLUMNS = 4
 MOST = 8
 """Most poses that are drawn, the most probable ones."""
-
-FINEST = 20_000
-"""Most triangles; a larger mesh is drawn as its decimated hull."""
 
 PIXELS = 400
 """Pixels across a picture."""
@@ -90,7 +87,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
     list of (height, width, 3) array of uint8
         High enough for the highest of the poses.
     """
-    triangles = visible_triangles(part, FINEST) - part.center_of_mass
+    triangles = visible_triangles(part) - part.center_of_mass
     laid = [placed(triangles, pose) for pose in poses]
     view = resting_view(laid, radius, pixels)
     return [rendered(one, view) for one in laid]

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.decimation import visible_triangles
 from ..records import Part, StablePose
-from ..resting.decimation import visible_triangles
 
 Array = NDArray[np.float64]
 
@@ -19,12 +19,6 @@ ASSETS = Path(__file__).parent / "assets"
 
 SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
 """Each file uses functions of those before it."""
-
-FINEST = 20_000
-"""Triangles; a larger mesh is shown as its convex hull, made coarser."""
-
-STEPS = 32_767
-"""Of a coordinate, to each side of the centre of mass: 0.03 thousandths of the radius."""
 
 
 def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
@@ -41,14 +35,15 @@ def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     Returns
     -------
     str
-        `vertices`: base64 of little-endian int16, three a vertex, about the centre of mass,
-        32767 being one radius; `triangles`: base64 of little-endian uint16 or uint32
+        `vertices`: base64 of little-endian float32, three a vertex, about the centre of mass;
+        `triangles`: base64 of little-endian uint16 or uint32
         (`wide`); `poses`: label, quaternion x y z w and height.
     """
-    corners = (visible_triangles(part, FINEST) - part.center_of_mass).reshape(-1, 3)
-    # Voids reach no farther than the hull, so that nothing is cut off.
-    steps = np.clip(np.rint(STEPS * corners / radius), -STEPS, STEPS).astype("<i2")
-    vertices, triangles = np.unique(steps, axis=0, return_inverse=True)
+    corners = (visible_triangles(part) - part.center_of_mass).reshape(-1, 3)
+    # Integers of 16 bits would do for the places, but not for the normals of thin triangles, which
+    # a fine circle in a flat face has many of.
+    places = (corners / radius).astype("<f4") + np.float32(0.0)  # no negative zeros
+    vertices, triangles = np.unique(places, axis=0, return_inverse=True)
     wide = len(vertices) > 65_535
     numbers = triangles.reshape(-1).astype("<u4" if wide else "<u2")
     return json.dumps({

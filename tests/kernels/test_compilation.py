@@ -19,7 +19,7 @@ from numba import types
 import ros_pose_stats
 from ros_pose_stats.kernels import code_cache, compilation
 from ros_pose_stats.kernels.extents import bounds
-from ros_pose_stats.resting.decimation import decimated_hull
+from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.shapes import box
 from tests.imports import Sources
 
@@ -164,7 +164,7 @@ class TestOneSignature:
         assert not part.surface_vertices.flags.writeable
         low, high = bounds(part.surface_vertices)
         assert (high - low).tolist() == [1.0, 2.0, 3.0]
-        assert len(decimated_hull(part, 100)) == 12
+        assert len(convex_body(part).points) == 8
         written = {"outcome", "measure", "tape", "states", "turns"}
         for one in compilation.all_kernels():
             names = one.py_func.__code__.co_varnames[:one.py_func.__code__.co_argcount]

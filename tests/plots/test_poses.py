@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, simulate
+from ros_pose_stats.mesh.decimation import visible_triangles
 from ros_pose_stats.plots.poses import MOST, placed, pose_pictures, poses_figure
-from ros_pose_stats.resting.decimation import visible_triangles
 from ros_pose_stats.shapes.closed_forms import box, cylinder
 from tests.plots.texts import clipped, figure_texts, overlapping
 
@@ -69,7 +69,7 @@ def test_counted_probabilities_come_with_their_errors_and_a_large_mesh_is_thinne
     figure = poses_figure(part, found)
     assert "±" in figure.axes[0].get_title()
     assert "200 drops" in figure_texts(figure)
-    assert len(visible_triangles(part, 6000)) <= 4000
+    assert 3900 < len(visible_triangles(part, 4000)) <= 4000
     file = tmp_path / "poses.png"
     figure.savefig(file)
     assert file.stat().st_size > 10_000

@@ -13,9 +13,10 @@ import pytest
 import ros_pose_stats
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.report import investigate, report_page
-from ros_pose_stats.report.viewer import STEPS, viewer_data
+from ros_pose_stats.report.viewer import viewer_data
 from ros_pose_stats.report.words import WORDS, in_words, said_once, three_digits
 from ros_pose_stats.shapes.closed_forms import box
+from tests import fine_parts
 from tests.report.parts import block, demo
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
@@ -169,12 +170,26 @@ def test_the_mesh_of_the_view_is_that_of_the_part():
     findings = demo("clamp")
     part, found = findings.part, findings.simulated
     data = json.loads(viewer_data(part, found.poses, found.radius))
-    steps = np.frombuffer(base64.b64decode(data["vertices"]), "<i2").reshape(-1, 3)
+    places = np.frombuffer(base64.b64decode(data["vertices"]), "<f4").reshape(-1, 3)
     numbers = np.frombuffer(base64.b64decode(data["triangles"]), "<u2")
-    shown = part.center_of_mass + found.radius * steps[numbers].astype(float) / STEPS
+    shown = part.center_of_mass + found.radius * places[numbers].astype(float)
     true = part.surface_vertices[part.surface_triangles].reshape(-1, 3)
-    assert np.abs(shown - true).max() < found.radius / STEPS
+    assert np.abs(shown - true).max() < 1e-7 * found.radius
     assert [pose["index"] for pose in data["poses"]] == [pose.index for pose in found.poses]
     for told, pose in zip(data["poses"], found.poses, strict=True):
         assert told["turn"] == pytest.approx(pose.orientation.tolist(), abs=1e-8)
         assert told["height"] * found.radius == pytest.approx(pose.height)
+
+
+@pytest.mark.parametrize("body", [fine_parts.gear(), fine_parts.screw(384)],
+                         ids=["30 000 triangles", "300 000 triangles"])
+def test_the_page_of_a_fine_part_stays_small(body):
+    part = part_from_mesh(*body, part_id="fine")
+    assert len(part.triangles) > 30_000
+    findings = investigate(part, drops=100, seed=1, workers=1)
+    page = report_page(findings)
+    assert len(page) < 3e6
+    data = viewer_data(part, findings.simulated.poses, findings.simulated.radius)
+    triangles = base64.b64decode(json.loads(data)["triangles"])
+    assert 15_000 < len(triangles) / 6 <= 20_000
+    assert len(data) < 4e5

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ...mesh.decimation import visible_triangles
 from ...records import Part
-from ...resting.decimation import visible_triangles
 from ...resting.orientation import rotation_matrices
 from ...simulation.frames import RATE, DropFrames
 from .bag_file import BagFile
+from .cdr import SECOND, CdrWriter
+from .markers import CUBE, TRIANGLE_LIST, Marker, marker_array_message
 from .message_types import MessageType, definition
 
 Array = NDArray[np.float64]
@@ -24,16 +25,13 @@ PLATE, FRAME = "plate", "part"
 """Frames: the plate, z up, and the part's own."""
 
 FINEST = 10_000
-"""Triangles of the marker; a larger mesh is shown as its convex hull, made coarser."""
+"""Triangles of the marker."""
 
-SECOND: Final = 1_000_000_000
 START: Final = SECOND
 """Time [ns] of the release in the file; 0 has a meaning of its own in ROS."""
 
 EVERY: Final = SECOND // 4
 """Between two copies of the markers, for viewers that begin anywhere."""
-
-TRIANGLE_LIST, CUBE = 11, 1
 
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
@@ -108,12 +106,8 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
     film.finish()
 
 
-def _header(message: CdrWriter, stamp: int, frame: str) -> CdrWriter:
-    return message.number("i", stamp // SECOND).number("I", stamp % SECOND).string(frame)
-
-
 def _transform(place: Array, orientation: Array, stamp: int) -> bytes:
-    message = _header(CdrWriter().number("I", 1), stamp, PLATE).string(FRAME)
+    message = CdrWriter().number("I", 1).header(stamp, PLATE).string(FRAME)
     return message.doubles(place).doubles(orientation).message()
 
 
@@ -122,63 +116,10 @@ def _markers(part: Part, stamp: int) -> bytes:
     corners = visible_triangles(part, FINEST).reshape(-1, 3)
     about = corners - part.center_of_mass
     reach = float(np.sqrt((about * about).sum(axis=1).max()))
-    message = CdrWriter().number("I", 2)
-    _marker(message, stamp, FRAME, (part.part_id, TRIANGLE_LIST), (1.0, 1.0, 1.0), 0.0,
-            (0.42, 0.64, 0.92, 1.0), corners)
     thin = 0.02 * reach
-    _marker(message, stamp, PLATE, (PLATE, CUBE), (3.0 * reach, 3.0 * reach, thin), -0.5 * thin,
-            (0.8, 0.8, 0.8, 1.0), np.empty((0, 3)))
-    return message.message()
-
-
-def _marker(message: CdrWriter, stamp: int, frame: str, kind: tuple[str, int],
-            scale: tuple[float, float, float], z: float, color: tuple[float, ...],
-            points: Array) -> None:
-    """A visualization_msgs/Marker; what is not needed stays empty."""
-    name, number = kind
-    _header(message, stamp, frame).string(name).number("i", 0, number, 0)
-    message.doubles((0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0)).doubles(scale).number("f", *color)
-    message.number("i", 0).number("I", 0).number("?", True)  # for ever, and moved by its frame
-    message.number("I", len(points)).doubles(points).number("I", 0).string("")
-    _header(message, 0, "").string("").number("I", 0)  # no texture
-    message.number("I", 0).string("").string("").string("").number("I", 0).number("?", False)
-
-
-class CdrWriter:
-    """A message in little-endian CDR that grows by its fields in their order.
-
-    Numbers are aligned to their size, counted from behind the encapsulation.
-    """
-
-    def __init__(self) -> None:
-        self._data = bytearray()
-
-    def number(self, kind: str, *values: float) -> CdrWriter:
-        """Add numbers of one kind, named as in `struct`: `i`, `I`, `f`, `d`, `B` or `?`."""
-        form = struct.Struct(f"<{kind}")
-        for value in values:
-            self._align(form.size)
-            self._data += form.pack(value)
-        return self
-
-    def string(self, text: str) -> CdrWriter:
-        """Add a string."""
-        data = text.encode() + b"\0"
-        self.number("I", len(data))
-        self._data += data
-        return self
-
-    def doubles(self, values: ArrayLike) -> CdrWriter:
-        """Add the float64 numbers of an array of any shape, row by row."""
-        data = np.ascontiguousarray(values, dtype="<f8").tobytes()
-        if data:
-            self._align(8)
-        self._data += data
-        return self
-
-    def message(self) -> bytes:
-        """What was added, as a message."""
-        return b"\0\1\0\0" + bytes(self._data)  # plain CDR, little-endian
-
-    def _align(self, size: int) -> None:
-        self._data += bytes(-len(self._data) % size)
+    return marker_array_message([
+        Marker(FRAME, part.part_id, TRIANGLE_LIST, color=(0.42, 0.64, 0.92, 1.0),
+               corners=corners, stamp=stamp, locked=True),
+        Marker(PLATE, PLATE, CUBE, (0.0, 0.0, -0.5 * thin, 0.0, 0.0, 0.0, 1.0),
+               (3.0 * reach, 3.0 * reach, thin), (0.8, 0.8, 0.8, 1.0), stamp=stamp,
+               locked=True)])

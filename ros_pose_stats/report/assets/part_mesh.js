@@ -13,14 +13,17 @@ function cross(a, b) {
 }
 function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-const points = Float32Array.from(new Int16Array(bytes(data.vertices)), x => x / 32767);
+const points = new Float32Array(bytes(data.vertices));
 const corners = new (data.wide ? Uint32Array : Uint16Array)(bytes(data.triangles));
 const count = corners.length / 3;
 const point = i => [points[3 * i], points[3 * i + 1], points[3 * i + 2]];
 const normals = [];
 for (let t = 0; t < count; t++) {
   const a = point(corners[3 * t]), b = point(corners[3 * t + 1]), c = point(corners[3 * t + 2]);
-  normals.push(unit(cross(b.map((x, k) => x - a[k]), c.map((x, k) => x - a[k]))));
+  const ab = b.map((x, k) => x - a[k]), ac = c.map((x, k) => x - a[k]), n = cross(ab, ac);
+  // Triangles thinner than their coordinates are exact have no direction.
+  const thin = dot(n, n) < 1e-12 * Math.max(dot(ab, ab), dot(ac, ac));
+  normals.push(thin ? [0, 0, 0] : unit(n));
 }
 const lines = creases();
 
@@ -34,7 +37,8 @@ function creases() {
       const other = seen.get(key);
       if (other === undefined) { seen.set(key, t); continue; }
       seen.delete(key);
-      if (dot(normals[t], normals[other]) < CREASE) found.push(i, j);
+      const [one, two] = [normals[t], normals[other]];
+      if (dot(one, two) < CREASE && dot(one, one) > 0 && dot(two, two) > 0) found.push(i, j);
     }
   }
   for (const key of seen.keys()) found.push(Math.floor(key / 4194304), key % 4194304);

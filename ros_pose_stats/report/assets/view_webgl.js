@@ -7,12 +7,12 @@ function withGl() {
     attribute vec3 place; attribute vec3 facing;
     uniform mat3 turn; uniform mat3 look; uniform vec2 scale;
     uniform float height; uniform float middle; uniform float flat_; uniform vec3 light;
-    uniform vec3 color; uniform float shaded; varying vec3 tint;
+    uniform vec3 color; uniform float shaded; uniform float lift; varying vec3 tint;
     void main() {
       vec3 p = turn * place + vec3(0.0, 0.0, height);
       if (flat_ > 0.5) p.z = 0.003;
       vec3 q = look * (p - vec3(0.0, 0.0, middle));
-      gl_Position = vec4(q.xy * scale, -q.z * 0.2, 1.0);
+      gl_Position = vec4(q.xy * scale, -0.2 * (q.z + lift), 1.0);
       float bright = 0.38 + 0.68 * pow(0.5 + 0.5 * dot(turn * facing, light), 1.5);
       tint = color * mix(1.0, bright, shaded);
     }`], [gl.FRAGMENT_SHADER, `
@@ -29,7 +29,8 @@ function withGl() {
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) return null;
   gl.useProgram(program);
   const at = name => gl.getUniformLocation(program, name);
-  const names = ["turn", "look", "scale", "height", "middle", "flat_", "light", "color", "shaded"];
+  const names = ["turn", "look", "scale", "height", "middle", "flat_", "light", "color", "shaded",
+    "lift"];
   const uniform = Object.fromEntries(names.map(name => [name, at(name)]));
   const faces = [], up = [0, 0, 1];
   for (let t = 0; t < count; t++)
@@ -71,11 +72,12 @@ function withGl() {
     gl.uniform2fv(uniform.scale, scales());
     gl.uniform1f(uniform.middle, middle());
     gl.uniform3fv(uniform.light, LIGHT);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
+    gl.uniform1f(uniform.lift, 0);
     draw(meshes[2], gl.TRIANGLES, [0.925, 0.925, 0.925], 0, 0, still, 0);
     draw(meshes[0], gl.TRIANGLES, [0.7, 0.7, 0.7], 0, 1, turn, pose.height);
     draw(meshes[0], gl.TRIANGLES, PART, 1, 0, turn, pose.height);
+    // A polygon offset would push thin triangles far back, and lines behind them would show.
+    gl.uniform1f(uniform.lift, 0.004);
     draw(meshes[1], gl.LINES, [0.13, 0.2, 0.3], 0, 0, turn, pose.height);
   };
 }

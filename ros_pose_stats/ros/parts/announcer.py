@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 
-from geometry_msgs.msg import Point
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
@@ -15,8 +14,9 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
+from ...mesh.decimation import visible_triangles
 from ...records import Part
-from ..messages.markers import corners, marker_array, poses_each, triangles_each
+from ..messages.markers import marker_array, poses_each, triangles_each
 from ..messages.statistics_messages import with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
@@ -55,7 +55,6 @@ class Announcer:
         self._shown: dict[str, _Shown] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
-        self._corners: dict[tuple[str, int], list[Point]] = {}
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
         steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
                      MutuallyExclusiveCallbackGroup())
@@ -125,11 +124,5 @@ class Announcer:
             shown = [self._shown[part_id] for part_id in sorted(self._shown)]
         each = poses_each(len(shown))
         most = triangles_each(sum(min(len(one.message.poses), each) for one in shown))
-        kept = {(one.part.digest, most): self._corners_of(one.part, most) for one in shown}
-        self._corners = kept
         self._markers.publish(marker_array(
-            [(one.message, kept[one.part.digest, most]) for one in shown]))
-
-    def _corners_of(self, part: Part, most: int) -> list[Point]:
-        found = self._corners.get((part.digest, most))
-        return corners(part, most) if found is None else found
+            [(one.message, visible_triangles(one.part, most)) for one in shown]))

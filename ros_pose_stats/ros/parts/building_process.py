@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, NamedTuple
 from ...errors import PoseStatsError
 from ...estimators import estimate
 from ...kernels.compilation import all_kernels, prepare_kernels
+from ...mesh.decimation import visible_triangles
 from ...methods import AUTO
 from ...records import DropScene, Part
 from .part_requests import PartRequest, part_of
@@ -38,14 +39,14 @@ class BuildRequest(NamedTuple):
 
 
 class Built(NamedTuple):
-    """A part with all that was prepared on the way to its first estimate."""
+    """A part with all that was prepared on the way to its first estimate and picture."""
 
     part: Part
     prepared: dict[Any, Any]
 
 
 def build(asked: BuildRequest) -> Built | PoseStatsError | str:
-    """Build a part as far as its first estimate.
+    """Build a part as far as its first estimate and its first picture.
 
     Returns
     -------
@@ -56,6 +57,7 @@ def build(asked: BuildRequest) -> Built | PoseStatsError | str:
         part = part_of(asked.request)
         estimate(part, AUTO, cluster_tolerance=asked.scene.cluster_tolerance,
                  round_sides=asked.scene.round_sides)
+        visible_triangles(part)  # for its markers
         return Built(part, part.all_prepared())
     except PoseStatsError as refusal:
         return refusal

@@ -1,0 +1,66 @@
+"""Finely divided parts with teeth, a thread, a bore; lengths in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+from manifold3d import CrossSection, Manifold, Mesh64
+
+from ros_pose_stats.shapes.profiles import unit_circle
+
+TEETH, TIP, ROOT, BORE, FACE = 60, 0.031, 0.0265, 0.006, 0.010
+"""Of the gear: radii, and the width of its teeth."""
+
+TURNS, PITCH, CREST, CORE = 16, 0.00125, 0.004, 0.0033
+"""Of the screw's thread: radii of crests and core."""
+
+
+def surface(body):
+    """Vertices and triangles of a solid, welded."""
+    mesh = body.to_mesh64()
+    first = np.arange(body.num_prop_vert())
+    first[np.asarray(mesh.merge_from_vert, dtype=np.int64)] = mesh.merge_to_vert
+    return np.array(mesh.vert_properties)[:, :3], first[np.asarray(mesh.tri_verts, dtype=np.int64)]
+
+
+def gear(division=1):
+    """A spur gear with a hub and a bore, axis z, its teeth in 0 <= z <= FACE.
+
+    The first tooth is at a quarter of a pitch. Some 30 000 triangles times the square of the
+    division.
+    """
+    steps = 40 * division
+    angles = 2.0 * np.pi * np.arange(TEETH * steps) / (TEETH * steps)
+    wave = np.clip(0.8 * np.sin(TEETH * angles) + 0.5, 0.0, 1.0)
+    outline = (ROOT + (TIP - ROOT) * wave)[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
+    teeth = Manifold.extrude(CrossSection([outline]), FACE, 4 * division)
+    hub = Manifold.cylinder(1.6 * FACE, 0.010, circular_segments=192 * division)
+    bore = Manifold.cylinder(2.0 * FACE, BORE, circular_segments=192 * division)
+    return surface(teeth + hub - bore.translate((0.0, 0.0, -0.2 * FACE)))
+
+
+def screw(sides=64):
+    """A screw with a right-hand thread in z >= 0 and a hexagon head below.
+
+    Some 300 000 triangles with 384 sides.
+    """
+    rings = TURNS * 24
+    heights = np.linspace(0.0, TURNS * PITCH, rings + 1)[:, None]
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    phase = (heights / PITCH - angles / (2.0 * np.pi)) % 1.0
+    flank = np.clip(1.3 - 1.6 * np.abs(2.0 * phase - 1.0), 0.0, 1.0)
+    radii = CORE + (CREST - CORE) * flank
+    corners = np.stack([radii * np.cos(angles), radii * np.sin(angles),
+                        np.broadcast_to(heights, radii.shape)], axis=2).reshape(-1, 3)
+    ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, heights[-1, 0]]])
+    here = np.arange(rings * sides)
+    beside = here // sides * sides + (here + 1) % sides
+    rim, after = np.arange(sides), (np.arange(sides) + 1) % sides
+    last, middle = rings * sides, len(corners)
+    triangles = np.concatenate([
+        np.stack([here, beside, beside + sides], axis=1),
+        np.stack([here, beside + sides, here + sides], axis=1),
+        np.stack([np.full(sides, middle), after, rim], axis=1),
+        np.stack([np.full(sides, middle + 1), last + rim, last + after], axis=1)])
+    shank = Manifold(Mesh64(np.concatenate([corners, ends]), triangles.astype(np.uint64)))
+    head = Manifold.extrude(CrossSection([0.0075 * unit_circle(6)]), 0.0053)
+    return surface(shank + head.translate((0.0, 0.0, -0.0053)))
