@@ -155,8 +155,8 @@ NEAR_TIE: Final = 1e-3
 EXACT_TIE: Final = 1e-5
 """Saddles closer than this tie by symmetry; float32 files round at some 1e-7."""
 
-COARSE_FACETS: Final = 0.0126
-"""Angle between neighbouring facets above which a tessellated curve does not roll, radians."""
+COARSE_FACETS: Final = 0.1
+"""Angle between facets, radians, above which a curve is coarse; 64 sides a turn have 0.098."""
 
 FEWEST_FACETS: Final = 8
-"""Stable facets of one pose that are taken for a curve."""
+"""Stable facets, parted by low barriers only, that are taken for a curve."""

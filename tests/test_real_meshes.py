@@ -51,7 +51,7 @@ class TestEachFile:
 
     def test_geometry(self, name):
         part = self.part(name)
-        found = equilibria(part)
+        found = equilibria(part, 0)
         assert found.poincare_hopf == 2
         assert found.body.arrays.angle.sum() == pytest.approx(4.0 * np.pi, rel=1e-6)
         for pose in resting_poses(part, 0.005).poses:

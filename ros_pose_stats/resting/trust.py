@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..records import StablePose
+from ..text import several
 from ..tolerances import (
     COARSE_FACETS,
     EXACT_TIE,
@@ -18,6 +19,8 @@ from ..tolerances import (
     NEAR_TIE,
     SHALLOW_BARRIER,
 )
+from .clusters import RUN_TOLERANCE, clusters
+from .convex_body import ConvexBody
 from .poses import RestingPoses
 
 MOST_NAMED = 3
@@ -36,24 +39,27 @@ def pose_warnings(resting: RestingPoses) -> list[str]:
     list of str
         `CODE: sentence`, none where nothing is near a change.
     """
-    found = (_clustered(resting), _marginal(resting.poses), _shallow(resting.poses),
-             _near_tie(resting))
+    found = (_rounded(resting.body), _coarse(resting), _clustered(resting),
+             _marginal(resting.poses), _shallow(resting.poses), _near_tie(resting))
     return [one for one in found if one]
 
 
-def drop_warnings(resting: RestingPoses) -> list[str]:
-    """Warnings that hold for drops alone.
+def _rounded(body: ConvexBody) -> str:
+    if not body.rounded:
+        return ""
+    return (f"ROUNDED: {several(body.rounded, 'round edge')} of the hull "
+            f"{'stands as a polygon' if body.rounded == 1 else 'stand as polygons'} of "
+            f"{max(run.sides for run in body.runs)} sides a turn, whatever the file has.")
 
-    A polygon that rolls loses energy at every facet, a round part does not. So with few facets far
-    too many drops end on the curve; see the cylinder in `docs/study/stability.md`.
-    """
-    angles = [math.degrees(angle) for angle in _facet_angles(resting)
-              if angle > COARSE_FACETS]
+
+def _coarse(resting: RestingPoses) -> str:
+    """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
+    angles = [angle for angle in _facet_angles(resting) if angle > COARSE_FACETS]
     if not angles:
-        return []
-    return [f"COARSE_CURVE: facets of {max(angles):.2g} degrees stand in for a curve; rolling "
-            f"loses energy at each, so poses on the curve come out too probable; export the part "
-            f"with facets of at most {math.degrees(COARSE_FACETS):.2g} degrees."]
+        return ""
+    return (f"COARSE_CURVE: facets of {math.degrees(max(angles)):.2g} degrees stand in for a "
+            f"curve and are taken as they are; how often the part stops on the curve hangs on "
+            f"them; export it with facets of at most {math.degrees(COARSE_FACETS):.2g} degrees.")
 
 
 def _clustered(resting: RestingPoses) -> str:
@@ -108,13 +114,17 @@ def _smallest_gap(resting: RestingPoses) -> float:
 
 
 def _facet_angles(resting: RestingPoses) -> list[float]:
-    """Typical angle between neighbouring facets of each pose that gathers many, radians."""
-    downs = resting.equilibria.downs
-    pose = resting.clusters.pose
-    found = []
-    for number in np.flatnonzero(np.bincount(pose) >= FEWEST_FACETS).tolist():
-        found.append(_spacing(downs[pose == number]))
-    return found
+    """Typical angle between the facets of each curve that is no circle, radians.
+
+    Facets of one curve are hardly parted, whether they are poses of their own or not.
+    """
+    found = resting.equilibria
+    if len(found.order) < FEWEST_FACETS:
+        return []
+    curve = clusters(found, max(resting.clusters.tolerance, RUN_TOLERANCE)).pose
+    as_given = found.body.run_of_face[found.faces] < 0
+    many = np.flatnonzero(np.bincount(curve[as_given]) >= FEWEST_FACETS)
+    return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]
 
 
 def _spacing(downs: NDArray[np.float64]) -> float:

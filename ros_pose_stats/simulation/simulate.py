@@ -17,7 +17,7 @@ from ..records.scene import (
     HIGH_DROP_RADII,
 )
 from ..records.statistics import ranked
-from ..resting.trust import drop_warnings, pose_warnings
+from ..resting.trust import pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
 from ..version import VERSION
 from .chunks import DropWorkers
@@ -161,8 +161,7 @@ class _Simulation:
             poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
             drops=prefix.drops, unsettled=prefix.drops - settled, seed=self._request.seed,
             expected_error=prefix.expected_error(), seconds=time.perf_counter() - self._begin,
-            warnings=(*part.warnings, *pose_warnings(body.resting), *drop_warnings(body.resting),
-                      *self._warnings()),
+            warnings=(*part.warnings, *pose_warnings(body.resting), *self._warnings()),
             version=VERSION)
 
     def _warnings(self) -> list[str]:

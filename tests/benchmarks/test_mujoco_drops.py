@@ -109,12 +109,12 @@ class TestDrops:
 
 class TestThePart:
     def test_mujoco_has_its_shape_and_inertia(self, odd):
-        plate, radius = Plate(odd), convex_body(odd).radius
+        plate, radius = Plate(odd), convex_body(odd, 0).radius
         model, turn = plate.model, np.empty(9)
         plate.engine.mju_quat2Mat(turn, model.geom_quat[1])
         seen = model.mesh_vert @ turn.reshape(3, 3).T + model.geom_pos[1]
         assert seen == pytest.approx(plate.points, abs=1e-6)
-        assert seen @ plate.axes.T == pytest.approx(convex_body(odd).points, abs=1e-6)
+        assert seen @ plate.axes.T == pytest.approx(convex_body(odd, 0).points, abs=1e-6)
         inertia = plate.axes @ np.diag(model.body_inertia[1]) @ plate.axes.T
         assert inertia == pytest.approx(odd.inertia / (odd.mass * radius**2), abs=1e-9)
         assert model.body_ipos[1] == pytest.approx(np.zeros(3))
@@ -122,7 +122,7 @@ class TestThePart:
 
     def test_levels_are_those_of_the_poses(self, odd):
         plate, poses = Plate(odd), resting_poses(odd).poses
-        radius = convex_body(odd).radius
+        radius = convex_body(odd, 0).radius
         ways_out = np.array([pose.height + pose.barrier for pose in poses]) / radius
         assert plate.decided == pytest.approx(ways_out[plate.pose])
         assert (plate.rested <= plate.decided).all()

@@ -170,18 +170,18 @@ class TestEveryAnswer:
 class TestEquilibria:
     @given(polyhedra)
     def test_poincare_hopf(self, surface):
-        assert equilibria(part_from_mesh(*surface)).poincare_hopf == 2
+        assert equilibria(part_from_mesh(*surface), 0).poincare_hopf == 2
 
     @given(polyhedra, seeds)
     def test_poincare_hopf_with_the_centre_of_mass_elsewhere(self, surface, seed):
         weights = np.random.default_rng(seed).dirichlet(np.ones(len(surface[0])))
         part = part_from_mesh(*surface, center_of_mass=weights @ surface[0])
-        assert equilibria(part).poincare_hopf == 2
+        assert equilibria(part, 0).poincare_hopf == 2
 
     @given(polyhedra)
     def test_without_clusters_every_stable_face_is_a_pose(self, surface):
         part = part_from_mesh(*surface)
-        found = equilibria(part)
+        found = equilibria(part, 0)
         poses = resting_poses(part, 0.0).poses
         assert [pose.members for pose in poses] == [(i,) for i in range(len(found.faces))]
         assert values(poses, "height") == pytest.approx(
@@ -193,7 +193,7 @@ class TestEquilibria:
     def test_stable_is_where_the_foot_is_inside(self, surface):
         # By section 2.B: r at the face's normal is the distance of its plane.
         part = part_from_mesh(*surface)
-        found = equilibria(part)
+        found = equilibria(part, 0)
         arrays = found.body.arrays
         inside = found.body.r(arrays.normal) > arrays.distance * (1.0 - 1e-12)
         assert sorted(found.faces) == np.flatnonzero(inside).tolist()

@@ -22,7 +22,7 @@ def marginal(part: Part) -> float:
     At 0 an equilibrium is about to vanish: a stable face and a saddle, or a saddle and an
     unstable corner.
     """
-    arrays = equilibria(part).body.arrays
+    arrays = equilibria(part, 0).body.arrays
     return float(min(np.abs(lengths).min()
                      for lengths in (arrays.inset, arrays.start, arrays.stop)))
 
@@ -87,7 +87,7 @@ def undecided(part: Part) -> str:
     not, with less than a factor of five between their bend and the tolerance; vertices so close
     that a corner and the middle of an edge would be welded.
     """
-    body = equilibria(part).body
+    body = equilibria(part, 0).body
     if marginal(part) < 100.0 * MARGINAL:
         return "marginal"
     if roughness(body) > 0.2 * body.tolerance or bend(body) < 5.0 * body.tolerance:

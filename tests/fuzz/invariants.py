@@ -53,7 +53,7 @@ def faults(part: Part, random: Random, thorough: bool = True) -> Iterator[str]:
 
 def equilibria_faults(part: Part) -> Iterator[str]:
     """S - H + U = 2, and the faces' solid angles fill the sphere."""
-    found = equilibria(part)
+    found = equilibria(part, 0)
     # A foot on a side is a stable face and a saddle at once, or neither.
     if found.poincare_hopf != 2 and marginal(part) > MARGINAL:
         yield f"S - H + U is {found.poincare_hopf}, and no foot is near a side"

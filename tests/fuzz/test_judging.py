@@ -87,8 +87,8 @@ def test_little_is_excused():
     assert undecided(PART) == ""
     assert sameness.allowed(PART) < 2e-9
     assert marginal(PART) > 1e-3
-    assert roughness(convex_body(PART)) < 1e-14
-    assert bend(convex_body(PART)) > 1e-3
+    assert roughness(convex_body(PART, 0)) < 1e-14
+    assert bend(convex_body(PART, 0)) > 1e-3
     assert gap(PART) > 1e-2
     assert thickness(PART) > 0.1
 

@@ -18,7 +18,7 @@ every_part = pytest.mark.parametrize("part", PARTS.values(), ids=PARTS)
 @every_part
 class TestAreasBelow:
     def test_from_nothing_to_everything(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         lowest = body.arrays.distance.min()
         for angles in (body.angles_below_r, body.angles_below_R):
             assert np.abs(angles(lowest)).max() == 0.0
@@ -26,7 +26,7 @@ class TestAreasBelow:
         assert body.angles_below_r(1.0) == pytest.approx(body.arrays.angle, abs=1e-10)
 
     def test_rising_with_the_level(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         levels = np.linspace(body.arrays.distance.min(), 1.0, 400)
         on_faces = np.array([body.angles_below_r(level) for level in levels])
         assert np.diff(on_faces, axis=0).min() > -1e-12
@@ -37,7 +37,7 @@ class TestAreasBelow:
 
     def test_continuous_in_the_level(self, part):
         # On each face for r; in sum for R, whose shares pass from face to face at once.
-        body = convex_body(part)
+        body = convex_body(part, 0)
         arrays = body.arrays
         for mark in np.concatenate((arrays.distance, arrays.reach, arrays.radius)):
             below, above = mark - 1e-11, mark + 1e-11
@@ -48,9 +48,9 @@ class TestAreasBelow:
             assert abs(flow) < 4e-9 / arrays.distance.min()
 
     def test_discs_that_fit_into_a_face(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         arrays = body.arrays
-        for face in equilibria(part).faces:
+        for face in equilibria(part, 0).faces:
             sides = slice(arrays.face_start[face], arrays.face_start[face + 1])
             d, rim = arrays.distance[face], arrays.reach[sides].min()
             for level in np.linspace(d, rim, 5):
@@ -62,7 +62,7 @@ class TestAreasBelow:
 @pytest.mark.parametrize("name", few_quick(
     ["box, shifted centre", "leaning prism", "random 6", "cube", "prism", "random 0"], 2))
 def test_areas_against_the_grid(name):
-    body = convex_body(PARTS[name])
+    body = convex_body(PARTS[name], 0)
     shape = Shape(body.points, np.zeros(3))
     plane = (shape.normals @ body.arrays.normal.T).argmax(axis=1)
     assert sorted(plane) == list(range(body.faces))

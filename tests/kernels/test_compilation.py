@@ -36,7 +36,7 @@ from tests.bodies import oblique_prism, random_polyhedron
 found = []
 for surface in (random_polyhedron(9, 5), oblique_prism(1.2, 2.0)):
     part = part_from_mesh(*surface)
-    body = convex_body(part)
+    body = convex_body(part, 0)
     for statistics in estimate_all(part, cluster_tolerance=0.0):
         for pose in statistics.poses:
             found.append([pose.probability, pose.height, pose.margin, pose.top, pose.spread])
@@ -45,7 +45,7 @@ for surface in (random_polyhedron(9, 5), oblique_prism(1.2, 2.0)):
     for level in (0.3, 0.5, 0.7, 0.9):
         found.append(sorted(body.angles_below_r(level)))
         found.append(sorted(body.angles_below_R(level)))
-    found.append([body.faces, len(equilibria(part).saddles), len(equilibria(part).unstable)])
+    found.append([body.faces, len(equilibria(part, 0).saddles), len(equilibria(part, 0).unstable)])
 json.dump([bool(numba.config.DISABLE_JIT), found], sys.stdout)
 """
 
@@ -164,7 +164,7 @@ class TestOneSignature:
         assert not part.surface_vertices.flags.writeable
         low, high = bounds(part.surface_vertices)
         assert (high - low).tolist() == [1.0, 2.0, 3.0]
-        assert len(convex_body(part).points) == 8
+        assert len(convex_body(part, 0).points) == 8
         written = {"outcome", "measure", "tape", "states", "turns"}
         for one in compilation.all_kernels():
             names = one.py_func.__code__.co_varnames[:one.py_func.__code__.co_argcount]

@@ -86,7 +86,7 @@ def test_a_far_vertex_of_no_triangle_does_not_roughen_the_part():
     # It decides nothing about how well the coordinates of the others are known.
     part = part_from_mesh(np.vstack((VERTICES, np.full(3, 1e9))), TRIANGLES)
     assert part.rounding == part_from_mesh(VERTICES, TRIANGLES).rounding
-    assert convex_body(part).tolerance == 1e-6
+    assert convex_body(part, 0).tolerance == 1e-6
 
 
 @pytest.mark.parametrize("mass", [np.eye(3), [1.0] * 100_000, "heavy\nload"], ids=type)

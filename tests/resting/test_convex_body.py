@@ -22,19 +22,19 @@ def directions(count, seed=0):
 @every_part
 class TestFaces:
     def test_euler(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         corners = len(np.unique(body.arrays.corner))
         assert corners - len(body.edges[0]) + body.faces == 2
 
     def test_angles_cover_the_sphere(self, part):
-        assert convex_body(part).arrays.angle.sum() == pytest.approx(4.0 * np.pi, rel=1e-11)
+        assert convex_body(part, 0).arrays.angle.sum() == pytest.approx(4.0 * np.pi, rel=1e-11)
 
     def test_areas_add_up_to_the_hulls(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         assert body.arrays.area.sum() == pytest.approx(ConvexHull(body.points).area, rel=1e-9)
 
     def test_corners_lie_on_their_planes_and_all_others_below(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         height = body.arrays.normal @ body.points.T - body.arrays.distance[:, None]
         assert height.max() < 2.0 * body.tolerance + 1e-12
         for face in range(body.faces):
@@ -43,7 +43,7 @@ class TestFaces:
             assert np.abs(off).max() < 2.0 * body.tolerance + 1e-12
 
     def test_corners_run_counter_clockwise(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         for face in range(body.faces):
             corners = body.polygon(face)
             along = np.roll(corners, -1, axis=0) - corners
@@ -51,20 +51,20 @@ class TestFaces:
             assert turn.min() > 0.0
 
     def test_twins(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         arrays = body.arrays
         side = np.arange(len(arrays.twin))
         assert np.array_equal(arrays.twin[arrays.twin], side)
         assert np.all(arrays.face[arrays.twin] != arrays.face)
 
     def test_radius_is_the_farthest_vertex(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         offset = part.surface_vertices - part.center_of_mass
         assert body.radius == pytest.approx(np.linalg.norm(offset, axis=1).max(), rel=1e-14)
         assert np.linalg.norm(body.points, axis=1).max() == pytest.approx(1.0, rel=1e-14)
 
     def test_side_lengths(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         arrays = body.arrays
         for k in range(len(arrays.twin)):
             v, w = body.points[arrays.corner[k]], body.points[arrays.corner[arrays.twin[k]]]
@@ -82,24 +82,24 @@ class TestFaces:
 @every_part
 class TestFunctions:
     def test_r_is_on_the_surface(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         u = directions(500)
         height = (body.r(u)[:, None] * u) @ body.arrays.normal.T - body.arrays.distance
         assert np.abs(height.max(axis=1)).max() < 1e-12
 
     def test_R_touches_from_outside(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         u = directions(500)
         gap = body.R(u)[:, None] - u @ body.points.T
         assert np.abs(gap.min(axis=1)).max() == 0.0
 
     def test_r_is_never_above_R(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         u = directions(5000)
         assert np.all(body.r(u) <= body.R(u) * (1.0 + 1e-12))
 
     def test_both_agree_at_equilibria_and_differ_elsewhere(self, part):
-        body, found = convex_body(part), equilibria(part)
+        body, found = convex_body(part, 0), equilibria(part, 0)
         arrays = body.arrays
         v = body.points[arrays.corner[found.saddles]]
         w = body.points[arrays.corner[arrays.twin[found.saddles]]]
@@ -114,7 +114,7 @@ class TestFunctions:
         assert np.all(body.R(u) - body.r(u) > 0.0)
 
     def test_shapes_of_arguments(self, part):
-        body = convex_body(part)
+        body = convex_body(part, 0)
         u = directions(6)
         for function in (body.r, body.R):
             assert function(u[0]).shape == ()
@@ -124,7 +124,7 @@ class TestFunctions:
 
 def test_solid_angles_of_a_needle_keep_their_digits():
     for width in (0.1, 1e-3, 1e-5):
-        body = convex_body(part_from_mesh(*shapes.box(1.0, width, 2.0 * width)))
+        body = convex_body(part_from_mesh(*shapes.box(1.0, width, 2.0 * width)), 0)
         a, b, d = 0.5, width, width / 2.0  # half sizes and distance of the widest face
         expected = 4.0 * np.arctan(a * b / (d * np.sqrt(a * a + b * b + d * d)))
         assert body.arrays.angle.max() == pytest.approx(expected, rel=1e-11)
@@ -138,7 +138,7 @@ class TestCoplanarTriangles:
     def test_any_triangulation_gives_the_same_faces(self, change):
         for name in ("tetrahedron", "cube", "dodecahedron"):
             surface = moved(REGULAR_SOLIDS[name], rotation(5), (2.0, 1.0, -3.0))
-            plain, fine = (convex_body(part_from_mesh(*s)) for s in (surface, change(surface)))
+            plain, fine = (convex_body(part_from_mesh(*s), 0) for s in (surface, change(surface)))
             assert fine.faces == plain.faces
             assert len(fine.edges[0]) == len(plain.edges[0])
             assert np.sort(fine.arrays.angle) == pytest.approx(
@@ -146,18 +146,18 @@ class TestCoplanarTriangles:
 
     def test_thin_plates_keep_two_sides(self):
         for thickness in (1e-2, 1e-4, 1e-5, 1e-6):
-            body = convex_body(part_from_mesh(*shapes.box(1.0, 0.7, thickness)))
+            body = convex_body(part_from_mesh(*shapes.box(1.0, 0.7, thickness)), 0)
             assert body.faces == 6
 
     def test_a_bulge_of_a_thousandth_is_no_plane(self):
         vertices, _ = shapes.box(1.0, 1.0, 1.0)
         raised = np.vstack((vertices, (0.0, 0.0, 0.501)))
-        assert convex_body(part_from_mesh(*shapes.hull_mesh(raised))).faces == 9
+        assert convex_body(part_from_mesh(*shapes.hull_mesh(raised)), 0).faces == 9
 
 
 def test_the_body_is_built_once_and_cannot_be_written_to():
     part = part_from_mesh(*shapes.box(1.0, 1.0, 1.0))
-    body = convex_body(part)
-    assert convex_body(part) is body
+    body = convex_body(part, 0)
+    assert convex_body(part, 0) is body
     with pytest.raises(ValueError, match="read-only"):
         body.points[0, 0] = 1.0

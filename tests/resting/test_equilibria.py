@@ -19,7 +19,7 @@ from tests.bodies import (
 
 def counts(surface, **properties):
     """Stable, saddle and unstable equilibria."""
-    found = equilibria(part_from_mesh(*surface, **properties))
+    found = equilibria(part_from_mesh(*surface, **properties), 0)
     return len(found.faces), len(found.saddles), len(found.unstable)
 
 
@@ -48,7 +48,7 @@ def test_a_centre_of_mass_close_to_a_corner_leaves_few():
 def test_every_equilibrium_is_one_of_the_distance(seed):
     # Local extrema of r, tried on directions around them.
     part = part_from_mesh(*random_polyhedron(6 + seed, seed))
-    found = equilibria(part)
+    found = equilibria(part, 0)
     body = found.body
     for down in found.downs:
         ring = down + 1e-5 * shapes.sphere_points(50, seed)
@@ -81,7 +81,7 @@ def test_rough_faces_give_no_pose_that_the_part_falls_out_of(roughness, toleranc
 
 def test_tilts_lead_over_each_side():
     part = part_from_mesh(*shapes.box(2.0, 4.0, 6.0))
-    found = equilibria(part)
+    found = equilibria(part, 0)
     arrays = found.body.arrays
     on_largest = arrays.face == found.faces[0]
     expected = np.repeat(np.arctan2((2.0, 3.0), 1.0), 2)
@@ -130,7 +130,7 @@ def test_faces_merged_within_the_tolerance_stay_stable(seed):
     # Among thousands of facets some pairs are coplanar to 1e-7; their merged face has corners
     # off its plane by more than a shallow pose is deep.
     points = shapes.ellipsoid_points(4000, seed, (1.0, 0.995, 0.99))
-    found = equilibria(part_from_mesh(*shapes.hull_mesh(points)))
+    found = equilibria(part_from_mesh(*shapes.hull_mesh(points)), 0)
     arrays = found.body.arrays
     margin = np.minimum.reduceat(arrays.inset, arrays.face_start[:-1])
     assert set(np.flatnonzero(margin > 1e-6)) <= set(arrays_stable(found))

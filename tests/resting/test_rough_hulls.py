@@ -29,7 +29,7 @@ def test_box_of_scattered_points_has_six_faces():
         points = points_on_a_box(rng, 200, 10.0 ** rng.uniform(-15, -9))
         points = Rotation.random(random_state=seed).apply(points) + rng.normal(size=3)
         found = equilibria(part_from_mesh(*hull_mesh(points),
-                                          center_of_mass=points[:8].mean(axis=0)))
+                                          center_of_mass=points[:8].mean(axis=0)), 0)
         assert found.body.faces == 6
         assert found.poincare_hopf == 2
         assert found.heights * found.body.radius == pytest.approx(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, resting_poses, simulate
-from ros_pose_stats.resting.trust import drop_warnings, pose_warnings
+from ros_pose_stats.resting.trust import pose_warnings
 from ros_pose_stats.shapes import box, cylinder, hull_mesh
 
 
@@ -62,21 +62,34 @@ class TestNearTie:
 
 
 class TestCurves:
-    @pytest.mark.parametrize(("sides", "warned"), [(48, True), (360, True), (600, False)])
-    def test_coarse_facets_change_drops(self, sides, warned):
-        resting = resting_poses(part_from_mesh(*cylinder(sides, 0.01, 0.02)))
-        assert ("COARSE_CURVE" in codes(drop_warnings(resting))) == warned
-        assert codes(pose_warnings(resting)) == ["CLUSTERED"]
+    @pytest.mark.parametrize(("sides", "warned"), [(48, True), (100, False)])
+    @pytest.mark.parametrize("tolerance", [0.0, 0.0025])
+    def test_coarse_facets_as_the_file_has_them(self, sides, warned, tolerance):
+        resting = resting_poses(part_from_mesh(*cylinder(sides, 0.01, 0.02)), tolerance, 0)
+        assert ("COARSE_CURVE" in codes(pose_warnings(resting))) == warned
 
     def test_the_angle_is_that_of_the_facets(self):
-        (text,) = drop_warnings(resting_poses(part_from_mesh(*cylinder(60, 0.01, 0.02))))
+        resting = resting_poses(part_from_mesh(*cylinder(60, 0.01, 0.02)), round_sides=0)
+        (text,) = [one for one in pose_warnings(resting) if one.startswith("COARSE_CURVE")]
         assert "facets of 6 degrees" in text
+
+    @pytest.mark.parametrize("sides", [24, 600])
+    def test_circles_are_rounded(self, sides):
+        resting = resting_poses(part_from_mesh(*cylinder(sides, 0.01, 0.02)))
+        texts = pose_warnings(resting)
+        assert codes(texts) == ["ROUNDED", "CLUSTERED"]
+        assert "2 round edges" in texts[0] and "192 sides" in texts[0]
+
+    def test_circles_that_have_so_many_sides_stay(self):
+        resting = resting_poses(part_from_mesh(*cylinder(192, 0.01, 0.02)))
+        assert codes(pose_warnings(resting)) == ["CLUSTERED"]
 
     def test_drops_of_coarse_cylinders_do_end_on_the_curve(self):
         """What the warning says, by 600 drops each: 4 binomial errors are 0.08."""
         ends = [sum(pose.probability for pose in
-                    simulate(part_from_mesh(*cylinder(sides, 0.01, 0.02)), 600, seed=1).poses
-                    if abs(pose.down[2]) > 0.9) for sides in (32, 400)]
+                    simulate(part_from_mesh(*cylinder(sides, 0.01, 0.02)), 600, seed=1,
+                             round_sides=0).poses if abs(pose.down[2]) > 0.9)
+                for sides in (32, 400)]
         assert ends[1] - ends[0] > 0.08
 
 
@@ -85,5 +98,6 @@ def test_answers_carry_them():
     assert "MARGINAL_POSE" in codes(estimate(part, cluster_tolerance=0.0).warnings)
     assert "MARGINAL_POSE" in codes(simulate(part, 10, seed=1, cluster_tolerance=0.0).warnings)
     coarse = part_from_mesh(*cylinder(46, 0.01, 0.02))
-    assert "COARSE_CURVE" in codes(simulate(coarse, 10, seed=1).warnings)
-    assert "COARSE_CURVE" not in codes(estimate(coarse).warnings)
+    assert "COARSE_CURVE" in codes(simulate(coarse, 10, seed=1, round_sides=0).warnings)
+    assert "COARSE_CURVE" in codes(estimate(coarse, round_sides=0).warnings)
+    assert "ROUNDED" in codes(estimate(coarse).warnings)

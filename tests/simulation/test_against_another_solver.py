@@ -128,7 +128,7 @@ def test_same_first_events(case):
     theirs = np.array([numbers(event, 1.0, 1.0) for event in expected])
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=AGREED)
 
-    hull = convex_body(bodies()[case[0]]).points
+    hull = convex_body(bodies()[case[0]], 0).points
     np.testing.assert_allclose([hull[first.vertex] for first, _ in events],
                                points[[event.vertex for event in expected]], rtol=0, atol=1e-12)
 

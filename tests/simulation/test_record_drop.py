@@ -50,7 +50,7 @@ EVERY_BODY = pytest.mark.parametrize("name", [
 def trajectories(name):
     """Drops at several restitutions, one released touching the plate, one let run to rest."""
     part = bodies()[name]
-    low = 0.01 * convex_body(part).radius
+    low = 0.01 * convex_body(part, 0).radius
     return [record_drop(part, k, restitution, seed=5, drop_height=low if k == 1 else None,
                         to_rest=k == 2)
             for k, restitution in enumerate((0.5, 0.2, 0.3, 0.8, 0.0))]
