@@ -112,7 +112,7 @@ UNITS = ("m", "mm", "cm", "inch")
 
 def add_part_options(command: argparse.ArgumentParser) -> None:
     """Add the part file, its unit, the centre of mass and the cluster tolerance."""
-    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
     command.add_argument("--unit", choices=UNITS,
                          help="unit of the file (default: what the file declares, else m)")
     command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),

@@ -18,7 +18,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "later gets it too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
-    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
     command.add_argument("--unit", choices=UNITS,
                          help="unit of the file (default: what the file declares, else m)")
     command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),

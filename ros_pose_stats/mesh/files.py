@@ -1,16 +1,15 @@
-"""Mesh files: STL, OBJ, PLY, OFF and 3MF to plain arrays.
+"""Files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays.
 
-trimesh parses all but binary STL, which is the most common and only a table of numbers. This
-module does the rest. Nothing is merged, reordered or repaired, so that a part's
-digest depends on the file alone; a file that says less than it announces (cut off by a full
-disk, say) is refused; and the objects of a scene are set in place by their transforms and
-joined into one mesh.
+trimesh parses all but binary STL, which is the most common and only a table of numbers, and
+cascadio tessellates STEP for it. This module does the rest. Nothing is merged, reordered or
+repaired, so that a part's digest depends on the file alone; a file that says less than it
+announces (cut off by a full disk, say) is refused; and the objects of a scene are set in place by
+their transforms and joined into one mesh.
 """
 
 from __future__ import annotations
 
 import io
-import math
 import os
 import re
 from pathlib import Path
@@ -19,16 +18,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshFileError, RequestError
-from .arrays import NOT_NUMBERS, real_number
+from ..errors import MeshFileError
+from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
+from .units import metres_per_unit
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
 
-SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf")
-
-METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -39,35 +37,6 @@ _OBJ_GROUPS: Final = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)
 
 _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
                                  ("attribute", "<u2")])
-
-
-def metres_per_unit(unit: str | float) -> float:
-    """Length of one mesh unit in metres.
-
-    Parameters
-    ----------
-    unit : str or float
-        `m`, `mm`, `cm` or `inch`, or a positive number of metres.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RequestError
-        If it is neither.
-    """
-    if isinstance(unit, str) and unit in METRES_PER_UNIT:
-        return METRES_PER_UNIT[unit]
-    try:
-        length = math.nan if isinstance(unit, (str, bool)) else real_number(unit)
-    except NOT_NUMBERS:
-        length = math.nan
-    if not 0.0 < length < math.inf:
-        raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
-                           f"{unit!r}", "most CAD systems export millimetres: 'mm'")
-    return length
 
 
 class FileMesh(NamedTuple):
@@ -93,9 +62,9 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     Parameters
     ----------
     file : path
-        `.stl` (ascii or binary), `.obj`, `.ply`, `.off` or `.3mf`, in any case.
+        `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any case.
     unit : str or float, optional
-        As for `metres_per_unit`; default: what the file declares (3MF), else metres.
+        As for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres.
 
     Raises
     ------
@@ -114,6 +83,9 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
+    elif suffix in STEP_SUFFIXES:
+        declared = declared_step_unit(data)
+        vertices, triangles = _tessellated(path, data, declared)
     else:
         scene = _parsed(path, suffix, data)
         vertices, triangles = _joined(scene)
@@ -134,7 +106,7 @@ def _bytes_of(path: Path) -> bytes:
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
-                            "export the part as STL or 3MF")
+                            "export the part as STEP, STL or 3MF")
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -170,6 +142,14 @@ def _binary_triangles(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int6
     records = np.frombuffer(data, _STL_TRIANGLE, offset=84)
     vertices = records["corners"].reshape(-1, 3).astype(np.float64)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _tessellated(path: Path, data: bytes, unit: float
+                 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices, in the file's unit, and triangles of a STEP file."""
+    vertices, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
+    # They came in float32, and it has to show: whoever asks for their rounding looks for it.
+    return (vertices / unit).astype(np.float32).astype(np.float64), triangles
 
 
 def _parsed(path: Path, suffix: str, data: bytes) -> Scene:

@@ -15,10 +15,11 @@ from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
 from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import checked_mesh, coordinate_rounding, in_standard_order
-from .files import metres_per_unit, read_mesh
+from .files import read_mesh
 from .hull import Hull, hull_of, keep_hull
 from .mass_properties import GivenProperties, Solid, check_given, solid_of
 from .shells import oriented_outward
+from .units import metres_per_unit
 from .vectors import lengths
 from .welding import weld, without_unused
 from .winding import closed_shells
@@ -70,10 +71,10 @@ def load_part(
     Parameters
     ----------
     file : path
-        STL, OBJ, PLY, OFF or 3MF.
+        STEP (with the package cascadio), STL, OBJ, PLY, OFF or 3MF.
     unit : str or float, optional
-        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (3MF),
-        else metres.
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (STEP,
+        3MF), else metres.
     center_of_mass, mass, inertia
         See `part_from_mesh`.
     part_id : str

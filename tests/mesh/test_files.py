@@ -9,8 +9,9 @@ import pytest
 import trimesh
 
 from ros_pose_stats.errors import MeshFileError, RequestError
-from ros_pose_stats.mesh.files import METRES_PER_UNIT, metres_per_unit, read_mesh
+from ros_pose_stats.mesh.files import read_mesh
 from ros_pose_stats.mesh.parts import load_part
+from ros_pose_stats.mesh.units import METRES_PER_UNIT, metres_per_unit
 
 EXTENTS = (10.0, 20.0, 30.0)
 
@@ -112,7 +113,7 @@ def test_a_mirrored_object_is_turned_back(tmp_path, block):
 
 @pytest.mark.parametrize(("name", "content", "message"), [
     ("a.stl", b"", "which is empty"),
-    ("a.step", b"x", "expected a mesh file (.stl, .obj"),
+    ("a.igs", b"x", "expected a mesh file (.stl, .obj"),
     ("a", b"x", "expected a mesh file (.stl, .obj"),
     ("a.stl", b"not a mesh at all", "expected triangles in"),
     ("a.stl", b"\x00" * 83, "of the length that its header announces"),
