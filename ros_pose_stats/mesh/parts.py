@@ -4,56 +4,25 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MassPropertiesError, MeshError, RequestError
-from ..kernels.extents import bounds, thinness
+from ..errors import MassPropertiesError, RequestError
+from ..kernels.extents import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
-from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
-from .arrays import checked_mesh, coordinate_rounding, in_standard_order
+from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
+from .arrays import checked_mesh, coordinate_rounding
 from .files import read_mesh
-from .hull import Hull, hull_of, keep_hull
-from .mass_properties import GivenProperties, Solid, check_given, solid_of
-from .shells import oriented_outward
+from .hull import keep_hull
+from .mass_properties import GivenProperties, check_given
+from .surface import Surface, beyond_hull, surface_of
 from .units import metres_per_unit
 from .vectors import lengths
-from .welding import weld, without_unused
-from .winding import closed_shells
 
 _LARGEST_USUAL = 2.0
 _SMALLEST_USUAL = 0.2e-3
-
-_OPEN_MESH = ("OPEN_MESH: the mesh has holes or encloses no solid, so its convex hull stands in "
-              "for it; mass properties that you do not give are the hull's.")
-_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
-                   "they share counts twice in the mass properties; unite them in CAD or give "
-                   "mass properties.")
-
-
-class Surface(NamedTuple):
-    """A welded closed surface with the solid in it.
-
-    Attributes
-    ----------
-    vertices : (W, 3) array
-        Metres.
-    triangles : (U, 3) array
-        Normals point out of the material.
-    solid : Solid
-    hull : Hull
-        Of `vertices`.
-    warnings : tuple of str
-    """
-
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    solid: Solid
-    hull: Hull
-    warnings: tuple[str, ...]
 
 
 def load_part(
@@ -132,7 +101,8 @@ def part_from_mesh(
     Returns
     -------
     Part
-        With warnings `OPEN_MESH`, `BODIES_OVERLAP`, `UNIT_SUSPECT` where they apply.
+        With warnings `UNIT_SUSPECT`, `HOLES_CLOSED`, `OPEN_MESH`, `BODIES_OVERLAP` and
+        `INERTIA_SUSPECT` where they apply.
 
     Raises
     ------
@@ -147,12 +117,13 @@ def part_from_mesh(
         raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
     given = check_given(center_of_mass, mass, inertia)
     metres, corners = checked_mesh(vertices, triangles, metres_per_unit(unit))
-    surface = _surface(metres, corners.astype(np.int64))
+    surface = surface_of(metres, corners.astype(np.int64))
     rounding = coordinate_rounding(vertices, corners) * metres_per_unit(unit)
     kilograms, center, tensor = _mass_properties(given, surface)
+    warnings = (*_unit_warning(surface.vertices), *surface.warnings,
+                *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
-                tensor, surface.warnings + _inertia_warning(tensor, kilograms, center, surface),
-                rounding)
+                tensor, warnings, rounding)
     keep_hull(part, surface.hull)
     return part
 
@@ -168,59 +139,9 @@ def _mass_properties(given: GivenProperties, surface: Surface
     return kilograms, center, uniform if given.inertia is None else given.inertia
 
 
-def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
-    """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
-    vertices, triangles = weld(vertices, triangles)
-    _check_spans_volume(vertices, triangles)
-    warnings = _unit_warning(vertices)
-    shells = closed_shells(vertices, triangles)
-    if shells is not None:
-        points, kept = without_unused(vertices, shells.triangles)
-        oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
-        solid, hull = solid_of(points, oriented), hull_of(points)
-        if _is_solid(solid, hull):
-            if overlapping:
-                warnings += (_BODIES_OVERLAP,)
-            return Surface(points, np.ascontiguousarray(oriented), solid, hull, warnings)
-    hull = hull_of(vertices)
-    around = _hull_triangles(vertices, hull)
-    return Surface(vertices, around, solid_of(vertices, around), hull, (*warnings, _OPEN_MESH))
-
-
-def _is_solid(solid: Solid, hull: Hull) -> bool:
-    """Whether a solid in this hull can have such a volume, centroid and inertia."""
-    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
-    return bool(solid.volume > HOLLOW * whole
-                and _beyond_hull(solid.centroid, hull) < 0.0
-                and principal_axes(solid.inertia)[0][0] > 0.0)
-
-
-def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
-    """Triangles of the hull, normals outward."""
-    triangles = hull.qhull.simplices.astype(np.int64)
-    shells = closed_shells(vertices, triangles)
-    if shells is not None:
-        return in_standard_order(oriented_outward(vertices, shells)[0])
-    # Qhull may split a merged facet into slivers that fold, but its normals are right.
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
-    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
-
-
-def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
-    """How far a point is beyond the nearest hull plane, metres; negative inside."""
-    planes = hull.qhull.equations
-    with np.errstate(over="ignore"):
-        aside = float(np.abs((point - hull.shift) / hull.scale).max())
-    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
-        return aside * hull.scale
-    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
-                 * hull.scale)
-
-
 def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
-    beyond = _beyond_hull(center, surface.hull)
+    beyond = beyond_hull(center, surface.hull)
     # The square of a distance from far outside may be beyond float64.
     radius = surface.hull.scale if beyond > surface.hull.scale else _reach(center, surface)
     if beyond < -ON_HULL * radius:
@@ -235,18 +156,6 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
 def _reach(center: NDArray[np.float64], surface: Surface) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
     return float(lengths(surface.vertices - center).max())
-
-
-def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
-    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
-    if len(triangles) == 0:
-        raise MeshError("triangles that span an area", "only triangles with coincident corners",
-                        "check the mesh's unit and export it again with more digits")
-    thinnest = thinness(vertices, *bounds(vertices))
-    if thinnest < FLATTEST:
-        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
-                        f"one that is {thinnest:.2g} of its length thick",
-                        "give a flat part its real thickness")
 
 
 def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
