@@ -2,8 +2,7 @@
 
 The edges that a triangle is missing at form closed loops. Each simple loop gets a cap that has no
 corners of its own, triangulated as seen along the normal of the loop; loops in one plane are
-capped together, so that the lost face of a tube is a ring. Where two holes touch at a corner, a
-loop goes on along the hole, not along the fan of triangles by which it came.
+capped together, so that the lost face of a tube is a ring.
 
 Where caps would be a guess there are none: over a sheet, through the surface, or over the two rims
 of a bore whose wall is lost.
@@ -19,9 +18,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ..kernels.extents import bounds
-from ..kernels.mesh.components import component_labels
 from ..text import several
 from ..tolerances import COPLANAR
+from .open_edges import OpenEdges, join_loops, open_edges
 from .overlap import reach_into_each_other
 from .vectors import lengths
 from .winding import Shells, closed_shells, wound_alike
@@ -62,26 +61,6 @@ class Closing(NamedTuple):
     open_volume: float = 0.0
 
 
-class _OpenEdges(NamedTuple):
-    """Edges that lack a triangle, directed as that triangle would run along them.
-
-    Attributes
-    ----------
-    begin, end : (E,) arrays
-        Vertices.
-    beside : (E,) array
-        The third vertex of the triangle that is there.
-    begin_fan, end_fan : (E,) arrays
-        Which fan of linked triangles around the vertex it borders on.
-    """
-
-    begin: NDArray[np.int64]
-    end: NDArray[np.int64]
-    beside: NDArray[np.int64]
-    begin_fan: NDArray[np.int64]
-    end_fan: NDArray[np.int64]
-
-
 def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Closing:
     """Close the holes of a mesh.
 
@@ -99,14 +78,14 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     wound = wound_alike(vertices, triangles)
     if wound is None:
         return Closing(None, "is one-sided like a Möbius strip")
-    edges = _open_edges(wound)
+    edges = open_edges(wound)
     if edges is None:
         return Closing(None, "has edges that several triangles share in no order")
     if len(edges.begin) == 0:
         return Closing(None, "encloses no solid")
     if len(edges.begin) > _MOST_OPEN_EDGES * len(wound):
         return Closing(None, "is made of loose triangles")
-    rims = _loops(edges)
+    rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
     holes = several(len(loops), "hole")
     low, high = bounds(vertices)
@@ -128,61 +107,7 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     return Closing(shells, "", len(loops), volume * size * size * size)
 
 
-def _open_edges(triangles: NDArray[np.int64]) -> _OpenEdges | None:
-    """Edges that lack one triangle; None where one lacks several or has too many one way."""
-    begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-    after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
-    order = np.lexsort((high, low))
-    new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
-    first = np.flatnonzero(new)
-    uses = np.diff(np.append(first, len(order)))
-    surplus = np.add.reduceat(np.where(begin < end, 1, -1)[order], first)
-    if (np.abs(surplus) > 1).any():
-        return None
-    one, two = order[first[uses == 2]], order[first[uses == 2] + 1]
-    links = np.concatenate((np.stack((one, after[two]), axis=1),
-                            np.stack((after[one], two), axis=1)))
-    fan = component_labels(len(begin), links)
-    lacking = np.flatnonzero(surplus)
-    # Of three along an edge any one of the surplus direction stands for the edge.
-    excess = (np.where(begin < end, 1, -1)[order] == np.repeat(surplus, uses))
-    place = np.flatnonzero(excess)
-    owner = order[place[np.searchsorted(place, first[lacking])]]
-    return _OpenEdges(end[owner], begin[owner], end[after[owner]], fan[after[owner]], fan[owner])
-
-
-def _loops(edges: _OpenEdges) -> list[NDArray[np.int64]]:
-    """Join the edges to loops (n,), each a list of edges that meets no vertex twice."""
-    leaving: dict[int, list[int]] = {}
-    for edge, vertex in enumerate(edges.begin.tolist()):
-        leaving.setdefault(vertex, []).append(edge)
-    begin, end = edges.begin.tolist(), edges.end.tolist()
-    loops = []
-    for start in begin:
-        path: list[int] = []
-        at: dict[int, int] = {}
-        vertex, fan = start, -1
-        while leaving[vertex]:
-            at[vertex] = len(path)
-            ways = leaving[vertex]
-            other = next((k for k, way in enumerate(ways) if edges.begin_fan[way] != fan), 0)
-            edge = ways.pop(other)
-            path.append(edge)
-            vertex, fan = end[edge], int(edges.end_fan[edge])
-            if vertex in at:
-                loop = path[at[vertex]:]
-                del path[at[vertex]:]
-                loops.append(np.array(loop))
-                for one in loop:
-                    del at[begin[one]]
-                if path:
-                    fan = int(edges.end_fan[path[-1]])
-    return loops
-
-
-def _wall_lost(points: NDArray[np.float64], edges: _OpenEdges, rims: Sequence[NDArray[np.int64]]
+def _wall_lost(points: NDArray[np.float64], edges: OpenEdges, rims: Sequence[NDArray[np.int64]]
                ) -> bool:
     """Whether two rims, each within a flat face of its own, have the same shape.
 

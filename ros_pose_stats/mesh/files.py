@@ -13,20 +13,25 @@ import io
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
 from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
-from .units import metres_per_unit
+from .units import guess_unit, metres_per_unit
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
 
 SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
+
+AUTO: Final = "auto"
+"""The unit that asks for a guess."""
+
+UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -49,11 +54,15 @@ class FileMesh(NamedTuple):
     triangles : (T, 3) array
     unit : float
         Metres a unit.
+    unit_source : str
+        Whether the unit was `given`, `declared` by the file, `guessed` from the size because
+        that was asked for, or `assumed` to be the metre.
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
     unit: float
+    unit_source: UnitSource = "given"
 
 
 def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> FileMesh:
@@ -65,15 +74,17 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
         `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any case.
     unit : str or float, optional
         As for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres.
+        `auto`: what the file declares, else a guess from the size.
 
     Raises
     ------
     MeshFileError
         If the file is missing, of an unknown format, damaged, or holds no triangles.
     RequestError
-        If `unit` is not a unit.
+        If `unit` is not a unit, or asked to be guessed and no unit gives a usual size.
     """
-    length = None if unit is None else metres_per_unit(unit)
+    guess = isinstance(unit, str) and unit.strip().lower() == AUTO
+    length = None if unit is None or guess else metres_per_unit(unit)
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
@@ -97,7 +108,14 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    return FileMesh(vertices, triangles, length or declared or 1.0)
+    if length is not None:
+        return FileMesh(vertices, triangles, length, "given")
+    if declared is not None:
+        return FileMesh(vertices, triangles, declared, "declared")
+    if guess:
+        extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+        return FileMesh(vertices, triangles, metres_per_unit(guess_unit(extent)), "guessed")
+    return FileMesh(vertices, triangles, 1.0, "assumed")
 
 
 def _bytes_of(path: Path) -> bytes:

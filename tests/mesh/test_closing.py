@@ -129,10 +129,10 @@ def test_a_side_divided_by_one_neighbour_only_is_a_slit_and_closed():
 
 def test_the_place_of_the_centre_is_told():
     vertices, triangles = arrays(trimesh.creation.box((1, 2, 3)))
-    closed = part_of(vertices + (1, 2, 3), triangles[1:])
+    closed = part_of(vertices + np.array((1, 2, 3)), triangles[1:])
     assert "centre of mass is then at (10, 20, 30) mm" in closed.warnings[0]
     across = [0, *np.flatnonzero([len(set(one) & set(triangles[0])) == 2 for one in triangles])]
-    hull = part_of(vertices + (1, 2, 3), np.delete(triangles, across[:3], axis=0))
+    hull = part_of(vertices + np.array((1, 2, 3)), np.delete(triangles, across[:3], axis=0))
     assert "centre of mass at (10, 20, 30) mm" in reason(hull)
 
 

@@ -215,13 +215,6 @@ def test_only_vertices_of_triangles_count():
         part_from_mesh(vertices, FACES, [500.0, 0, 0])
 
 
-@pytest.mark.parametrize(("extent", "suspect"), [
-    (2.1, True), (1.9, False), (0.21e-3, False), (0.19e-3, True)])
-def test_an_unlikely_size_is_remarked_on(extent, suspect):
-    part = part_from_mesh(*arrays(trimesh.creation.box()), unit=extent)
-    assert codes(part) == (["UNIT_SUSPECT"] if suspect else [])
-
-
 def test_the_hull_is_kept_while_the_part_lives():
     part = part_from_mesh(*arrays(trimesh.creation.icosphere(2)))
     hull = hull_of_part(part)
