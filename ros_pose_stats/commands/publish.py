@@ -12,8 +12,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "publish", help="publish a part's mesh to the node",
-        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG | --density D] [--restitution R] "
-        "[--drop-height H] [--part-id ID] [--topic T] [--seconds S] PART [--ros-args ...]",
+        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG] [--density KG_M3] "
+        "[--restitution R] [--drop-height H] [--part-id ID] [--topic T] [--seconds S] PART "
+        "[--ros-args ...]",
         description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
         "later gets it too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
