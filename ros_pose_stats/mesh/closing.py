@@ -138,10 +138,10 @@ def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
     """Loops that lie in one plane together, each of the others alone."""
     groups: dict[tuple[float, ...], list[NDArray[np.int64]]] = {}
     for k, loop in enumerate(loops):
-        normal = _normal(points[loop])
-        heights = (points[loop] * normal).sum(axis=1)
         key: tuple[float, ...] = (float(k),)
-        if len(loop) > 3 and float(np.ptp(heights)) < COPLANAR and normal.any():
+        normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
+        heights = (points[loop] * normal).sum(axis=1)
+        if normal.any() and float(np.ptp(heights)) < COPLANAR:
             upward = normal * np.sign(normal[np.abs(normal).argmax()])
             offset = float((points[loop] * upward).sum(axis=1).mean())
             key = tuple(np.round([*upward, offset], 4))

@@ -87,7 +87,7 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
             problem = (f"has {several(closing.holes, 'hole')}, whose caps may be wrong by "
                        f"{100.0 * share:.2g} % of the volume")
         elif closing.holes:
-            return surface._replace(warnings=(_holes_closed(closing, surface.solid),
+            return surface._replace(warnings=(_holes_closed(closing, surface),
                                               *surface.warnings))
         else:
             return surface
@@ -108,22 +108,24 @@ def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
     around = _hull_triangles(vertices, hull)
     solid = solid_of(vertices, around)
     warning = (f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
-               f"centre of mass at {_place(solid)}; mass properties that you do not give are the "
-               "hull's.")
+               f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
+               "are the hull's.")
     return Surface(vertices, around, solid, hull, True, (warning,))
 
 
-def _holes_closed(closing: Closing, solid: Solid) -> str:
+def _holes_closed(closing: Closing, surface: Surface) -> str:
     """The warning of a mesh whose holes were closed."""
+    share = closing.open_volume / surface.solid.volume
     return (f"HOLES_CLOSED: {several(closing.holes, 'hole')} in the mesh "
             f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
-            f"leaves {100.0 * closing.open_volume / solid.volume:.2g} % of the volume uncertain; "
-            f"the centre of mass is then at {_place(solid)}.")
+            f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of "
+            f"mass is then at {_place(surface.solid, surface.hull)}.")
 
 
-def _place(solid: Solid) -> str:
-    """The centroid in words."""
-    x, y, z = (1e3 * solid.centroid).tolist()
+def _place(solid: Solid, hull: Hull) -> str:
+    """The centroid in words, without rounding errors."""
+    far = np.abs(solid.centroid) > 1e-6 * hull.scale
+    x, y, z = (1e3 * np.where(far, solid.centroid, 0.0)).tolist()
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
