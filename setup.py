@@ -44,7 +44,8 @@ setup(
         "mcap-ros2-support>=0.5.3",
         "PyYAML",
     ],
-    extras_require={"test": ["pytest", "hypothesis"], "cluster": ["distributed>=2024.1"]},
+    extras_require={"test": ["pytest", "hypothesis"], "cluster": ["distributed>=2024.1"],
+                    "step": ["cascadio>=0.1.1"]},
     entry_points={"console_scripts": [
         f"{PACKAGE} = {PACKAGE}.cli:main",
         f"pose_stats_node = {PACKAGE}.commands.node:main",

@@ -65,6 +65,14 @@ def millimetres(metres: float) -> str:
     return f"{metres * 1e3:.4g}" if math.isfinite(metres) else "-"
 
 
+def length_in_words(metres: float) -> str:
+    """A length with three digits and the unit that suits it."""
+    for unit, size in (("m", 1.0), ("mm", 1e-3)):
+        if metres >= 0.9995 * size or (unit == "mm" and metres >= 1e-5):
+            return f"{metres / size:.3g} {unit}"
+    return f"{metres * 1e6:.3g} µm"
+
+
 def degrees(radians: float) -> str:
     """An angle; a dash where it is not known."""
     return f"{math.degrees(radians):.2f}" if math.isfinite(radians) else "-"

@@ -31,9 +31,10 @@ COMMON = """\
 **Numbers.** Counts and seeds may be typed as `100000` or `1e5`. Lengths are in metres unless the
 option says otherwise, and probabilities and errors are fractions between 0 and 1.
 
-**Files.** A part is read from an STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do not say
-their unit, so give `--unit mm` for a file in millimetres. The examples use the parts that
-`ros_pose_stats shapes demo` writes.
+**Files.** A part is read from a STEP, STL, OBJ, PLY, OFF or 3MF file. STL, OBJ, PLY and OFF do
+not say their unit, so give `--unit mm` for a file in millimetres. STEP files need the package
+cascadio, which `make setup` installs; all solids of a file are one part. The examples use the
+parts that `ros_pose_stats shapes demo` writes.
 
 **JSON.** With `--json` a command prints JSON and nothing else on standard output. NaN and infinity
 are written as `null`.

@@ -15,11 +15,15 @@ NOBLE = {"numpy": "1.26.4", "scipy": "1.11.4", "matplotlib": "3.6.3"}
 """Versions in Ubuntu 24.04 of what setup.py asks for in some version or newer."""
 
 
-def asked():
+def setup_value(keyword):
     tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
     (value,) = [node.value for node in ast.walk(tree)
-                if isinstance(node, ast.keyword) and node.arg == "install_requires"]
-    return {one.name: one for one in map(Requirement, ast.literal_eval(value))}
+                if isinstance(node, ast.keyword) and node.arg == keyword]
+    return ast.literal_eval(value)
+
+
+def asked():
+    return {one.name: one for one in map(Requirement, setup_value("install_requires"))}
 
 
 def listed(file):
@@ -61,6 +65,12 @@ def test_lower_bounds_of_a_workspace_are_those_of_setup(name):
 def test_versions_of_the_distribution_suffice(name):
     assert not ASKED[name].specifier or NOBLE[name] in ASKED[name].specifier
     assert name not in BY_PIP or NOBLE[name] in BY_PIP[name].specifier
+
+
+def test_what_step_files_need_is_pinned_too():
+    (step,) = map(Requirement, setup_value("extras_require")["step"])
+    (pin,) = listed("requirements.txt")[step.name].specifier
+    assert pin.version in step.specifier
 
 
 @pytest.mark.parametrize("name", sorted(ASKED))

@@ -107,16 +107,34 @@ def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
     return argparse.ArgumentTypeError(f"expected {expected}, got {shown!r}")
 
 
-UNITS = ("m", "mm", "cm", "inch")
+UNITS = ("m", "mm", "cm", "inch", "auto")
+
+
+def read_unit(text: str) -> str:
+    """The name of a unit from any spelling; what is none comes back and is refused as a choice."""
+    from ..mesh.units import named_unit  # numpy comes with it, and --help does without
+
+    return named_unit(text) or text
+
+
+def add_file_options(command: argparse.ArgumentParser) -> None:
+    """Add the part file, its unit, the centre of mass and the mass."""
+    command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
+    command.add_argument("--unit", type=read_unit, choices=UNITS,
+                         help="unit of the file, in any spelling (default: what the file "
+                         "declares, else m; auto: what it declares, else a guess from the size)")
+    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
+                         help="centre of mass in the file's unit (default: uniform density)")
+    heavy = command.add_mutually_exclusive_group()
+    heavy.add_argument("--mass", type=float, metavar="KG", help="mass in kilograms (default: 1)")
+    heavy.add_argument("--density", type=float, metavar="KG_M3",
+                       help="density in kilograms a cubic metre, for the mass of the volume that "
+                       "the mesh encloses")
 
 
 def add_part_options(command: argparse.ArgumentParser) -> None:
-    """Add the part file, its unit, the centre of mass and the cluster tolerance."""
-    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
-    command.add_argument("--unit", choices=UNITS,
-                         help="unit of the file (default: what the file declares, else m)")
-    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
-                         help="centre of mass in the file's unit (default: uniform density)")
+    """Add the part file, what is known about it, and the cluster tolerance."""
+    add_file_options(command)
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="least rise of the centre of mass out of a pose, as a "
                          "share of its height there; what is shallower belongs to the pose next "
@@ -142,4 +160,5 @@ def load_named_part(options: argparse.Namespace) -> Part:
     """Load the part that the options name."""
     from ..mesh.parts import load_part
 
-    return load_part(options.part, options.unit, options.com, center_in_unit=True)
+    return load_part(options.part, options.unit, options.com, options.mass,
+                     density=options.density, center_in_unit=True)

@@ -32,6 +32,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         f"the others ignore them. {dropping}; `choice` in the JSON says what it did and why. "
         "These two alone take the number of drops, the target error, the seed and the workers.",
         examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
+                  "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json"))
     add_part_options(command)
     command.add_argument("--method", choices=(*CHOICES, ALL),

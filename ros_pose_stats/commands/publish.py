@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .arguments import UNITS
+from .arguments import add_file_options
 from .node import prepare_ros, ros_arguments
 
 
@@ -12,20 +12,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add the command."""
     command = commands.add_parser(
         "publish", help="publish a part's mesh to the node",
-        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG] [--restitution R] "
-        "[--drop-height H] [--part-id ID] [--topic T] [--seconds S] PART [--ros-args ...]",
+        usage="%(prog)s [-h] [--unit U] [--com X Y Z] [--mass KG] [--density KG_M3] "
+        "[--restitution R] [--drop-height H] [--part-id ID] [--topic T] [--seconds S] PART "
+        "[--ros-args ...]",
         description="Publish a mesh file as PartMesh, latched, until Ctrl-C: a node that starts "
         "later gets it too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
-    command.add_argument("part", metavar="PART", help="mesh file: STL, OBJ, PLY, OFF or 3MF")
-    command.add_argument("--unit", choices=UNITS,
-                         help="unit of the file (default: what the file declares, else m)")
-    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
-                         help="centre of mass in the file's unit (default: uniform density)")
-    command.add_argument("--mass", type=float, metavar="KG",
-                         help="mass in kilograms, of uniform density but for --com "
-                         "(default: 1)")
+    add_file_options(command)
     command.add_argument("--restitution", type=float, metavar="R",
                          help="coefficient of restitution for this part, 0 to below 1 "
                          "(default: the node's)")
@@ -48,5 +42,5 @@ def run(options: argparse.Namespace) -> int:
     from ..ros.part_publisher import publish_part
 
     return publish_part(options.part, options.unit, options.com, options.part_id, options.topic,
-                        options.seconds, arguments, mass=options.mass,
+                        options.seconds, arguments, mass=options.mass, density=options.density,
                         restitution=options.restitution, drop_height=options.drop_height)

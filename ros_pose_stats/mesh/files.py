@@ -1,34 +1,37 @@
-"""Mesh files: STL, OBJ, PLY, OFF and 3MF to plain arrays.
+"""Files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays.
 
-trimesh parses all but binary STL, which is the most common and only a table of numbers. This
-module does the rest. Nothing is merged, reordered or repaired, so that a part's
-digest depends on the file alone; a file that says less than it announces (cut off by a full
-disk, say) is refused; and the objects of a scene are set in place by their transforms and
-joined into one mesh.
+trimesh parses all but binary STL, which is the most common and only a table of numbers, and
+cascadio tessellates STEP for it. This module does the rest. Nothing is merged, reordered or
+repaired, so that a part's digest depends on the file alone; a file that says less than it
+announces (cut off by a full disk, say) is refused; and the objects of a scene are set in place by
+their transforms and joined into one mesh.
 """
 
 from __future__ import annotations
 
 import io
-import math
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshFileError, RequestError
-from .arrays import NOT_NUMBERS, real_number
+from ..errors import MeshFileError
+from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
+from .units import guess_unit, metres_per_unit
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
 
-SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf")
+SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
-METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+AUTO: Final = "auto"
+"""The unit that asks for a guess."""
+
+UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -41,35 +44,6 @@ _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)
                                  ("attribute", "<u2")])
 
 
-def metres_per_unit(unit: str | float) -> float:
-    """Length of one mesh unit in metres.
-
-    Parameters
-    ----------
-    unit : str or float
-        `m`, `mm`, `cm` or `inch`, or a positive number of metres.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RequestError
-        If it is neither.
-    """
-    if isinstance(unit, str) and unit in METRES_PER_UNIT:
-        return METRES_PER_UNIT[unit]
-    try:
-        length = math.nan if isinstance(unit, (str, bool)) else real_number(unit)
-    except NOT_NUMBERS:
-        length = math.nan
-    if not 0.0 < length < math.inf:
-        raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
-                           f"{unit!r}", "most CAD systems export millimetres: 'mm'")
-    return length
-
-
 class FileMesh(NamedTuple):
     """The mesh of a file.
 
@@ -80,11 +54,15 @@ class FileMesh(NamedTuple):
     triangles : (T, 3) array
     unit : float
         Metres a unit.
+    unit_source : str
+        Whether the unit was `given`, `declared` by the file, `guessed` from the size because
+        that was asked for, or `assumed` to be the metre.
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
     unit: float
+    unit_source: UnitSource = "given"
 
 
 def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> FileMesh:
@@ -93,18 +71,20 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     Parameters
     ----------
     file : path
-        `.stl` (ascii or binary), `.obj`, `.ply`, `.off` or `.3mf`, in any case.
+        `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any case.
     unit : str or float, optional
-        As for `metres_per_unit`; default: what the file declares (3MF), else metres.
+        As for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres.
+        `auto`: what the file declares, else a guess from the size.
 
     Raises
     ------
     MeshFileError
         If the file is missing, of an unknown format, damaged, or holds no triangles.
     RequestError
-        If `unit` is not a unit.
+        If `unit` is not a unit, or asked to be guessed and no unit gives a usual size.
     """
-    length = None if unit is None else metres_per_unit(unit)
+    guess = isinstance(unit, str) and unit.strip().lower() == AUTO
+    length = None if unit is None or guess else metres_per_unit(unit)
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
@@ -114,6 +94,9 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
+    elif suffix in STEP_SUFFIXES:
+        declared = declared_step_unit(data)
+        vertices, triangles = _tessellated(path, data, declared)
     else:
         scene = _parsed(path, suffix, data)
         vertices, triangles = _joined(scene)
@@ -125,7 +108,14 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    return FileMesh(vertices, triangles, length or declared or 1.0)
+    if length is not None:
+        return FileMesh(vertices, triangles, length, "given")
+    if declared is not None:
+        return FileMesh(vertices, triangles, declared, "declared")
+    if guess:
+        extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+        return FileMesh(vertices, triangles, metres_per_unit(guess_unit(extent)), "guessed")
+    return FileMesh(vertices, triangles, 1.0, "assumed")
 
 
 def _bytes_of(path: Path) -> bytes:
@@ -134,7 +124,7 @@ def _bytes_of(path: Path) -> bytes:
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
-                            "export the part as STL or 3MF")
+                            "export the part as STEP, STL or 3MF")
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -170,6 +160,14 @@ def _binary_triangles(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int6
     records = np.frombuffer(data, _STL_TRIANGLE, offset=84)
     vertices = records["corners"].reshape(-1, 3).astype(np.float64)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _tessellated(path: Path, data: bytes, unit: float
+                 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices, in the file's unit, and triangles of a STEP file."""
+    vertices, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
+    # They came in float32, and it has to show: whoever asks for their rounding looks for it.
+    return (vertices / unit).astype(np.float32).astype(np.float64), triangles
 
 
 def _parsed(path: Path, suffix: str, data: bytes) -> Scene:

@@ -27,6 +27,10 @@ from .arrays import NOT_NUMBERS, real_array, real_number
 _SMALLEST_MASS = 1e-100
 _SMALLEST_INERTIA = 1e-250
 
+# Foam and the densest metals; what is beyond was meant in g/cm³.
+_LIGHTEST = 20.0
+_HEAVIEST = 25_000.0
+
 
 class Solid(NamedTuple):
     """A solid of density one.
@@ -87,31 +91,57 @@ class GivenProperties(NamedTuple):
         Metres, part frame.
     inertia : (3, 3) array or None
         About the centre of mass in part axes, kg m².
+    density : float or None
+        kg/m³, in place of the mass.
     """
 
     mass: float | None
     center_of_mass: NDArray[np.float64] | None
     inertia: NDArray[np.float64] | None
+    density: float | None = None
 
 
-def check_given(center_of_mass: ArrayLike | None, mass: float | None,
-                inertia: ArrayLike | None) -> GivenProperties:
+def check_given(center_of_mass: ArrayLike | None, mass: float | None, inertia: ArrayLike | None,
+                density: float | None = None) -> GivenProperties:
     """Check given properties without the mesh; an inertia of zeros stands for the uniform one.
 
     Raises
     ------
     MassPropertiesError
         If a mass is not finite and positive or beyond what can be computed with, if a centre of
-        mass is not three finite numbers, or if an inertia comes without a mass or no rigid body
-        can have it.
+        mass is not three finite numbers, if an inertia comes without a mass or no rigid body can
+        have it, if no material has the density, or if both mass and density are given.
     """
-    kilograms = None if mass is None else _given_mass(mass)
-    tensor = None if inertia is None else _given_inertia(inertia, kilograms)
+    if mass is not None and density is not None:
+        raise MassPropertiesError("a mass or a density", "both", "leave one of them out")
+    kilograms = None if mass is None else checked_mass(mass)
+    heavy = None if density is None else _given_density(density)
+    tensor = None if inertia is None else _given_inertia(inertia, kilograms or heavy)
     center = None if center_of_mass is None else _given_center(center_of_mass)
-    return GivenProperties(kilograms, center, tensor)
+    return GivenProperties(kilograms, center, tensor, heavy)
 
 
-def _given_mass(mass: float) -> float:
+def _given_density(density: float) -> float:
+    try:
+        value = real_number(density)
+    except NOT_NUMBERS as error:
+        raise MassPropertiesError("a density in kg/m³", f"{density!r}", "give one number"
+                                  ) from error
+    if not _LIGHTEST <= value <= _HEAVIEST:
+        raise MassPropertiesError(
+            f"a density from {_LIGHTEST:g} to {_HEAVIEST:g} kg/m³", f"{value:g} kg/m³",
+            "1 g/cm³ is 1000 kg/m³, and steel has 7850")
+    return value
+
+
+def checked_mass(mass: float) -> float:
+    """A mass that can be computed with, as a float.
+
+    Raises
+    ------
+    MassPropertiesError
+        If it is not finite and positive, or beyond that.
+    """
     try:
         value = real_number(mass)
     except NOT_NUMBERS as error:

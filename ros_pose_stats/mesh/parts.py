@@ -4,55 +4,28 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MassPropertiesError, MeshError, RequestError
-from ..kernels.extents import bounds, thinness
+from ..errors import MassPropertiesError, RequestError
+from ..kernels.extents import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
-from ..tolerances import FLATTEST, HOLLOW, ON_HULL, TRIANGLE_INEQUALITY
-from .arrays import checked_mesh, coordinate_rounding, in_standard_order
-from .files import metres_per_unit, read_mesh
-from .hull import Hull, hull_of, keep_hull
-from .mass_properties import GivenProperties, Solid, check_given, solid_of
-from .shells import oriented_outward
+from ..text import length_in_words
+from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
+from .arrays import checked_mesh, coordinate_rounding
+from .files import FileMesh, UnitSource, read_mesh
+from .hull import keep_hull
+from .mass_properties import GivenProperties, check_given, checked_mass
+from .surface import Surface, beyond_hull, surface_of
+from .units import METRES_PER_UNIT, likely_unit, metres_per_unit
 from .vectors import lengths
-from .welding import weld, without_unused
-from .winding import closed_shells
 
-_LARGEST_USUAL = 2.0
-_SMALLEST_USUAL = 0.2e-3
-
-_OPEN_MESH = ("OPEN_MESH: the mesh has holes or encloses no solid, so its convex hull stands in "
-              "for it; mass properties that you do not give are the hull's.")
-_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
-                   "they share counts twice in the mass properties; unite them in CAD or give "
-                   "mass properties.")
-
-
-class Surface(NamedTuple):
-    """A welded closed surface with the solid in it.
-
-    Attributes
-    ----------
-    vertices : (W, 3) array
-        Metres.
-    triangles : (U, 3) array
-        Normals point out of the material.
-    solid : Solid
-    hull : Hull
-        Of `vertices`.
-    warnings : tuple of str
-    """
-
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    solid: Solid
-    hull: Hull
-    warnings: tuple[str, ...]
+_USUAL = (0.2e-3, 2.0)
+_USUAL_ASSUMED = (0.5e-3, 1.0)
+"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
+likely to be one of a centimetre and a half or an inch and a half."""
 
 
 def load_part(
@@ -62,6 +35,7 @@ def load_part(
     mass: float | None = None,
     inertia: ArrayLike | None = None,
     *,
+    density: float | None = None,
     part_id: str = "",
     center_in_unit: bool = False,
 ) -> Part:
@@ -70,11 +44,12 @@ def load_part(
     Parameters
     ----------
     file : path
-        STL, OBJ, PLY, OFF or 3MF.
+        STEP (with the package cascadio), STL, OBJ, PLY, OFF or 3MF.
     unit : str or float, optional
-        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (3MF),
-        else metres.
-    center_of_mass, mass, inertia
+        `m`, `mm`, `cm`, `inch` or metres a mesh unit; default: what the file declares (STEP,
+        3MF), else metres. `auto`: what the file declares, else a guess from the size, with a
+        warning that says so.
+    center_of_mass, mass, inertia, density
         See `part_from_mesh`.
     part_id : str
         Default: the file's name without its suffix.
@@ -90,11 +65,33 @@ def load_part(
     MeshFileError, MeshError, MassPropertiesError, RequestError
         Each with one line that says what is wrong.
     """
-    vertices, triangles, length = read_mesh(file, unit)
+    mesh = read_mesh(file, unit)
     if center_in_unit and center_of_mass is not None:
-        center_of_mass = length * np.asarray(center_of_mass)
-    return part_from_mesh(vertices, triangles, center_of_mass, mass, inertia,
-                          part_id=part_id or Path(file).stem, unit=length)
+        center_of_mass = mesh.unit * np.asarray(center_of_mass)
+    return part_of_file(mesh, check_given(center_of_mass, mass, inertia, density),
+                        part_id or Path(file).stem)
+
+
+def part_of_file(mesh: FileMesh, given: GivenProperties, part_id: str) -> Part:
+    """Make a part from the mesh of a file.
+
+    Parameters
+    ----------
+    mesh : FileMesh
+    given : GivenProperties
+    part_id : str
+
+    Returns
+    -------
+    Part
+        With a warning `UNIT_GUESSED` where its unit was guessed; see also `part_from_mesh`.
+
+    Raises
+    ------
+    MeshError, MassPropertiesError
+        As `part_from_mesh`.
+    """
+    return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source)
 
 
 def part_from_mesh(
@@ -104,6 +101,7 @@ def part_from_mesh(
     mass: float | None = None,
     inertia: ArrayLike | None = None,
     *,
+    density: float | None = None,
     part_id: str = "",
     unit: str | float = 1.0,
 ) -> Part:
@@ -121,8 +119,10 @@ def part_from_mesh(
     mass : float, optional
         Kilograms; default 1.
     inertia : (3, 3) array, optional
-        About the centre of mass in part axes, kg m²; needs `mass`. Default, or zeros:
-        uniform density.
+        About the centre of mass in part axes, kg m²; needs `mass` or `density`. Default, or
+        zeros: uniform density.
+    density : float, optional
+        kg/m³, in place of `mass`: the mass is that of the enclosed volume.
     part_id : str
         Default: `mesh_` and twelve digits of the digest.
     unit : str or float
@@ -131,27 +131,36 @@ def part_from_mesh(
     Returns
     -------
     Part
-        With warnings `OPEN_MESH`, `BODIES_OVERLAP`, `UNIT_SUSPECT` where they apply.
+        With warnings `UNIT_SUSPECT`, `HOLES_CLOSED`, `OPEN_MESH`, `BODIES_OVERLAP` and
+        `INERTIA_SUSPECT` where they apply.
 
     Raises
     ------
     MeshError
         If the arrays are no triangle mesh or span no volume.
     MassPropertiesError
-        If no rigid part of this shape can have the given mass properties.
+        If no rigid part of this shape can have the given mass properties, or if a density is
+        given and the mesh encloses no volume that is known.
     RequestError
         If `unit` is not a unit, or `part_id` no text.
     """
     if not isinstance(part_id, str):
         raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
-    given = check_given(center_of_mass, mass, inertia)
-    metres, corners = checked_mesh(vertices, triangles, metres_per_unit(unit))
-    surface = _surface(metres, corners.astype(np.int64))
-    rounding = coordinate_rounding(vertices, corners) * metres_per_unit(unit)
+    given = check_given(center_of_mass, mass, inertia, density)
+    return _part(vertices, triangles, metres_per_unit(unit), given, part_id, "given")
+
+
+def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float, given: GivenProperties,
+          part_id: str, unit_source: UnitSource) -> Part:
+    """Check, weld, close, orient and integrate; `unit` in metres."""
+    metres, corners = checked_mesh(vertices, triangles, unit)
+    surface = surface_of(metres, corners.astype(np.int64))
+    rounding = coordinate_rounding(vertices, corners) * unit
     kilograms, center, tensor = _mass_properties(given, surface)
+    warnings = (*_unit_warning(surface.vertices, unit, unit_source), *surface.warnings,
+                *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
-                tensor, surface.warnings + _inertia_warning(tensor, kilograms, center, surface),
-                rounding)
+                tensor, warnings, rounding)
     keep_hull(part, surface.hull)
     return part
 
@@ -160,6 +169,12 @@ def _mass_properties(given: GivenProperties, surface: Surface
                      ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
     center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
+    if given.density is not None:
+        if surface.from_hull:
+            raise MassPropertiesError("a closed mesh where a density is given",
+                                      "one whose volume is not known, as it is open",
+                                      "give the mass instead, or export the mesh closed")
+        kilograms = checked_mass(given.density * surface.solid.volume)
     if given.center_of_mass is not None:
         _check_inside(given.center_of_mass, surface)
         center = given.center_of_mass
@@ -167,59 +182,9 @@ def _mass_properties(given: GivenProperties, surface: Surface
     return kilograms, center, uniform if given.inertia is None else given.inertia
 
 
-def _surface(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
-    """Weld, close, orient and integrate; where that gives no solid, take the convex hull."""
-    vertices, triangles = weld(vertices, triangles)
-    _check_spans_volume(vertices, triangles)
-    warnings = _unit_warning(vertices)
-    shells = closed_shells(vertices, triangles)
-    if shells is not None:
-        points, kept = without_unused(vertices, shells.triangles)
-        oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
-        solid, hull = solid_of(points, oriented), hull_of(points)
-        if _is_solid(solid, hull):
-            if overlapping:
-                warnings += (_BODIES_OVERLAP,)
-            return Surface(points, np.ascontiguousarray(oriented), solid, hull, warnings)
-    hull = hull_of(vertices)
-    around = _hull_triangles(vertices, hull)
-    return Surface(vertices, around, solid_of(vertices, around), hull, (*warnings, _OPEN_MESH))
-
-
-def _is_solid(solid: Solid, hull: Hull) -> bool:
-    """Whether a solid in this hull can have such a volume, centroid and inertia."""
-    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
-    return bool(solid.volume > HOLLOW * whole
-                and _beyond_hull(solid.centroid, hull) < 0.0
-                and principal_axes(solid.inertia)[0][0] > 0.0)
-
-
-def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
-    """Triangles of the hull, normals outward."""
-    triangles = hull.qhull.simplices.astype(np.int64)
-    shells = closed_shells(vertices, triangles)
-    if shells is not None:
-        return in_standard_order(oriented_outward(vertices, shells)[0])
-    # Qhull may split a merged facet into slivers that fold, but its normals are right.
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
-    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
-
-
-def _beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
-    """How far a point is beyond the nearest hull plane, metres; negative inside."""
-    planes = hull.qhull.equations
-    with np.errstate(over="ignore"):
-        aside = float(np.abs((point - hull.shift) / hull.scale).max())
-    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
-        return aside * hull.scale
-    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
-                 * hull.scale)
-
-
 def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
-    beyond = _beyond_hull(center, surface.hull)
+    beyond = beyond_hull(center, surface.hull)
     # The square of a distance from far outside may be beyond float64.
     radius = surface.hull.scale if beyond > surface.hull.scale else _reach(center, surface)
     if beyond < -ON_HULL * radius:
@@ -236,26 +201,25 @@ def _reach(center: NDArray[np.float64], surface: Surface) -> float:
     return float(lengths(surface.vertices - center).max())
 
 
-def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
-    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
-    if len(triangles) == 0:
-        raise MeshError("triangles that span an area", "only triangles with coincident corners",
-                        "check the mesh's unit and export it again with more digits")
-    thinnest = thinness(vertices, *bounds(vertices))
-    if thinnest < FLATTEST:
-        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
-                        f"one that is {thinnest:.2g} of its length thick",
-                        "give a flat part its real thickness")
-
-
-def _unit_warning(vertices: NDArray[np.float64]) -> tuple[str, ...]:
-    """Warn about a part of an unlikely size."""
+def _unit_warning(vertices: NDArray[np.float64], unit: float, source: UnitSource
+                  ) -> tuple[str, ...]:
+    """Warn about a part of an unlikely size, or of a guessed one; `unit` in metres."""
     low, high = bounds(vertices)
     extent = float((high - low).max())
-    if _SMALLEST_USUAL <= extent <= _LARGEST_USUAL:
+    size, likely = length_in_words(extent), likely_unit(extent / unit)
+    if source == "guessed":
+        return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
+                f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
+    shortest, longest = _USUAL_ASSUMED if source == "assumed" else _USUAL
+    if shortest <= extent <= longest:
         return ()
-    return (f"UNIT_SUSPECT: the part is {extent:.3g} m long, unusual for a fed part; "
-            "check the mesh's unit (mm, cm, inch).",)
+    why = ("since its file names no unit and metres are assumed" if source == "assumed"
+           else "unusual for a fed part")
+    if likely is None or METRES_PER_UNIT[likely] == unit:
+        return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
+    meant = length_in_words(extent / unit * METRES_PER_UNIT[likely])
+    return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
+            "long: check the unit.",)
 
 
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],

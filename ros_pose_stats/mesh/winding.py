@@ -82,12 +82,7 @@ def closed_shells(
         patches that meet at crowded edges and are wound against each other. An
         inconsistent shell takes the winding that most of its area had.
     """
-    edges = edges_of(triangles)
-    if (edges.uses > 2).any():
-        cleared = without_repeated(triangles)
-        if len(cleared) != len(triangles):
-            triangles = cleared
-            edges = edges_of(triangles)
+    triangles, edges = _cleared(triangles)
     if len(triangles) == 0 or (edges.uses & 1).any():
         return None
     pairs, agree = linked_triangles(*edges)
@@ -106,6 +101,39 @@ def closed_shells(
     else:
         shell = patch
     return Shells(triangles, shell, int(shell.max()) + 1)
+
+
+def wound_alike(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> NDArray[np.int64] | None:
+    """Remove repeated triangles and wind linked ones alike, whether they close or not.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Welded.
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    (U, 3) array or None
+        None where no winding is consistent.
+    """
+    triangles, edges = _cleared(triangles)
+    pairs, agree = linked_triangles(*edges)
+    if agree.all():
+        return triangles
+    turn = _turned(vertices, triangles, pairs, agree)
+    return None if turn is None else np.where(turn[:, None], triangles[:, ::-1], triangles)
+
+
+def _cleared(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], Edges]:
+    """Without repeated triangles where there may be any, and the edges."""
+    edges = edges_of(triangles)
+    if not (edges.uses > 2).any():
+        return triangles, edges
+    cleared = without_repeated(triangles)
+    return cleared, edges if len(cleared) == len(triangles) else edges_of(cleared)
 
 
 def edges_of(triangles: NDArray[np.int64]) -> Edges:

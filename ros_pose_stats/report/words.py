@@ -16,6 +16,12 @@ WORDS = {
     "UNIT_SUSPECT": ("Is the unit right?",
                      "Lengths, heights and times are wrong if it is not; probabilities are not "
                      "touched. Most CAD systems export millimetres."),
+    "UNIT_GUESSED": ("The unit is a guess",
+                     "Lengths, heights and times are wrong if it is; probabilities are not "
+                     "touched."),
+    "HOLES_CLOSED": ("Small holes in the mesh were closed",
+                     "If more than flat patches is missing there, the centre of mass is off: "
+                     "give it, or export the mesh again."),
     "OPEN_MESH": ("The mesh has holes",
                   "The poses are right, but the centre of mass may be off: give it, or close "
                   "the mesh."),

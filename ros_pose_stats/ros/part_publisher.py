@@ -14,7 +14,8 @@ from ros_pose_stats_msgs.msg import PartMesh
 
 from ..errors import RequestError
 from ..mesh.files import read_mesh
-from ..mesh.parts import part_from_mesh
+from ..mesh.mass_properties import check_given
+from ..mesh.parts import part_of_file
 from ..records import DropScene
 from ..records.scene import DEFAULT_RESTITUTION
 from .messages.part_messages import part_message
@@ -27,7 +28,8 @@ from .stop_signals import StopSignals
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
                  part_id: str, topic: str, seconds: float | None,
                  arguments: Sequence[str], *, mass: float | None = None,
-                 restitution: float | None = None, drop_height: float | None = None) -> int:
+                 density: float | None = None, restitution: float | None = None,
+                 drop_height: float | None = None) -> int:
     """Publish until SIGINT, SIGTERM or the end of the time.
 
     Parameters
@@ -45,6 +47,8 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         For rclpy.
     mass : float, optional
         Kilograms; default: 1.
+    density : float, optional
+        kg/m³, in place of the mass.
     restitution, drop_height : float, optional
         Of the part's own scene, the height of the centre of mass in metres; default: the node's.
 
@@ -57,7 +61,7 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     # The node would refuse a scene that is out of range only once the part has arrived there.
     DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
-    message, line, warnings = _message(file, unit, center_of_mass, mass, part_id)
+    message, line, warnings = _message(file, unit, center_of_mass, mass, density, part_id)
     if restitution is not None:
         message.restitution = restitution
     if drop_height is not None:
@@ -81,17 +85,20 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
 
 
 def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
-             mass: float | None, part_id: str) -> tuple[PartMesh, str, tuple[str, ...]]:
+             mass: float | None, density: float | None, part_id: str
+             ) -> tuple[PartMesh, str, tuple[str, ...]]:
     """The file as a message, a line about it, and the part's warnings.
 
     What the node would refuse is refused here, with the reason.
     """
     part_id = part_id or Path(file).stem
     check_name(part_id)
-    vertices, triangles, length = read_mesh(file, unit)
-    center = None if center_of_mass is None else length * np.asarray(center_of_mass)
-    part = part_from_mesh(vertices, triangles, center, mass, unit=length, part_id=part_id)
-    given = () if center is None and mass is None else (part.mass, part.center_of_mass)
-    request = PartRequest(part_id, np.asarray(vertices, dtype=np.float64),
-                          np.asarray(triangles, dtype=np.uint32), length, *given)
+    mesh = read_mesh(file, unit)
+    center = None if center_of_mass is None else mesh.unit * np.asarray(center_of_mass)
+    properties = check_given(center, mass, None, density)
+    part = part_of_file(mesh, properties, part_id)
+    known = any(one is not None for one in properties)
+    given = (part.mass, part.center_of_mass) if known else ()
+    request = PartRequest(part_id, np.asarray(mesh.vertices, dtype=np.float64),
+                          np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given)
     return part_message(request, part_id, now()), part_line(part, None), part.warnings

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from ..errors import RequestError
-from ..mesh.files import metres_per_unit
+from ..mesh.units import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
 from ..records.scene import (

@@ -97,7 +97,7 @@ class TestBash:
 
     def test_values_that_are_begun(self, complete):
         assert complete("estimate", "a.stl", "--method", "h") == ["hybrid"]
-        assert complete("estimate", "a.stl", "--unit", "=") == ["m", "mm", "cm", "inch"]
+        assert complete("estimate", "a.stl", "--unit", "=") == ["m", "mm", "cm", "inch", "auto"]
         assert complete("estimate", "a.stl", "--unit", "=", "i") == ["inch"]
         assert complete("completion", "z") == ["zsh"]
 

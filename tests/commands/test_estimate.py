@@ -212,7 +212,7 @@ class TestRefusals:
 def test_an_open_mesh_is_answered_with_a_warning(folder, capsys):
     found = strict_json(printed(capsys, folder / "open.stl", "--json", "--unit", "mm"))
     assert len(found["poses"]) == 6
-    assert [line.split(":")[0] for line in found["warnings"]] == ["OPEN_MESH"]
+    assert [line.split(":")[0] for line in found["warnings"]] == ["HOLES_CLOSED"]
 
 
 def test_a_reader_that_leaves_early_is_no_failure_to_report(folder):

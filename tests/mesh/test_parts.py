@@ -102,15 +102,6 @@ def test_crossed_bars_and_stacked_bars():
     assert codes(part_from_mesh(*arrays(across + along), unit=0.1)) == []
 
 
-def test_an_open_mesh_falls_back_to_its_hull():
-    vertices, triangles = arrays(trimesh.creation.box((1, 2, 3)))
-    part = part_from_mesh(vertices, triangles[1:], unit=0.1)
-    assert codes(part) == ["OPEN_MESH"]
-    surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles)
-    assert surface.volume == pytest.approx(0.006)
-    assert part.center_of_mass == pytest.approx([0, 0, 0], abs=1e-15)
-
-
 def test_a_soup_of_loose_triangles_falls_back_to_its_hull():
     random = np.random.default_rng(3)
     vertices = random.uniform(size=(90, 3))
@@ -222,13 +213,6 @@ def test_only_vertices_of_triangles_count():
     assert len(part.surface_vertices) == 4
     with pytest.raises(MassPropertiesError, match="outside"):
         part_from_mesh(vertices, FACES, [500.0, 0, 0])
-
-
-@pytest.mark.parametrize(("extent", "suspect"), [
-    (2.1, True), (1.9, False), (0.21e-3, False), (0.19e-3, True)])
-def test_an_unlikely_size_is_remarked_on(extent, suspect):
-    part = part_from_mesh(*arrays(trimesh.creation.box()), unit=extent)
-    assert codes(part) == (["UNIT_SUSPECT"] if suspect else [])
 
 
 def test_the_hull_is_kept_while_the_part_lives():

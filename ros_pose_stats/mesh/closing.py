@@ -1,0 +1,213 @@
+"""Small holes of a mesh are closed by caps, and it is bounded how wrong the caps can be.
+
+The edges that a triangle is missing at form closed loops. Each simple loop gets a cap that has no
+corners of its own, triangulated as seen along the normal of the loop; loops in one plane are
+capped together, so that the lost face of a tube is a ring.
+
+Where caps would be a guess there are none: over a sheet, through the surface, or over the two rims
+of a bore whose wall is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from ..kernels.extents import bounds
+from ..text import several
+from ..tolerances import COPLANAR
+from .open_edges import OpenEdges, join_loops, open_edges
+from .overlap import reach_into_each_other
+from .vectors import lengths
+from .winding import Shells, closed_shells, wound_alike
+
+LARGEST_SHARE: Final = 0.5
+"""Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
+sheet would need caps as large as itself."""
+
+_FEWEST_AROUND: Final = 6
+"""Fewest edges around a bore."""
+
+_SLIT: Final = 1e-18
+"""Square of the area, over the fourth power of the length, of a loop that has no width."""
+
+_MOST_OPEN_EDGES: Final = 1.0
+"""Open edges a triangle from which on a mesh is loose triangles rather than a surface."""
+
+
+class Closing(NamedTuple):
+    """What came of closing the holes of a mesh.
+
+    Attributes
+    ----------
+    shells : Shells or None
+        The closed surface; None where it is not plain how to close it.
+    problem : str
+        Why there is none, to go on from "the mesh".
+    holes : int
+        Loops of open edges.
+    open_volume : float
+        Largest volume that other caps without corners of their own may add or remove: that of the
+        convex hulls of the loops.
+    """
+
+    shells: Shells | None
+    problem: str = ""
+    holes: int = 0
+    open_volume: float = 0.0
+
+
+def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Closing:
+    """Close the holes of a mesh.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Welded.
+    triangles : (T, 3) array
+        Of no closed surface.
+
+    Returns
+    -------
+    Closing
+    """
+    wound = wound_alike(vertices, triangles)
+    if wound is None:
+        return Closing(None, "is one-sided like a Möbius strip")
+    edges = open_edges(wound)
+    if edges is None:
+        return Closing(None, "has edges that several triangles share in no order")
+    if len(edges.begin) == 0:
+        return Closing(None, "encloses no solid")
+    if len(edges.begin) > _MOST_OPEN_EDGES * len(wound):
+        return Closing(None, "is made of loose triangles")
+    rims = join_loops(edges)
+    loops = [edges.begin[rim] for rim in rims]
+    holes = several(len(loops), "hole")
+    low, high = bounds(vertices)
+    size = float((high - low).max())
+    points = (vertices - (low + 0.5 * (high - low))) / size
+    if _wall_lost(points, edges, rims):
+        return Closing(None, f"has {holes}, of which two may be the ends of one bore")
+    caps = [_cap(points, together) for together in _coplanar(points, loops)]
+    closed = np.concatenate([wound, *caps])
+    if _area(points, closed[len(wound):]) > LARGEST_SHARE * _area(points, wound):
+        return Closing(None, f"is a sheet, with {holes}, rather than the surface of a solid")
+    cap = np.repeat(np.arange(len(caps) + 1), [len(wound), *map(len, caps)])
+    if reach_into_each_other(points, closed, cap):
+        return Closing(None, f"has {holes}, whose caps would cross the surface")
+    shells = closed_shells(vertices, closed)
+    if shells is None:
+        return Closing(None, f"has {holes}, which touch in more than one way")
+    volume = sum(_hull_volume(points[loop]) for loop in loops)
+    return Closing(shells, "", len(loops), volume * size * size * size)
+
+
+def _wall_lost(points: NDArray[np.float64], edges: OpenEdges, rims: Sequence[NDArray[np.int64]]
+               ) -> bool:
+    """Whether two rims, each within a flat face of its own, have the same shape.
+
+    They may be the ends of a bore whose wall is lost as well as two places where flat faces lack
+    triangles, and the caps of the one would be wrong for the other.
+    """
+    shapes: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]] = []
+    for rim in rims:
+        if len(rim) < _FEWEST_AROUND:
+            continue
+        corners, beside = points[edges.begin[rim]], points[edges.beside[rim]]
+        normal, center = _normal(corners), corners.sum(axis=0) / len(rim)
+        if np.abs(((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
+                  ).max() > COPLANAR:
+            continue
+        away = np.sort(lengths(corners - center))
+        away /= away[-1]
+        for other, its_center, its_normal in shapes:
+            apart = abs(float(((center - its_center) * its_normal).sum())) > COPLANAR
+            if apart and len(other) == len(away) and np.allclose(other, away, 0.0, 1e-3):
+                return True
+        shapes.append((away, center, normal))
+    return False
+
+
+def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
+              ) -> list[list[NDArray[np.int64]]]:
+    """Loops that lie in one plane together, each of the others alone."""
+    groups: dict[tuple[float, ...], list[NDArray[np.int64]]] = {}
+    for k, loop in enumerate(loops):
+        key: tuple[float, ...] = (float(k),)
+        normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
+        heights = (points[loop] * normal).sum(axis=1)
+        if normal.any() and float(np.ptp(heights)) < COPLANAR:
+            upward = normal * np.sign(normal[np.abs(normal).argmax()])
+            offset = float((points[loop] * upward).sum(axis=1).mean())
+            key = tuple(np.round([*upward, offset], 4))
+        groups.setdefault(key, []).append(loop)
+    return list(groups.values())
+
+
+def _cap(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Triangles that close one loop, or several that lie in a plane."""
+    if len(loops) == 1 and len(loops[0]) == 3:
+        return loops[0][None]
+    from manifold3d import triangulate  # only open meshes need it
+
+    across = _across(points, loops)
+    flat = [(points[loop][:, :, None] * across).sum(axis=1) for loop in loops]
+    return np.asarray(np.concatenate(loops)[triangulate(flat)], dtype=np.int64)
+
+
+def _across(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
+            ) -> NDArray[np.float64]:
+    """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
+    spokes = points[loops[0]] - points[loops[0][0]]
+    longest = spokes[lengths(spokes).argmax()]
+    normals = np.array([_area_vector(points[loop]) for loop in loops])
+    normal = normals[lengths(normals).argmax()]
+    if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
+        along = _least_axis(normal)
+    else:  # any plane that holds the slit will do
+        along, normal = longest, np.cross(longest, _least_axis(longest))
+    second = np.cross(normal, along)
+    axes = np.array([np.cross(second, normal), second])
+    return np.asarray((axes / lengths(axes)[:, None]).T)
+
+
+def _least_axis(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The coordinate axis that is farthest from the direction of a vector."""
+    axis = np.zeros(3)
+    axis[np.abs(vector).argmin()] = 1.0
+    return axis
+
+
+def _area_vector(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Normal of a loop (n, 3), as long as its area is large."""
+    spokes = corners - corners[0]
+    crosses: NDArray[np.float64] = np.cross(spokes, np.roll(spokes, -1, axis=0))
+    return np.asarray(crosses.sum(axis=0) / 2.0)
+
+
+def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit normal of a loop (n, 3); zeros where it has no area."""
+    area = _area_vector(corners)
+    length = float(lengths(area[None])[0])
+    return area / length if length > 0.0 else area
+
+
+def _area(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+    """Area of triangles (T, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return float(lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()) / 2.0
+
+
+def _hull_volume(corners: NDArray[np.float64]) -> float:
+    """Volume of the convex hull of a loop (n, 3); 0 where it is flat."""
+    if len(corners) == 3:
+        return 0.0
+    try:
+        return float(ConvexHull(corners).volume)
+    except QhullError:
+        return 0.0

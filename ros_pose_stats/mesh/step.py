@@ -1,0 +1,114 @@
+"""STEP files: tessellated by OpenCASCADE (cascadio) in a process of its own."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+from ..errors import MeshFileError
+
+STEP_SUFFIXES: Final = (".step", ".stp")
+
+_MOST_SECONDS: Final = 120.0
+"""A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
+
+_PROGRAM: Final = Path(__file__).with_name("step_process.py")
+
+_SI_PREFIXES: Final = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
+                       b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
+_UNITS: Final = re.compile(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
+_SI_LENGTH: Final = re.compile(rb"SI_UNIT\s*\(\s*([^,\s]+)\s*,\s*\.METRE\.")
+_CONVERSION: Final = re.compile(rb"CONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*#(\d+)")
+_MEASURE: Final = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
+
+
+def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:
+    """Tessellate a STEP file, every circle with 96 sides.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    data : bytes
+        What the file holds.
+    most_seconds : float
+        After which the tessellation is given up.
+
+    Returns
+    -------
+    bytes
+        A GLB file in metres, coordinates in float32; the same bytes for the same data.
+
+    Raises
+    ------
+    MeshFileError
+        If cascadio is not installed, the file is damaged, or it takes too long.
+    """
+    found = importlib.util.find_spec("cascadio")
+    if found is None or found.origin is None:
+        raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
+                            "pip install cascadio, or export the part as STL or 3MF")
+    folder = str(Path(found.origin).parents[1])
+    # Neither the folder where this runs nor the user's Python settings can change what is loaded.
+    command = [sys.executable, "-I", "-S", str(_PROGRAM), folder]
+    try:
+        ran = subprocess.run(command, input=data, capture_output=True, timeout=most_seconds,
+                             check=False)
+    except subprocess.TimeoutExpired as error:
+        raise MeshFileError(f"a STEP file that is tessellated within {most_seconds:g} s",
+                            f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
+                            "export single parts, or export as STL") from error
+    if ran.returncode != 0 or not ran.stdout:
+        raise MeshFileError("a readable STEP file", f"{path} of {len(data)} bytes",
+                            "the file is cut off, damaged or of another format: export it again")
+    return ran.stdout
+
+
+def declared_step_unit(data: bytes) -> float:
+    """Metres a unit of a STEP file; that of its first shape where they differ.
+
+    Parameters
+    ----------
+    data : bytes
+        What the file holds.
+
+    Returns
+    -------
+    float
+        A millimetre where the file names no unit, as OpenCASCADE takes it.
+    """
+    context = _UNITS.search(data)
+    for number in re.findall(rb"#(\d+)", context[1]) if context else ():
+        length = _length_unit(data, number)
+        if length is not None:
+            return length
+    return 1e-3
+
+
+def _length_unit(data: bytes, number: bytes) -> float | None:
+    """Metres of a unit by the number of its entity; None for a unit of anything else."""
+    length = 1.0
+    for _ in range(4):  # an inch is so many millimetres, a foot perhaps so many inches
+        entity = _entity(data, number)
+        if metric := _SI_LENGTH.search(entity):
+            return length * _SI_PREFIXES.get(metric[1].upper(), 1e-3)
+        conversion = _CONVERSION.search(entity)
+        measure = _MEASURE.search(_entity(data, conversion[1])) if conversion else None
+        if measure is None:
+            return None
+        try:
+            length *= float(measure[1])
+        except ValueError:
+            return None
+        number = measure[2]
+    return None
+
+
+def _entity(data: bytes, number: bytes) -> bytes:
+    """What stands behind `#number =`."""
+    found = re.search(rb"#" + number + rb"\s*=([^;]*);", data)
+    return found[1] if found else b""

@@ -1,0 +1,172 @@
+"""From a mesh to the surface of a solid: welded, closed, oriented and integrated."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from ..kernels.extents import bounds, thinness
+from ..kernels.principal_axes import principal_axes
+from ..text import several
+from ..tolerances import FLATTEST, HOLLOW
+from .arrays import in_standard_order
+from .closing import Closing, close_holes
+from .hull import Hull, hull_of
+from .mass_properties import Solid, solid_of
+from .shells import oriented_outward
+from .welding import weld, without_unused
+from .winding import Shells, closed_shells
+
+MOST_OPEN: Final = 1e-3
+"""Largest volume that the caps of holes may be wrong by, as a fraction of the solid's. The centre
+of mass is then right to a thousandth of the radius."""
+
+_BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so the material "
+                   "they share counts twice in the mass properties; unite them in CAD or give "
+                   "mass properties.")
+
+
+class Surface(NamedTuple):
+    """A welded closed surface with the solid in it.
+
+    Attributes
+    ----------
+    vertices : (W, 3) array
+        Metres.
+    triangles : (U, 3) array
+        Normals point out of the material.
+    solid : Solid
+    hull : Hull
+        Of `vertices`.
+    from_hull : bool
+        Whether the hull stands in for the part.
+    warnings : tuple of str
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    solid: Solid
+    hull: Hull
+    from_hull: bool
+    warnings: tuple[str, ...]
+
+
+def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
+    """Weld, close, orient and integrate; where that gives no solid, take the convex hull.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+        Metres.
+    triangles : (T, 3) array
+
+    Returns
+    -------
+    Surface
+        With warnings `HOLES_CLOSED`, `OPEN_MESH` and `BODIES_OVERLAP` where they apply.
+
+    Raises
+    ------
+    MeshError
+        If the triangles span no volume.
+    """
+    vertices, triangles = weld(vertices, triangles)
+    _check_spans_volume(vertices, triangles)
+    shells = closed_shells(vertices, triangles)
+    closing = Closing(shells) if shells is not None else close_holes(vertices, triangles)
+    problem = closing.problem
+    if closing.shells is not None:
+        surface = _solid_surface(vertices, closing.shells)
+        if not _is_solid(surface.solid, surface.hull):
+            problem = "encloses no solid"
+        elif closing.open_volume > MOST_OPEN * surface.solid.volume:
+            share = closing.open_volume / surface.solid.volume
+            problem = (f"has {several(closing.holes, 'hole')}, whose caps may be wrong by "
+                       f"{100.0 * share:.2g} % of the volume")
+        elif closing.holes:
+            return surface._replace(warnings=(_holes_closed(closing, surface),
+                                              *surface.warnings))
+        else:
+            return surface
+    return _hull_surface(vertices, problem)
+
+
+def _solid_surface(vertices: NDArray[np.float64], shells: Shells) -> Surface:
+    """The solid that closed shells bound."""
+    points, kept = without_unused(vertices, shells.triangles)
+    oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
+    return Surface(points, np.ascontiguousarray(oriented), solid_of(points, oriented),
+                   hull_of(points), False, (_BODIES_OVERLAP,) if overlapping else ())
+
+
+def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
+    """The hull in place of a mesh that has a problem."""
+    hull = hull_of(vertices)
+    around = _hull_triangles(vertices, hull)
+    solid = solid_of(vertices, around)
+    warning = (f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
+               f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
+               "are the hull's.")
+    return Surface(vertices, around, solid, hull, True, (warning,))
+
+
+def _holes_closed(closing: Closing, surface: Surface) -> str:
+    """The warning of a mesh whose holes were closed."""
+    share = closing.open_volume / surface.solid.volume
+    return (f"HOLES_CLOSED: {several(closing.holes, 'hole')} in the mesh "
+            f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
+            f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of "
+            f"mass is then at {_place(surface.solid, surface.hull)}.")
+
+
+def _place(solid: Solid, hull: Hull) -> str:
+    """The centroid in words, without rounding errors."""
+    far = np.abs(solid.centroid) > 1e-6 * hull.scale
+    x, y, z = (1e3 * np.where(far, solid.centroid, 0.0)).tolist()
+    return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
+
+
+def _is_solid(solid: Solid, hull: Hull) -> bool:
+    """Whether a solid in this hull can have such a volume, centroid and inertia."""
+    whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
+    return bool(solid.volume > HOLLOW * whole
+                and beyond_hull(solid.centroid, hull) < 0.0
+                and principal_axes(solid.inertia)[0][0] > 0.0)
+
+
+def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
+    """Triangles of the hull, normals outward."""
+    triangles = hull.qhull.simplices.astype(np.int64)
+    shells = closed_shells(vertices, triangles)
+    if shells is not None:
+        return in_standard_order(oriented_outward(vertices, shells)[0])
+    # Qhull may split a merged facet into slivers that fold, but its normals are right.
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
+    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
+
+
+def beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
+    """How far a point is beyond the nearest hull plane, metres; negative inside."""
+    planes = hull.qhull.equations
+    with np.errstate(over="ignore"):
+        aside = float(np.abs((point - hull.shift) / hull.scale).max())
+    if aside > 1e9:  # perhaps too far to compute with, and the hull is as good as a point
+        return aside * hull.scale
+    return float((planes[:, :3] @ ((point - hull.shift) / hull.scale) + planes[:, 3]).max()
+                 * hull.scale)
+
+
+def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+    """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
+    if len(triangles) == 0:
+        raise MeshError("triangles that span an area", "only triangles with coincident corners",
+                        "check the mesh's unit and export it again with more digits")
+    thinnest = thinness(vertices, *bounds(vertices))
+    if thinnest < FLATTEST:
+        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
+                        f"one that is {thinnest:.2g} of its length thick",
+                        "give a flat part its real thickness")
