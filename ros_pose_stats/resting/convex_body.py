@@ -173,6 +173,8 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     farthest = max(float(lengths(points).max()), 1.0)
     scaled = points / farthest
     scaled.flags.writeable = False
+    if not outline.keeps.any():  # all are new, and none is rounded
+        rounding = part.rounding / scale
     arrays, tolerance = _polyhedron(scaled, *hull_of_corners(scaled), rounding)
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
                       tuple(chain.as_run(farthest) for chain in chains),

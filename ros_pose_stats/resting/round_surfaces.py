@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.gaps import edges_on_surface
-from ..kernels.body.runs import AXIS, CENTER, DEVIATION, RADIUS, Runs, circular_runs
+from ..kernels.body.runs import (
+    AXIS,
+    CENTER,
+    DEVIATION,
+    HALF_SPAN,
+    RADIUS,
+    Runs,
+    circular_runs,
+)
 from ..mesh.hull import hull_of_part
 from ..mesh.vectors import lengths
 from ..mesh.welding import weld
@@ -173,7 +181,8 @@ def _close_seam(points: Array, arrays: BodyArrays, rim: Rim, rounding: float) ->
     seam = 10.0 * SEAM * rim.radius
     around = 2.0 * np.pi * rim.radius
     if (rim.kind != "round" or rim.chord.sum() + step < 0.98 * around
-            or step > max(LONG_EDGE * float(np.median(rim.chord)), seam)):
+            or step > min(max(LONG_EDGE * float(np.median(rim.chord)), seam),
+                          2.0 * HALF_SPAN * rim.radius)):
         return
     if step <= seam:
         rim.absorbed, rim.corner = rim.corner[-1:], rim.corner[:-1]
