@@ -175,7 +175,10 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     scaled.flags.writeable = False
     if not outline.keeps.any():  # all are new, and none is rounded
         rounding = part.rounding / scale
-    arrays, tolerance = _polyhedron(scaled, *hull_of_corners(scaled), rounding)
+    try:
+        arrays, tolerance = _polyhedron(scaled, *hull_of_corners(scaled), rounding)
+    except MeshError:  # the centre of mass is closer to the surface than a facet is to its arc
+        return plain
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
                       tuple(chain.as_run(farthest) for chain in chains),
                       strips(points, arrays, groups, chains), outline.rounded)

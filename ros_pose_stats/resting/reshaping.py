@@ -110,19 +110,20 @@ def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: i
     for group in groups:
         for rim in group.rims:
             uses[rim.corner] += 1
+    step = 2.0 * np.pi / sides
     wholes: list[Whole] = []
     parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
     for group in groups:
         mine: list[tuple[Rim, bool]] = []
         for rim in group.rims:
             refine = rim.kind == "round" and _is_refined(group, rim)
-            if rim.kind == "toothed":
+            whole = rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1
+            finer = (len(rim.corner) > sides if whole
+                     else bool(rim.chord.min() < step * rim.radius))
+            if rim.kind == "toothed" or not (refine or finer):
                 outline.chains.append(Chain(rim, rim.corner, rim.closed))
-            elif rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1:
-                if refine or len(rim.corner) > sides:
-                    wholes.append(Whole(rim, group, _height(points, group, rim)))
-                else:
-                    outline.chains.append(Chain(rim, rim.corner, True))
+            elif whole:
+                wholes.append(Whole(rim, group, _height(points, group, rim)))
             else:
                 mine.append((rim, refine))
         parts.append((group, mine))
