@@ -48,7 +48,7 @@ class Rim:
         Edges over a gap, or along a flat: nothing is put between their ends.
     kind : 'round' or 'toothed'
     absorbed : (k,) array
-        Other corners on the circle, at a seam where the file's circle does not quite close.
+        Other corners on the circle: at a seam where it does not quite close, or for rounding.
     group : int
     """
 

@@ -7,7 +7,7 @@ positions are relative to the centre of mass, in part axes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,18 +156,18 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     distance above 1.
     """
     plain = convex_body(part)
-    scale, points, arrays = plain.radius, plain.points, plain.arrays
+    scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
     qhull = hull_of_part(part).qhull
     rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
     if rounding > part.rounding / scale:
-        arrays, _ = _polyhedron(points, *_triangles(qhull), rounding)
+        arrays, tolerance = _polyhedron(points, *_triangles(qhull), rounding)
     groups = find_groups(part, points, arrays, scale, rounding, round_sides)
     outline = reshape(points, arrays, groups, round_sides)
     thin_out(outline, arrays, round_sides)
     if not outline.is_changed:
         runs = tuple(chain.as_run(1.0) for chain in outline.chains)
-        strip = strips(points, plain.arrays, groups, outline.chains)
-        return replace(plain, runs=runs, run_of_face=strip, rounded=outline.rounded)
+        return ConvexBody(scale, points, arrays, tolerance, runs,
+                          strips(points, arrays, groups, outline.chains), 0)
     points, chains = outline.compacted()
     # A rim off the centre of mass may reach a little farther between the corners of the file.
     farthest = max(float(lengths(points).max()), 1.0)

@@ -173,6 +173,7 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
                 new = _between(grid, angle[0], angle[-1], SAME_ANGLE * step)
                 if refine or len(new) < len(between):
                     outline.keeps[between] = False
+                    outline.keeps[_within(outline.points, group, rim.absorbed, angle)] = False
                     between = outline.add(_on_circle(group, height, rim.radius, new))
                     changed = True
             sequence += [corner[:1], between]
@@ -181,6 +182,13 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
             sequence.append(last)
         outline.chains.append(Chain(rim, np.concatenate(sequence), rim.closed,
                                     sides if changed else 0))
+
+
+def _within(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
+    """Those of some points that lie between the ends of a stretch."""
+    there = angles_about(points[numbers], group.center, group.frame[0], group.frame[1]) - angle[0]
+    turn = 2.0 * np.pi
+    return np.asarray(numbers[there - turn * np.floor(there / turn) < angle[-1] - angle[0]])
 
 
 def _is_redrawn(piece: tuple[Index, Array], refine: bool, step: float) -> bool:
@@ -233,7 +241,7 @@ def _grid(ends: Sequence[float], step: float) -> Array:
         breaks = breaks[:-1]
     found = []
     for low, high in zip(breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + turn], strict=True):
-        parts = max(1, round((high - low) / step))
+        parts = max(1, int(np.ceil((high - low) / step - SAME_ANGLE)))
         found.append(low + (high - low) / parts * np.arange(parts))
     return np.concatenate(found)
 

@@ -46,10 +46,14 @@ A mesh this close under an edge of the hull leaves no gap there.
 LONG_EDGE: Final = 2.2
 """An edge that is this much longer than most of its run is a flat, and stays."""
 
+FINE_ROUNDING: Final = 3e-7
+"""Above it, in radii, corners of a fine circle may hide each other and be off its run."""
+
 FEWEST_DECIMALS: Final = 12
 """Different coordinates that must end at the same digit for it to be the last one printed."""
 
-_POWERS: Final = (1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
+_POWERS: Final = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
+                  1e11, 1e12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +121,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
                         circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
                         long, _staying(long, on, float(circle[RADIUS]), sides), kind))
-    for rim in rims:
-        if not rim.closed:
-            _close_seam(points, arrays, rim, rounding)
+    _absorb(rims, points, arrays, rounding)
     groups = [group for group in group_by_axis(points, rims, rounding)
               if keep_turned(points, arrays, group)]
     for number, group in enumerate(groups):
@@ -137,16 +139,20 @@ def rounding_of(part: Part, corners: Array) -> float:
     corners : (n, 3) array
         Some of its vertices, metres.
     """
-    values = np.abs(corners).ravel()
-    largest = float(values.max())
-    values = np.unique(values[values > 0.1 * largest])
-    if len(values) < FEWEST_DECIMALS:
+    values = np.unique(np.abs(corners))
+    largest = float(values[-1])
+    # With a fixed number of digits the numbers of the highest decade have the fewest decimals.
+    decade = max((power for power in _POWERS if 1.0 <= largest * power < 10.0), default=1.0)
+    highest = values[values * decade >= 1.0]
+    if len(highest) < FEWEST_DECIMALS:
+        highest = values[values > 0.1 * largest]
+    if len(highest) < FEWEST_DECIMALS:
         return part.rounding
     for power in _POWERS:
         # Four digits are a designer's, not a printer's; with nine nothing is lost.
         if not 1e4 <= largest * power <= 1e8:
             continue
-        ticks = values * power
+        ticks = highest * power
         slack = max(1e-5, 2.0 * part.rounding * power)
         if slack < 0.05 and np.abs(ticks - np.rint(ticks)).max() <= slack:
             return max(part.rounding, 0.5 / power)
@@ -175,28 +181,40 @@ def _staying(chord: Array, surface: Flags, radius: float, sides: int) -> Flags:
     return np.asarray(~surface | (chord > flat))
 
 
-def _close_seam(points: Array, arrays: BodyArrays, rim: Rim, rounding: float) -> None:
-    """Close a run that ends beside its beginning, in place; take in the corners between."""
+def _close_seam(rim: Rim, points: Array) -> bool:
+    """Close a run that ends beside its beginning, in place; tell whether it was one."""
+    if rim.closed or rim.kind == "toothed":
+        return False
     step = float(lengths(points[rim.corner[-1:]] - points[rim.corner[:1]])[0])
     seam = 10.0 * SEAM * rim.radius
-    around = 2.0 * np.pi * rim.radius
-    if (rim.kind != "round" or rim.chord.sum() + step < 0.98 * around
+    if (rim.chord.sum() + step < 0.98 * 2.0 * np.pi * rim.radius
             or step > min(max(LONG_EDGE * float(np.median(rim.chord)), seam),
                           2.0 * HALF_SPAN * rim.radius)):
-        return
+        return False
     if step <= seam:
-        rim.absorbed, rim.corner = rim.corner[-1:], rim.corner[:-1]
+        rim.corner = rim.corner[:-1]
     else:
         rim.chord, rim.stays = np.append(rim.chord, step), np.append(rim.stays, False)
     rim.closed = True
-    away = points - rim.center
-    above = (away * rim.axis).sum(axis=1)
-    off = lengths(away - above[:, None] * rim.axis) - rim.radius
-    near = np.zeros(len(points), dtype=np.bool_)
-    near[arrays.corner] = True
-    near &= np.sqrt(above * above + off * off) <= SEAM * rim.radius + 4.0 * rounding
-    near[rim.corner] = False
-    rim.absorbed = np.union1d(rim.absorbed, np.flatnonzero(near))
+    return True
+
+
+def _absorb(rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float) -> None:
+    """Close runs over seams, and let runs take in other corners that lie on their circles."""
+    closed = [_close_seam(rim, points) for rim in rims]
+    if rounding <= FINE_ROUNDING and not any(closed):
+        return
+    free = np.zeros(len(points), dtype=np.bool_)
+    free[arrays.corner] = True
+    for rim in rims:
+        free[rim.corner] = False
+    numbers = np.flatnonzero(free)
+    for rim, seamed in zip(rims, closed, strict=True):
+        away = points[numbers] - rim.center
+        above = (away * rim.axis).sum(axis=1)
+        off = lengths(away - above[:, None] * rim.axis) - rim.radius
+        slack = 4.0 * rounding + (SEAM * rim.radius if seamed else rim.deviation)
+        rim.absorbed = numbers[np.sqrt(above * above + off * off) <= slack]
 
 
 def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
