@@ -160,24 +160,38 @@ def _build(part: Part) -> ConvexBody:
 
 
 def _reshaped(part: Part, round_sides: int) -> ConvexBody:
-    """Body with round surfaces as polygons of so many sides; the radius stays the file's."""
+    """Body with round surfaces as polygons of so many sides.
+
+    Its radius stays the file's, unless a new corner lies farther out, so that no corner has a
+    distance above 1.
+    """
     plain = convex_body(part, 0)
-    scale, points, arrays = plain.radius, plain.points, plain.arrays
+    scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
     qhull = hull_of_part(part).qhull
     rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
     if rounding > part.rounding / scale:
-        arrays, _ = _polyhedron(points, *_triangles(qhull), rounding)
+        arrays, tolerance = _polyhedron(points, *_triangles(qhull), rounding)
     groups = find_groups(part, points, arrays, scale, rounding, round_sides)
     outline = reshape(points, arrays, groups, round_sides)
     thin_out(outline, arrays, round_sides)
-    if outline.is_changed:
-        points, chains = outline.compacted()
-        arrays, tolerance = _polyhedron(points, *hull_of_corners(points), rounding)
-    else:
-        arrays, tolerance, chains = plain.arrays, plain.tolerance, outline.chains
-    strip = strips(points, arrays, groups, chains)
-    runs = tuple(chain.as_run() for chain in chains)
-    return ConvexBody(scale, points, arrays, tolerance, runs, strip, outline.rounded)
+    if not outline.is_changed:
+        runs = tuple(chain.as_run(1.0) for chain in outline.chains)
+        return ConvexBody(scale, points, arrays, tolerance, runs,
+                          strips(points, arrays, groups, outline.chains), 0)
+    points, chains = outline.compacted()
+    # A rim off the centre of mass may reach a little farther between the corners of the file.
+    farthest = max(float(lengths(points).max()), 1.0)
+    scaled = points / farthest
+    scaled.flags.writeable = False
+    if not outline.keeps.any():  # all are new, and none is rounded
+        rounding = part.rounding / scale
+    try:
+        arrays, tolerance = _polyhedron(scaled, *hull_of_corners(scaled), rounding)
+    except MeshError:  # the centre of mass is closer to the surface than a facet is to its arc
+        return plain
+    return ConvexBody(scale * farthest, scaled, arrays, tolerance,
+                      tuple(chain.as_run(farthest) for chain in chains),
+                      strips(points, arrays, groups, chains), outline.rounded)
 
 
 def _hull_points(part: Part) -> tuple[Facets, Array, float]:

@@ -9,31 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.body.circles import angles_about
 from ..kernels.body.convex_body import BodyArrays
-from ..kernels.body.runs import angles_about
 from ..kernels.elementary import sines_cosines
-from .round_surfaces import Group, Rim, Run
+from .coaxial import Group, Rim
+from .round_surfaces import Run
+from .side_counts import Whole, plan_sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-
-ENOUGH: Final = 4000
-"""Corners of a body that thinning aims at."""
-
-COARSEST: Final = 64
-"""Fewest sides a turn that rims and free forms are thinned to for that."""
-
-FEWEST_ALONG: Final = 32
-"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
-
-FEWEST_FREE: Final = 1600
-"""Corners off all rims that thinning leaves of a free form, about."""
 
 SAME_ANGLE: Final = 0.1
 """Angles this close, in sides, are one in the list of a group."""
@@ -41,18 +32,18 @@ SAME_ANGLE: Final = 0.1
 
 @dataclass(eq=False)
 class Chain:
-    """A rim as it stands in the new body: its points in order, counter-clockwise about the axis."""
+    """A rim as it stands in the new body: its points in order about the axis of its group."""
 
     rim: Rim
     point: Index
     closed: bool
     sides: int = 0
 
-    def as_run(self) -> Run:
-        """What the body tells about it."""
+    def as_run(self, unit: float) -> Run:
+        """What a body tells about it that has this unit of length."""
         rim = self.rim
-        return Run(rim.center, rim.axis, rim.radius, rim.kind, rim.closed, len(rim.corner),
-                   self.sides, rim.group)
+        return Run(rim.center / unit, rim.axis, rim.radius / unit, rim.kind, rim.closed,
+                   len(rim.corner), self.sides, rim.group)
 
 
 @dataclass(eq=False)
@@ -93,17 +84,6 @@ class Outline:
         return numbers
 
 
-@dataclass(eq=False)
-class Whole:
-    """A full rim without a corner that must stay, in the frame of its group."""
-
-    rim: Rim
-    group: Group
-    height: float
-    rolls: bool = False
-    sides: int = 0
-
-
 def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: int) -> Outline:
     """Refine or thin the round runs of a body.
 
@@ -130,23 +110,24 @@ def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: i
     for group in groups:
         for rim in group.rims:
             uses[rim.corner] += 1
+    step = 2.0 * np.pi / sides
     wholes: list[Whole] = []
     parts: list[tuple[Group, list[tuple[Rim, bool]]]] = []
     for group in groups:
         mine: list[tuple[Rim, bool]] = []
         for rim in group.rims:
             refine = rim.kind == "round" and _is_refined(group, rim)
-            if rim.kind == "toothed":
+            whole = rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1
+            finer = (len(rim.corner) > sides if whole
+                     else bool(rim.chord.min() < step * rim.radius))
+            if rim.kind == "toothed" or not (refine or finer):
                 outline.chains.append(Chain(rim, rim.corner, rim.closed))
-            elif rim.closed and not rim.stays.any() and uses[rim.corner].max() == 1:
-                if refine or len(rim.corner) > sides:
-                    wholes.append(Whole(rim, group, _height(points, group, rim)))
-                else:
-                    outline.chains.append(Chain(rim, rim.corner, True))
+            elif whole:
+                wholes.append(Whole(rim, group, _height(points, group, rim)))
             else:
                 mine.append((rim, refine))
         parts.append((group, mine))
-    _plan(wholes, int(keeps.sum()), sides)
+    plan_sides(wholes, int(keeps.sum()), sides)
     for group, mine in parts:
         _redraw(outline, group, [one for one in wholes if one.group is group], mine, uses, sides)
     return outline
@@ -166,71 +147,6 @@ def _height(points: Array, group: Group, rim: Rim) -> float:
     """Mean of a rim's corners along the axis of its group."""
     along = ((points[rim.corner] - group.center) * group.frame[2]).sum(axis=1)
     return float(along.sum()) / len(along)
-
-
-def _plan(wholes: list[Whole], corners: int, sides: int) -> None:
-    """Give each full rim its number of sides, 0 for one that the height of arc does not need.
-
-    Where the body has too many corners there are fewer rims along a dome, for how fine it is that
-    way hardly matters; in the end rims that the body does not roll on get fewer sides.
-    """
-    free = corners - sum(len(one.rim.corner) for one in wholes)
-    groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}
-    for one in wholes:
-        groups[id(one.group)].append(one)
-    profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
-    plans = [(sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides]
-    plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
-              if sides % k == 0 and sides // k >= COARSEST]
-    for rest, level in plans:
-        tolerance = height_of_arc(level)
-        for group in groups.values():
-            _plan_profile(group, tolerance)
-        for one in wholes:
-            if one.sides:
-                one.sides = sides if one.rolls else rest
-        if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
-            return
-
-
-def height_of_arc(sides: int) -> float:
-    """Height of the arc over one side of a regular polygon of radius 1."""
-    return 1.0 - float(sines_cosines(np.array([np.pi / sides]))[1][0])
-
-
-def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
-    """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
-    wholes.sort(key=lambda one: one.height)
-    center, axis = wholes[0].group.center, wholes[0].group.frame[2]
-    middle = -float((center * axis).sum())
-    profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
-    step = np.diff(profile, axis=0)
-    # The foot of the centre of mass lies on a facet that the body can roll on.
-    rolls = (((profile[:-1] * step).sum(axis=1) < 0.0) & ((profile[1:] * step).sum(axis=1) > 0.0))
-    fixed = np.zeros(len(wholes), dtype=np.bool_)
-    fixed[0] = fixed[-1] = True
-    for k, one in enumerate(wholes):
-        one.rolls = bool(rolls[max(k - 1, 0):k + 1].any())
-        fixed[k] |= one.rolls
-        one.sides = 0
-    places = np.flatnonzero(fixed).tolist()
-    waiting = list(zip(places[:-1], places[1:], strict=True))
-    for k in places:
-        wholes[k].sides = 1
-    while waiting:
-        low, high = waiting.pop()
-        if high - low < 2:
-            continue
-        chord = profile[high] - profile[low]
-        away = profile[low + 1:high] - profile[low]
-        beyond = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
-        beyond /= np.sqrt((chord * chord).sum())
-        if beyond.max() <= tolerance:
-            continue
-        ties = np.flatnonzero(beyond >= beyond.max() - 1e-9)
-        far = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
-        wholes[far].sides = 1
-        waiting += [(low, far), (far, high)]
 
 
 def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tuple[Rim, bool]],
@@ -257,6 +173,7 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
                 new = _between(grid, angle[0], angle[-1], SAME_ANGLE * step)
                 if refine or len(new) < len(between):
                     outline.keeps[between] = False
+                    outline.keeps[_within(outline.points, group, rim.absorbed, angle)] = False
                     between = outline.add(_on_circle(group, height, rim.radius, new))
                     changed = True
             sequence += [corner[:1], between]
@@ -265,6 +182,13 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
             sequence.append(last)
         outline.chains.append(Chain(rim, np.concatenate(sequence), rim.closed,
                                     sides if changed else 0))
+
+
+def _within(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
+    """Those of some points that lie between the ends of a stretch."""
+    there = angles_about(points[numbers], group.center, group.frame[0], group.frame[1]) - angle[0]
+    turn = 2.0 * np.pi
+    return np.asarray(numbers[there - turn * np.floor(there / turn) < angle[-1] - angle[0]])
 
 
 def _is_redrawn(piece: tuple[Index, Array], refine: bool, step: float) -> bool:
@@ -286,7 +210,8 @@ def _pieces(points: Array, group: Group, rim: Rim, uses: Index) -> list[tuple[In
     if rim.closed:
         fixed |= stays | np.roll(stays, 1)
         begin = int(fixed.argmax())
-        corner, stays, fixed = (np.roll(one, -begin) for one in (corner, stays, fixed))
+        corner, stays = np.roll(corner, -begin), np.roll(stays, -begin)
+        fixed = np.roll(fixed, -begin)
         corner, fixed = np.append(corner, corner[0]), np.append(fixed, True)
     else:
         fixed[:-1] |= stays
@@ -298,7 +223,7 @@ def _pieces(points: Array, group: Group, rim: Rim, uses: Index) -> list[tuple[In
     angle = np.append(angle[:1], angle[0] + np.cumsum(step))
     places = np.flatnonzero(fixed).tolist()
     found = []
-    for low, high in zip(places[:-1], places[1:], strict=True):
+    for low, high in pairwise(places):
         if stays[low]:
             # Nothing is put between; the far end comes with the next stretch.
             found.append((corner[[low, high]], np.array([angle[low], angle[low]])))
@@ -316,7 +241,7 @@ def _grid(ends: Sequence[float], step: float) -> Array:
         breaks = breaks[:-1]
     found = []
     for low, high in zip(breaks.tolist(), [*breaks[1:].tolist(), breaks[0] + turn], strict=True):
-        parts = max(1, round((high - low) / step))
+        parts = max(1, int(np.ceil((high - low) / step - SAME_ANGLE)))
         found.append(low + (high - low) / parts * np.arange(parts))
     return np.concatenate(found)
 
@@ -329,18 +254,18 @@ def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -
     """
     step = 2.0 * np.pi / sides
     if not wholes:
-        return step * np.arange(sides)
+        return np.asarray(step * np.arange(sides), dtype=np.float64)
     widest = max(wholes, key=lambda one: one.rim.radius)
     angle = angles_about(points[widest.rim.corner], group.center, group.frame[0], group.frame[1])
     rest = angle - step * np.floor(angle / step)
-    return float(rest.min()) + step * np.arange(sides)
+    return np.asarray(float(rest.min()) + step * np.arange(sides), dtype=np.float64)
 
 
 def _between(grid: Array, low: float, high: float, margin: float) -> Array:
     """Angles of a group well inside an interval, rising."""
     turn = 2.0 * np.pi
-    angles = grid + turn * np.ceil((low + margin - grid) / turn)
-    return np.asarray(np.sort(angles[angles < high - margin], kind="stable"))
+    angles = np.sort(grid + turn * np.ceil((low + margin - grid) / turn), kind="stable")
+    return np.asarray(angles[angles < high - margin])
 
 
 def _on_circle(group: Group, height: float, radius: float, angles: Array) -> Array:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
+from .coaxial import ON_AXIS, Group, loops_of, off_axis
 from .reshaping import Chain
-from .round_surfaces import ON_AXIS, Group, loops_of, off_axis
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

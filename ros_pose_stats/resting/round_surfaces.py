@@ -7,36 +7,33 @@ together, for the facets between them are those of one cylinder, cone or toothed
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Final, Literal
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
+from ..kernels.body.gaps import edges_on_surface
 from ..kernels.body.runs import (
     AXIS,
     CENTER,
     DEVIATION,
+    HALF_SPAN,
     RADIUS,
     Runs,
     circular_runs,
-    edges_on_surface,
 )
-from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of_part
-from ..mesh.vectors import lengths, scatter
+from ..mesh.vectors import lengths
 from ..mesh.welding import weld
 from ..records import Part
+from .coaxial import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-Kind = Literal["round", "toothed"]
 
-ROUND_SHARE: Final = 0.75
-"""Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 
 SEAM: Final = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
@@ -47,16 +44,14 @@ A mesh this close under an edge of the hull leaves no gap there.
 LONG_EDGE: Final = 2.2
 """An edge that is this much longer than most of its run is a flat, and stays."""
 
-ON_AXIS: Final = 1e-5
-"""A corner this close to an axis, in radii, is the tip of a cone about it."""
-
-COAXIAL: Final = 5e-6
-"""Corners this close to where a common axis puts them have that axis, in radii."""
+FINE_ROUNDING: Final = 3e-7
+"""Above it, in radii, corners of a fine circle may hide each other and be off its run."""
 
 FEWEST_DECIMALS: Final = 12
 """Different coordinates that must end at the same digit for it to be the last one printed."""
 
-_POWERS: Final = (1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
+_POWERS: Final = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
+                  1e11, 1e12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,53 +83,6 @@ class Run:
     corners: int
     sides: int
     group: int
-
-
-@dataclass(eq=False)
-class Rim:
-    """A run while it is worked on.
-
-    Attributes
-    ----------
-    side : (E,) array
-        Polygon side of the body along each edge.
-    corner : (E,) or, where it is open, (E + 1,) array
-        Points of the body.
-    closed : bool
-    center, axis : (3,) arrays
-    radius, deviation : float
-        The latter the largest distance of a corner from the circle.
-    chord : (E,) array
-        Lengths of the edges.
-    stays : (E,) array of bool
-        Edges over a gap, or along a flat: nothing is put between their ends.
-    kind : 'round' or 'toothed'
-    absorbed : (k,) array
-        Other corners on the circle, at a seam where the file's circle does not quite close.
-    group : int
-    """
-
-    side: Index
-    corner: Index
-    closed: bool
-    center: Array
-    axis: Array
-    radius: float
-    deviation: float
-    chord: Array
-    stays: Flags
-    kind: Kind
-    absorbed: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    group: int = -1
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Rims about one axis, with a frame: the rows of `frame` are x, y and the axis."""
-
-    center: Array
-    frame: Array
-    rims: list[Rim]
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
@@ -171,30 +119,13 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
         rims.append(Rim(runs.side[edges], corner, closed, circle[CENTER:CENTER + 3],
                         circle[AXIS:AXIS + 3], float(circle[RADIUS]), float(circle[DEVIATION]),
                         long, _staying(long, on, float(circle[RADIUS]), sides), kind))
-    for rim in rims:
-        if not rim.closed:
-            _close_seam(points, arrays, rim, rounding)
-    groups = [group for group in _by_axis(points, rims, rounding)
-              if _keep_turned(points, arrays, group)]
+    _absorb(rims, points, arrays, rounding)
+    groups = [group for group in group_by_axis(points, rims, rounding)
+              if keep_turned(points, arrays, group)]
     for number, group in enumerate(groups):
         for rim in group.rims:
             rim.group = number
     return groups
-
-
-def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
-    """Corners of faces, one loop after the other, and where each loop begins."""
-    first = arrays.face_start[faces]
-    size = arrays.face_start[faces + 1] - first
-    begin = np.cumsum(size) - size
-    return arrays.corner[np.arange(size.sum()) + np.repeat(first - begin, size)], begin
-
-
-def off_axis(points: Array, group: Group) -> Array:
-    """Distance (n,) of points from the axis of a group."""
-    away = points - group.center
-    x, y = (away * group.frame[0]).sum(axis=1), (away * group.frame[1]).sum(axis=1)
-    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def rounding_of(part: Part, corners: Array) -> float:
@@ -206,16 +137,20 @@ def rounding_of(part: Part, corners: Array) -> float:
     corners : (n, 3) array
         Some of its vertices, metres.
     """
-    values = np.abs(corners).ravel()
-    largest = float(values.max())
-    values = np.unique(values[values > 0.1 * largest])
-    if len(values) < FEWEST_DECIMALS:
+    values = np.unique(np.abs(corners))
+    largest = float(values[-1])
+    # With a fixed number of digits the numbers of the highest decade have the fewest decimals.
+    decade = max((power for power in _POWERS if 1.0 <= largest * power < 10.0), default=1.0)
+    highest = values[values * decade >= 1.0]
+    if len(highest) < FEWEST_DECIMALS:
+        highest = values[values > 0.1 * largest]
+    if len(highest) < FEWEST_DECIMALS:
         return part.rounding
     for power in _POWERS:
         # Four digits are a designer's, not a printer's; with nine nothing is lost.
         if not 1e4 <= largest * power <= 1e8:
             continue
-        ticks = values * power
+        ticks = highest * power
         slack = max(1e-5, 2.0 * part.rounding * power)
         if slack < 0.05 and np.abs(ticks - np.rint(ticks)).max() <= slack:
             return max(part.rounding, 0.5 / power)
@@ -244,27 +179,40 @@ def _staying(chord: Array, surface: Flags, radius: float, sides: int) -> Flags:
     return np.asarray(~surface | (chord > flat))
 
 
-def _close_seam(points: Array, arrays: BodyArrays, rim: Rim, rounding: float) -> None:
-    """Close a run that ends beside its beginning, in place; take in the corners between."""
-    step = _length(points[rim.corner[-1]] - points[rim.corner[0]])
+def _close_seam(rim: Rim, points: Array) -> bool:
+    """Close a run that ends beside its beginning, in place; tell whether it was one."""
+    if rim.closed or rim.kind == "toothed":
+        return False
+    step = float(lengths(points[rim.corner[-1:]] - points[rim.corner[:1]])[0])
     seam = 10.0 * SEAM * rim.radius
-    around = 2.0 * np.pi * rim.radius
-    if (rim.kind != "round" or rim.chord.sum() + step < 0.98 * around
-            or step > max(LONG_EDGE * float(np.median(rim.chord)), seam)):
-        return
+    if (rim.chord.sum() + step < 0.98 * 2.0 * np.pi * rim.radius
+            or step > min(max(LONG_EDGE * float(np.median(rim.chord)), seam),
+                          2.0 * HALF_SPAN * rim.radius)):
+        return False
     if step <= seam:
-        rim.absorbed, rim.corner = rim.corner[-1:], rim.corner[:-1]
+        rim.corner = rim.corner[:-1]
     else:
         rim.chord, rim.stays = np.append(rim.chord, step), np.append(rim.stays, False)
     rim.closed = True
-    away = points - rim.center
-    above = (away * rim.axis).sum(axis=1)
-    off = lengths(away - above[:, None] * rim.axis) - rim.radius
-    near = np.zeros(len(points), dtype=np.bool_)
-    near[arrays.corner] = True
-    near &= np.sqrt(above * above + off * off) <= SEAM * rim.radius + 4.0 * rounding
-    near[rim.corner] = False
-    rim.absorbed = np.union1d(rim.absorbed, np.flatnonzero(near))
+    return True
+
+
+def _absorb(rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float) -> None:
+    """Close runs over seams, and let runs take in other corners that lie on their circles."""
+    closed = [_close_seam(rim, points) for rim in rims]
+    if rounding <= FINE_ROUNDING and not any(closed):
+        return
+    free = np.zeros(len(points), dtype=np.bool_)
+    free[arrays.corner] = True
+    for rim in rims:
+        free[rim.corner] = False
+    numbers = np.flatnonzero(free)
+    for rim, seamed in zip(rims, closed, strict=True):
+        away = points[numbers] - rim.center
+        above = (away * rim.axis).sum(axis=1)
+        off = lengths(away - above[:, None] * rim.axis) - rim.radius
+        slack = 4.0 * rounding + (SEAM * rim.radius if seamed else rim.deviation)
+        rim.absorbed = numbers[np.sqrt(above * above + off * off) <= slack]
 
 
 def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
@@ -279,104 +227,3 @@ def _crosses_others(ends: Index, runs: Runs, count: int) -> Flags:
     crossed += uses[last] > 1
     return np.asarray((runs.closed == 0)
                       & (crossed >= ROUND_SHARE * (np.diff(runs.start) + 1)))
-
-
-def _by_axis(points: Array, rims: list[Rim], rounding: float) -> list[Group]:
-    """Gather rims about one axis, the longest first."""
-    if not rims:
-        return []
-    reach = np.array([rim.radius * len(rim.side) for rim in rims])
-    rims = [rims[k] for k in np.argsort(-reach, kind="stable").tolist()]
-    axis, center = np.array([rim.axis for rim in rims]), np.array([rim.center for rim in rims])
-    radius = np.array([rim.radius for rim in rims])
-    slack = np.array([(4.0 * rounding + rim.deviation) * _looseness(points, rim)
-                      for rim in rims])
-    waiting = np.ones(len(rims), dtype=np.bool_)
-    groups = []
-    for k, first in enumerate(rims):
-        if not waiting[k]:
-            continue
-        tilt = lengths(np.cross(axis, first.axis)) * radius
-        away = center - first.center
-        along = (away * first.axis).sum(axis=1)
-        offset = lengths(away - along[:, None] * first.axis)
-        mine = waiting & (np.maximum(tilt, offset) <= COAXIAL + slack + slack[k])
-        mine[k] = True
-        waiting &= ~mine
-        chosen = [rims[j] for j in np.flatnonzero(mine).tolist()]
-        groups.append(_with_frame(points, chosen))
-    return groups
-
-
-def _keep_turned(points: Array, arrays: BodyArrays, group: Group) -> bool:
-    """Leave out rims of no surface turned about their axis, in place; tell whether one is left.
-
-    Beside a rim lies a flat end, or facets between it and another rim or the tip of a cone. Else it
-    is one of the many circles on a ball.
-    """
-    on_rims = off_axis(points, group) < ON_AXIS
-    for rim in group.rims:
-        on_rims[rim.corner] = True
-    kept = []
-    for rim in group.rims:
-        for side in (rim.side, arrays.twin[rim.side]):
-            faces = arrays.face[side]
-            corner, begin = loops_of(arrays, faces)
-            turned = int(np.logical_and.reduceat(on_rims[corner], begin).sum())
-            largest = int(np.unique(faces, return_counts=True)[1].max())
-            if max(turned, largest) >= ROUND_SHARE * len(faces):
-                kept.append(rim)
-                break
-    group.rims[:] = kept
-    return bool(kept)
-
-
-def _looseness(points: Array, rim: Rim) -> float:
-    """How far errors of the corners reach: the radius over the height of the arc."""
-    if rim.closed:
-        return 1.0
-    half = 0.5 * _length(points[rim.corner[-1]] - points[rim.corner[0]])
-    if rim.chord.sum() > np.pi * rim.radius:
-        return 1.0
-    inside = max(rim.radius * rim.radius - half * half, 0.0)
-    return rim.radius / max(rim.radius - float(np.sqrt(inside)), 1e-3 * rim.radius)
-
-
-def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
-    """Common axis: least squares of the corners' heights in their rims, and of the centres.
-
-    It is that of the smallest moment of what the rims spread along it and the centres across it.
-    """
-    first = rims[0]
-    axis, center = first.axis, first.center
-    if len(rims) > 1:
-        weight = np.array([float(len(rim.corner)) for rim in rims])
-        centers = np.array([rim.center for rim in rims])
-        center = (weight[:, None] * centers).sum(axis=0) / weight.sum()
-        tensor = np.zeros((3, 3))
-        for rim, number in zip(rims, weight.tolist(), strict=True):
-            away = rim.center - center
-            outer = away[:, None] * away
-            tensor += number * (scatter(points[rim.corner]) - outer)
-            tensor += number * (outer[0, 0] + outer[1, 1] + outer[2, 2]) * np.eye(3)
-        axis = principal_axes(tensor)[1][:, 0]
-    if axis[int(np.abs(axis).argmax())] < 0.0:
-        axis = -axis
-    across = np.zeros(3)
-    across[int(np.abs(axis).argmin())] = 1.0
-    x_axis = across - _dot(across, axis) * axis
-    x_axis = x_axis / _length(x_axis)
-    return Group(center, np.stack([x_axis, _cross(axis, x_axis), axis]), list(rims))
-
-
-def _dot(a: Array, b: Array) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                     a[0] * b[1] - a[1] * b[0]])
-
-
-def _length(a: Array) -> float:
-    return float(np.sqrt(_dot(a, a)))

@@ -11,7 +11,8 @@ from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.outermost import outermost_corners
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter
-from .reshaping import COARSEST, ENOUGH, Outline
+from .reshaping import Outline
+from .side_counts import COARSEST, ENOUGH
 
 FINE: Final = 1000
 """Corners off all runs up to which a body stays as the file has it: it is quick enough."""

@@ -8,37 +8,15 @@ neighbours of a fine tessellation say nothing about their circle but rounding.
 
 from __future__ import annotations
 
-import math
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from ..array_types import Array, Array2, Fixed1, Fixed2, FixedIndex1, FixedIndex2, Index, Index1
+from ..array_types import Array, Array2, Fixed2, Index, Index1
 from ..compilation import entry_kernel, inlined, kernel
-from ..elementary import arctangent
-from ..vectors import (
-    Vec3,
-    cross,
-    divided,
-    dot,
-    length,
-    minus,
-    plus,
-    point_at,
-    read_vector,
-    scaled,
-    write_row,
-)
+from ..vectors import Vec3, divided, dot, length, minus, point_at, write_row
+from .circles import Circle, circle_of, fitted_circle, off_circle, slack
 from .convex_body import BodyArrays
-
-ON_CIRCLE: Final = 1e-3
-"""Corners this close to a circle, as a fraction of the height of their arc, are a run on it.
-
-At most of its radius. Exports put them there to some 1e-6; an ellipse 1 : 1.002 is off by as much.
-"""
-
-ROUNDINGS_OFF_CIRCLE: Final = 4.0
-"""They may also be off by this many roundings of the coordinates."""
 
 STRAIGHTEST: Final = 0.9077774785329087
 """Cosine of 24.8 degrees: the 15-gon turns by 24, the 14-gon by 25.7."""
@@ -57,15 +35,6 @@ CENTER: Final = 0     # 0, 1, 2
 AXIS: Final = 3       # 3, 4, 5
 RADIUS: Final = 6
 DEVIATION: Final = 7  # largest distance of a corner
-
-
-class Circle(NamedTuple):
-    """A circle in space, with the height of the arc that it was laid through."""
-
-    center: Vec3
-    axis: Vec3
-    radius: float
-    height: float
 
 
 class Runs(NamedTuple):
@@ -166,14 +135,14 @@ def _divide(points: Array, body: BodyArrays, chain: Index, size: int, closed: bo
     if not closed:
         corner[size] = body.corner[body.twin[chain[size - 1]]]
         return _scan(points, corner, chain, 0, size, rounding, found, runs)
-    circle = _circle_of(points, corner, 0, size)
+    circle = circle_of(points, corner, 0, size)
     if _holds(points, corner, 0, size, circle, rounding):
         return _add(points, corner, chain, 0, size, circle, found, runs)
     # A closed chain is looked through from the end of one of its runs.
     for i in range(size):
         end = _grown(points, corner, i, i + size, rounding)
         if end == i + size:
-            return _add(points, corner, chain, i, end, _circle_of(points, corner, i, end),
+            return _add(points, corner, chain, i, end, circle_of(points, corner, i, end),
                         found, runs)
         if end > 0:
             begin = end if end <= size else end - size
@@ -188,7 +157,7 @@ def _scan(points: Array, corner: Index, chain: Index, begin: int, end: int, roun
     while i + FEWEST <= end:
         j = _grown(points, corner, i, end, rounding)
         if j > 0:
-            runs = _add(points, corner, chain, i, j, _circle_of(points, corner, i, j),
+            runs = _add(points, corner, chain, i, j, circle_of(points, corner, i, j),
                         found, runs)
             i = j
         else:
@@ -205,22 +174,22 @@ def _grown(points: Array, corner: Index, i: int, end: int, rounding: float) -> i
         j += 1
     if j > end:
         return -1
-    circle = _circle_of(points, corner, i, j)
+    circle = circle_of(points, corner, i, j)
     if not _holds(points, corner, i, j, circle, rounding):
         return -1
     fitted = j
     while j < end:
         if 2 * (j - i) > 3 * (fitted - i):
-            circle, fitted = _circle_of(points, corner, i, j), j
+            circle, fitted = circle_of(points, corner, i, j), j
         if not _reaches(points, corner, j, circle, rounding):
             if fitted == j:
                 break
-            circle, fitted = _circle_of(points, corner, i, j), j
+            circle, fitted = circle_of(points, corner, i, j), j
             if not _reaches(points, corner, j, circle, rounding):
                 break
         j += 1
     while j >= i + FEWEST:
-        if _holds(points, corner, i, j, _circle_of(points, corner, i, j), rounding):
+        if _holds(points, corner, i, j, circle_of(points, corner, i, j), rounding):
             return j
         # A curve that leaves its circle slowly was followed too far.
         j -= max(1, (j - i) // 8)
@@ -234,70 +203,25 @@ def _direction(points: Array, corner: Index, k: int) -> Vec3:
     return divided(step, length(step))
 
 
-@kernel
-def _circle_of(points: Array, corner: Index, i: int, j: int) -> Circle:
-    """Circle through three of the corners i to j of a chain, far apart."""
-    a, b = point_at(points, corner[i]), point_at(points, corner[j])
-    chord = minus(b, a)
-    size = length(chord)
-    far, height = (i + j) // 2, -1.0
-    for k in range(i + 1, j):
-        away = minus(point_at(points, corner[k]), a)
-        if size > 0.0:
-            away = minus(away, scaled(chord, dot(away, chord) / (size * size)))
-        if length(away) > height:
-            far, height = k, length(away)
-    c = point_at(points, corner[far])
-    if 2.0 * size < height:  # nearly or fully once around
-        a = point_at(points, corner[i + (j - i) // 3])
-        b = point_at(points, corner[i + 2 * (j - i) // 3])
-        c = point_at(points, corner[i])
-    u, v = minus(b, a), minus(c, a)
-    across = cross(u, v)
-    below = dot(across, across)
-    if below == 0.0:
-        return Circle(a, Vec3(0.0, 0.0, 0.0), 0.0, 0.0)
-    toward = cross(minus(scaled(v, dot(u, u)), scaled(u, dot(v, v))), across)
-    toward = scaled(toward, 0.5 / below)
-    radius = length(toward)
-    return Circle(plus(a, toward), divided(across, math.sqrt(below)), radius,
-                  min(height, radius))
-
-
-@inlined
-def _slack(circle: Circle, rounding: float) -> float:
-    """By how much a corner of a run may be off its circle."""
-    return ON_CIRCLE * circle.height + ROUNDINGS_OFF_CIRCLE * rounding
-
-
-@inlined
-def _off(circle: Circle, point: Vec3) -> float:
-    """Distance of a point from a circle."""
-    away = minus(point, circle.center)
-    above = dot(away, circle.axis)
-    beyond = length(minus(away, scaled(circle.axis, above))) - circle.radius
-    return math.sqrt(above * above + beyond * beyond)
-
-
 @inlined
 def _reaches(points: Array, corner: Index, j: int, circle: Circle, rounding: float) -> bool:
     """Whether the edge from corner j of a chain to the next is one of a run on this circle."""
     here = point_at(points, corner[j + 1])
     return (length(minus(here, point_at(points, corner[j]))) <= 2.0 * HALF_SPAN * circle.radius
-            and _off(circle, here) <= _slack(circle, rounding))
+            and off_circle(circle, here) <= slack(circle, rounding))
 
 
 @kernel
 def _holds(points: Array, corner: Index, i: int, j: int, circle: Circle,
            rounding: float) -> bool:
     """Whether the corners i to j of a chain and the edges between them are a run."""
-    if circle.radius == 0.0 or _off(circle, point_at(points, corner[i])) > _slack(circle,
+    if circle.radius == 0.0 or off_circle(circle, point_at(points, corner[i])) > slack(circle,
                                                                                 rounding):
         return False
-    for k in range(i, j):
-        if not _reaches(points, corner, k, circle, rounding):
-            return False
-    return True
+    k = i
+    while k < j and _reaches(points, corner, k, circle, rounding):
+        k += 1
+    return k == j
 
 
 @kernel
@@ -310,113 +234,12 @@ def _add(points: Array, corner: Index, chain: Index, i: int, j: int, rough: Circ
     found.start[runs + 1] = begin + j - i
     closed = corner[i] == corner[j]
     found.closed[runs] = 1 if closed else 0
-    circle = _fitted(points, corner, i, j, rough)
+    circle = fitted_circle(points, corner, i, j, rough)
     write_row(found.circle, runs, CENTER, circle.center)
     write_row(found.circle, runs, AXIS, circle.axis)
     found.circle[runs, RADIUS] = circle.radius
     farthest = 0.0
     for k in range(i, j + 1):
-        farthest = max(farthest, _off(circle, point_at(points, corner[k])))
+        farthest = max(farthest, off_circle(circle, point_at(points, corner[k])))
     found.circle[runs, DEVIATION] = farthest
     return runs + 1
-
-
-@kernel
-def _fitted(points: Array, corner: Index, i: int, j: int, rough: Circle) -> Circle:
-    """Circle by least squares (Kasa's), its plane by the area that the corners enclose.
-
-    The axis is turned so that the run goes round it counter-clockwise.
-    """
-    last = j if corner[i] != corner[j] else j - 1
-    number = float(last - i + 1)
-    middle = Vec3(0.0, 0.0, 0.0)
-    for k in range(i, last + 1):
-        middle = plus(middle, minus(point_at(points, corner[k]), rough.center))
-    middle = plus(rough.center, divided(middle, number))
-    area, before = Vec3(0.0, 0.0, 0.0), minus(point_at(points, corner[last]), middle)
-    for k in range(i, last + 1):
-        here = minus(point_at(points, corner[k]), middle)
-        area = plus(area, cross(before, here))
-        before = here
-    axis = divided(area, length(area))
-    x_axis = minus(point_at(points, corner[i]), middle)
-    x_axis = minus(x_axis, scaled(axis, dot(x_axis, axis)))
-    x_axis = divided(x_axis, length(x_axis))
-    y_axis = cross(axis, x_axis)
-    xx = xy = yy = xr = yr = rr = 0.0
-    for k in range(i, last + 1):
-        here = minus(point_at(points, corner[k]), middle)
-        x, y = dot(here, x_axis), dot(here, y_axis)
-        square = x * x + y * y
-        xx, xy, yy = xx + x * x, xy + x * y, yy + y * y
-        xr, yr, rr = xr + x * square, yr + y * square, rr + square
-    below = 2.0 * (xx * yy - xy * xy)
-    if below <= 0.0:
-        return Circle(rough.center, axis, rough.radius, rough.height)
-    x, y = (xr * yy - yr * xy) / below, (yr * xx - xr * xy) / below
-    radius = math.sqrt(x * x + y * y + rr / number)
-    return Circle(plus(middle, plus(scaled(x_axis, x), scaled(y_axis, y))), axis, radius,
-                  rough.height)
-
-
-@entry_kernel
-def edges_on_surface(vertices: Fixed2, triangles: FixedIndex2, ends: FixedIndex2,
-                     first: FixedIndex1, order: FixedIndex1, tolerance: float) -> Index:
-    """How many ends (E,) of each edge of the hull lie on an edge of the mesh that runs along it.
-
-    An edge of the hull that is an edge of the mesh has two, and so has one that the mesh
-    divides. Over a gap there are none.
-
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    triangles : (T, 3) array
-        The mesh.
-    ends : (E, 2) array
-        Vertices of the edges.
-    first : (V + 1,) array
-    order : (2E,) array
-        Ends by vertex: 2 e + i is end i of edge e, from `first[v]` on those at vertex v.
-    tolerance : float
-        By how much vertices on an edge may be off its line.
-    """
-    seen = np.zeros(order.shape[0], np.bool_)
-    for t in range(triangles.shape[0]):
-        for i in range(3):
-            a = triangles[t, i]
-            if first[a] == first[a + 1]:
-                continue
-            for step in range(1, 3):
-                b = triangles[t, (i + step) % 3]
-                for k in range(first[a], first[a + 1]):
-                    end = order[k]
-                    if not seen[end]:
-                        other = ends[end // 2, 1 - end % 2]
-                        seen[end] = other == b or _is_along(vertices, a, b, other, tolerance)
-    found = np.zeros(ends.shape[0], np.int64)
-    for e in range(ends.shape[0]):
-        found[e] = int(seen[2 * e]) + int(seen[2 * e + 1])
-    return found
-
-
-@inlined
-def _is_along(vertices: Array, a: int, b: int, other: int, tolerance: float) -> bool:
-    """Whether vertex b lies on the straight line between vertices a and other."""
-    chord = minus(point_at(vertices, other), point_at(vertices, a))
-    away = minus(point_at(vertices, b), point_at(vertices, a))
-    share = dot(away, chord) / dot(chord, chord)
-    if share >= 1.0:
-        return False
-    return length(minus(away, scaled(chord, max(share, 0.0)))) <= tolerance
-
-
-
-@entry_kernel
-def angles_about(points: Fixed2, center: Fixed1, x_axis: Fixed1, y_axis: Fixed1) -> Array:
-    """Angles (n,) of points (n, 3) about an axis through `center`, from -pi to pi."""
-    angles, middle = np.empty(points.shape[0]), read_vector(center, 0)
-    x, y = read_vector(x_axis, 0), read_vector(y_axis, 0)
-    for i in range(points.shape[0]):
-        away = minus(point_at(points, i), middle)
-        angles[i] = arctangent(dot(away, y), dot(away, x))
-    return angles
