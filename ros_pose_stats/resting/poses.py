@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..errors import RequestError
-from ..kernels.body.equilibria import ways_out
 from ..kernels.body.standing import silhouette, tops
 from ..kernels.features.corner_crowding import corner_crowding
 from ..kernels.features.split_features import split_features
@@ -21,8 +18,9 @@ from ..mesh.vectors import lengths
 from ..records import DropScene, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from .clusters import Clusters, clusters
-from .convex_body import ConvexBody, foot_direction
+from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
+from .margins import spread, tilt_margins
 from .orientation import resting_quaternions, rotation_matrices
 from .surface_trial import SurfaceTrial
 from .symmetry import symmetry_groups
@@ -178,7 +176,7 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     positions = -rotations @ part.center_of_mass
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
-    margins = _margins(found, grouped)
+    margins = tilt_margins(found, grouped)
     surface = cache(partial(SurfaceTrial, part, body))
     groups = symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1), surface)
     rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
@@ -195,8 +193,7 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     return tuple(
         StablePose(
             index=i, group=group, down=down, height=height, top=highest, margin=margin,
-            barrier=barrier, spread=_spread(_near_downs(found, grouped, members)),
-            members=tuple(members),
+            barrier=barrier, spread=spread(found, grouped, members), members=tuple(members),
             orientation=quaternion, position=position, shape=PoseShape(body, face, rotation),
             group_size=size, rolls=roll, roll_axis=axis, yaw_symmetry=order,
         )
@@ -213,47 +210,8 @@ def _on_plate(axes: Array, rotations: Array) -> Array:
     return np.asarray(np.divide(seen, length, out=np.zeros_like(seen), where=length > 0.0))
 
 
-def _near_downs(found: Equilibria, grouped: Clusters, members: list[int]) -> Array:
-    """Directions of the members that the part rests on in the pose."""
-    return found.downs[[member for member in members if grouped.near[member]]]
-
-
 def _members(grouped: Clusters) -> list[list[int]]:
     """Stable faces of each pose, rising."""
     members = np.argsort(grouped.pose, kind="stable").tolist()
     ends = np.cumsum(np.bincount(grouped.pose)).tolist()
     return [members[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
-
-
-def _margins(found: Equilibria, grouped: Clusters) -> Array:
-    """Smallest tilt (P,) over a side of a member that leads to a face outside the pose.
-
-    From a shelf the part slips into its pose: the tilt to one of its sides is told from the
-    nearest face that the part rests on.
-    """
-    arrays = found.body.arrays
-    pose_of_face = np.full(found.body.faces, -1, dtype=np.int64)
-    pose_of_face[found.faces] = grouped.pose
-    on_shelf = np.zeros(found.body.faces, dtype=np.bool_)
-    on_shelf[found.faces] = ~grouped.near
-    margins = np.full(grouped.lowest.shape[0], np.pi / 2.0)
-    sides = ways_out(arrays, found.arrays.basin, pose_of_face)
-    faces = arrays.face[sides]
-    tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
-    for i in np.flatnonzero(on_shelf[faces]).tolist():
-        rests = found.downs[grouped.near & (grouped.pose == pose_of_face[faces[i]])]
-        tilts[i] = 2.0 * math.asin(min(1.0, 0.5 * float(lengths(
-            rests - foot_direction(found.body, int(sides[i]))).min())))
-    np.minimum.at(margins, pose_of_face[faces], tilts)
-    return margins
-
-
-def _spread(downs: Array) -> float:
-    """Largest angle between two directions, radians."""
-    if len(downs) == 1:
-        return 0.0
-    # The direction farthest from another one is the nearest to its opposite.
-    gap, partner = cKDTree(downs).query(-downs)
-    first = int(np.argmin(gap))
-    chord = float(np.linalg.norm(downs[first] - downs[partner[first]]))
-    return 2.0 * math.asin(min(1.0, 0.5 * chord))
