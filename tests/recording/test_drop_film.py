@@ -24,8 +24,8 @@ from ros_pose_stats.simulation.frames import drop_frames, watchable_drop
 @pytest.fixture(scope="module")
 def film(tmp_path_factory):
     part = part_from_mesh(*box(0.04, 0.03, 0.02), center_of_mass=(0.001, 0.002, 0.003))
-    found = watchable_drop(part, 3, 0.5, 7, None, 0.005)
-    frames = drop_frames(part, found, resting_poses(part))
+    found = watchable_drop(part, 3, 0.5, 7, None, 0.005, 0)
+    frames = drop_frames(part, found, resting_poses(part, round_sides=0))
     file = tmp_path_factory.mktemp("film") / "drop.mcap"
     write_film(file, part, frames, lambda energy: f"{energy:.3g} J")
     return part, found, frames, file

@@ -16,7 +16,7 @@ DEMO = {name: make() for name, make in demo_parts.DEMO_PARTS.items()}
 
 
 def poses_of(surface, tolerance=0.0025, **properties):
-    return resting_poses(part_from_mesh(*surface, **properties), tolerance).poses
+    return resting_poses(part_from_mesh(*surface, **properties), tolerance, round_sides=0).poses
 
 
 def plate(slenderness):
@@ -129,7 +129,7 @@ class TestRule:
     def test_members_and_barriers(self, surface):
         part = part_from_mesh(*surface)
         for tolerance in TOLERANCES:
-            resting = resting_poses(part, tolerance)
+            resting = resting_poses(part, tolerance, round_sides=0)
             expected = persistent_poses(resting, tolerance)
             radius = resting.body.radius
             found = {frozenset(pose.members): (pose.height + pose.barrier) / radius
@@ -140,9 +140,9 @@ class TestRule:
 
     def test_the_lowest_member_stands_for_the_pose(self, surface):
         part = part_from_mesh(*surface)
-        single = resting_poses(part, 0.0).poses
+        single = resting_poses(part, 0.0, round_sides=0).poses
         for tolerance in TOLERANCES:
-            for pose in resting_poses(part, tolerance).poses:
+            for pose in resting_poses(part, tolerance, round_sides=0).poses:
                 members = [single[i] for i in pose.members]
                 lowest = min(member.height for member in members)
                 (own,) = (member for member in members if np.array_equal(member.down, pose.down))
@@ -155,9 +155,9 @@ class TestRule:
 
     def test_spread(self, surface):
         part = part_from_mesh(*surface)
-        single = resting_poses(part, 0.0).poses
+        single = resting_poses(part, 0.0, round_sides=0).poses
         for tolerance in TOLERANCES:
-            for pose in resting_poses(part, tolerance).poses:
+            for pose in resting_poses(part, tolerance, round_sides=0).poses:
                 own = downs([single[i] for i in pose.members
                              if single[i].height < (1.0 + tolerance) * pose.height
                              or np.array_equal(single[i].down, pose.down)])
@@ -169,9 +169,11 @@ class TestRule:
         part = part_from_mesh(*surface)
         for method in set(METHODS) - {"nqse", "combined", "split"}:
             single = {pose.index: pose.probability
-                      for pose in estimate(part, method, cluster_tolerance=0.0).poses}
+                      for pose in estimate(
+                          part, method, cluster_tolerance=0.0, round_sides=0).poses}
             for tolerance in TOLERANCES:
-                for pose in estimate(part, method, cluster_tolerance=tolerance).poses:
+                for pose in estimate(
+                        part, method, cluster_tolerance=tolerance, round_sides=0).poses:
                     expected = sum(single[i] for i in pose.members)
                     assert pose.probability == pytest.approx(expected, abs=1e-12)
 
@@ -180,7 +182,7 @@ class TestRule:
         part = part_from_mesh(*surface)
         for tolerance in TOLERANCES:
             found = {name: {pose.index: pose.probability for pose in
-                            estimate(part, name, cluster_tolerance=tolerance).poses}
+                            estimate(part, name, cluster_tolerance=tolerance, round_sides=0).poses}
                      for name in ("qse", "meae", "nqse", "combined")}
             index = sorted(found["qse"])
             weight = nonlinear(np.array([found["qse"][i] for i in index]))
@@ -194,7 +196,7 @@ class TestRule:
 def test_a_shallow_pose_beside_a_deep_one_belongs_to_it():
     """Its saddle is 0.00002 radii above it and 0.4 above the other."""
     part = part_from_mesh(*oblique_prism(1.2, 2.0), center_of_mass=(0.99, 0.1, 0.5))
-    single, merged = (resting_poses(part, tolerance) for tolerance in (0.0, 0.0025))
+    single, merged = (resting_poses(part, tolerance, round_sides=0) for tolerance in (0.0, 0.0025))
     (shallow,) = [pose for pose in single.poses if pose.barrier < 0.001 * single.body.radius]
     assert len(merged.poses) == len(single.poses) - 1
     (deep,) = [pose for pose in merged.poses if len(pose.members) > 1]
@@ -205,7 +207,7 @@ def test_a_shallow_pose_beside_a_deep_one_belongs_to_it():
 def test_the_nonlinear_estimate_of_a_cylinder_does_not_depend_on_its_facets():
     shares = []
     for sides in (48, 64, 128, 256):
-        found = estimate(part_from_mesh(*shapes.cylinder(sides, 1.0, 2.0)), "nqse")
+        found = estimate(part_from_mesh(*shapes.cylinder(sides, 1.0, 2.0)), "nqse", round_sides=0)
         (side,) = (pose for pose in found.poses if len(pose.members) == sides)
         shares.append(side.probability)
     assert shares == pytest.approx([shares[-1]] * 4, abs=0.005)
@@ -222,7 +224,7 @@ def test_of_tied_members_the_largest_face_stands_for_the_pose():
     vertices = np.vstack((np.column_stack((corners, np.full(len(middle), -1.5))),
                           np.column_stack((corners, np.full(len(middle), 1.5)))))
     part = part_from_mesh(*shapes.hull_mesh(vertices), center_of_mass=(0.0, 0.0, 0.0))
-    resting = resting_poses(part, 0.01)
+    resting = resting_poses(part, 0.01, round_sides=0)
     (side,) = (pose for pose in resting.poses if len(pose.members) > 1)
     found = resting.equilibria
     area = found.body.arrays.area[found.faces]

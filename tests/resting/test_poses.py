@@ -45,10 +45,10 @@ def signed_area(polygon):
 class TestEveryPose:
     @staticmethod
     def poses(part, tolerance):
-        return resting_poses(part, tolerance).poses
+        return resting_poses(part, tolerance, round_sides=0).poses
 
     def test_stands_on_the_plate_with_its_centre_of_mass_above_the_origin(self, part, tolerance):
-        radius = resting_poses(part, tolerance).body.radius
+        radius = resting_poses(part, tolerance, round_sides=0).body.radius
         for pose in self.poses(part, tolerance):
             place = in_plate_frame(part, pose, part.surface_vertices)
             center = in_plate_frame(part, pose, part.center_of_mass)
@@ -58,7 +58,7 @@ class TestEveryPose:
             assert place[:, 2].max() == pytest.approx(pose.top, abs=1e-12 * (radius + far))
 
     def test_support_polygon_is_what_touches_the_plate(self, part, tolerance):
-        radius = resting_poses(part, tolerance).body.radius
+        radius = resting_poses(part, tolerance, round_sides=0).body.radius
         for pose in self.poses(part, tolerance):
             place = in_plate_frame(part, pose, part.surface_vertices)
             touching = ConvexHull(place[place[:, 2] < 3e-6 * radius, :2])
@@ -70,7 +70,7 @@ class TestEveryPose:
             assert hull.equations[:, 2].max() < 0.0
 
     def test_outline_is_the_hull_of_the_shadow(self, part, tolerance):
-        radius = resting_poses(part, tolerance).body.radius
+        radius = resting_poses(part, tolerance, round_sides=0).body.radius
         for pose in self.poses(part, tolerance):
             shadow = ConvexHull(in_plate_frame(part, pose, part.surface_vertices)[:, :2])
             # Corners of faces that are flat to 1e-6 of the radius may be left out.
@@ -94,7 +94,7 @@ class TestEveryPose:
 
     def test_numbers_rise_with_height_and_groups_with_numbers(self, part, tolerance):
         poses = self.poses(part, tolerance)
-        radius = resting_poses(part, tolerance).body.radius
+        radius = resting_poses(part, tolerance, round_sides=0).body.radius
         assert [pose.index for pose in poses] == list(range(len(poses)))
         assert np.diff(values(poses, "height")).min(initial=0.0) > -1e-6 * radius
         group = values(poses, "group")
@@ -103,7 +103,7 @@ class TestEveryPose:
 
     def test_members_partition_the_stable_faces(self, part, tolerance):
         members = sorted(i for pose in self.poses(part, tolerance) for i in pose.members)
-        assert members == list(range(len(resting_poses(part, 0.0).poses)))
+        assert members == list(range(len(resting_poses(part, 0.0, round_sides=0).poses)))
 
     def test_geometry_arrays_cannot_be_written_to(self, part, tolerance):
         pose = self.poses(part, tolerance)[0]
@@ -116,7 +116,7 @@ class TestEveryPose:
 def test_height_and_top_are_trimeshs(part):
     hull = trimesh.Trimesh(part.surface_vertices, part.surface_triangles,
                            process=False).convex_hull
-    for pose in resting_poses(part, 0.0).poses:
+    for pose in resting_poses(part, 0.0, round_sides=0).poses:
         along = (hull.vertices - part.center_of_mass) @ pose.down
         assert along.max() == pytest.approx(pose.height, rel=1e-6)
         assert np.ptp(along) == pytest.approx(pose.top, rel=1e-6)
@@ -131,24 +131,24 @@ def test_ties_in_height_are_numbered_by_down():
 def test_rounding_does_not_renumber_ties():
     # Heights and directions that differ by 1e-8 are the same: `down` decides, not noise.
     vertices, triangles = shapes.prism(6, 1.0, 2.0 * np.cos(np.pi / 6.0))
-    exact = resting_poses(part_from_mesh(vertices, triangles), 0.0).poses
+    exact = resting_poses(part_from_mesh(vertices, triangles), 0.0, round_sides=0).poses
     for seed in range(5):
         noise = np.random.default_rng(seed).uniform(-1e-8, 1e-8, vertices.shape)
-        rough = resting_poses(part_from_mesh(vertices + noise, triangles), 0.0).poses
+        rough = resting_poses(part_from_mesh(vertices + noise, triangles), 0.0, 0).poses
         for one, other in zip(exact, rough, strict=True):
             assert one.down == pytest.approx(other.down, abs=1e-6)
 
 
 def test_a_dense_run_of_heights_is_no_tie():
     part = part_from_mesh(*shapes.hull_mesh(shapes.sphere_points(4000, 2)))
-    heights = values(resting_poses(part, 0.0).poses, "height")
+    heights = values(resting_poses(part, 0.0, round_sides=0).poses, "height")
     assert (np.maximum.accumulate(heights) - heights).max() < 1.1e-6 * heights.max()
 
 
 def test_a_single_pose_has_an_infinite_barrier():
     # Loaded near a corner, with a single stable face.
     part = part_from_mesh(*random_polyhedron(6, 1329), center_of_mass=(-1.18, 0.55, 0.92))
-    (pose,) = estimate(part, "meae", cluster_tolerance=0.0).poses
+    (pose,) = estimate(part, "meae", cluster_tolerance=0.0, round_sides=0).poses
     assert pose.barrier == np.inf
     assert pose.probability == 1.0
     assert 0.0 < pose.margin <= np.pi / 2.0
@@ -157,6 +157,6 @@ def test_a_single_pose_has_an_infinite_barrier():
 
 def test_answers_are_remembered_but_not_shared_between_tolerances():
     part = part_from_mesh(*shapes.cylinder(64, 1.0, 2.0))
-    assert resting_poses(part, 0.005) is resting_poses(part, 0.005)
-    assert len(resting_poses(part, 0.0).poses) == 66
-    assert len(resting_poses(part, 0.005).poses) == 3
+    assert resting_poses(part, 0.005, round_sides=0) is resting_poses(part, 0.005, 0)
+    assert len(resting_poses(part, 0.0, round_sides=0).poses) == 66
+    assert len(resting_poses(part, 0.005, round_sides=0).poses) == 3

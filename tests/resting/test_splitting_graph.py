@@ -37,7 +37,7 @@ GRAPHS = [  # every body once, and the one with a curve in every way
 class TestTree:
     @staticmethod
     def graph(part, tolerance, function):
-        resting = resting_poses(part, tolerance)
+        resting = resting_poses(part, tolerance, round_sides=0)
         return resting, splitting_graph(resting, function)
 
     def test_a_binary_tree_over_all_poses(self, part, tolerance, function):
@@ -94,7 +94,8 @@ class TestTree:
 
     def test_products_down_the_tree_are_the_estimate(self, part, tolerance, function):
         _, root = self.graph(part, tolerance, function)
-        found = estimate(part, "eae" if function == "R" else "meae", cluster_tolerance=tolerance)
+        found = estimate(part, "eae" if function == "R" else "meae",
+                         cluster_tolerance=tolerance, round_sides=0)
         total = dict.fromkeys(root.poses, 0.0)
         waiting = [(root, 1.0)]
         while waiting:
@@ -147,7 +148,7 @@ class TestTree:
 @pytest.mark.parametrize("tolerance", [0.0, 0.005])
 @pytest.mark.parametrize("part", PARTS.values(), ids=PARTS)
 def test_r_and_R_share_their_splits(part, tolerance):
-    of_r, of_R = (splitting_graph(resting_poses(part, tolerance), f) for f in ("r", "R"))
+    of_r, of_R = (splitting_graph(resting_poses(part, tolerance, 0), f) for f in ("r", "R"))
     for one, other in zip(of_r.walk(), of_R.walk(), strict=True):
         assert one.poses == other.poses
         assert one.level == other.level
@@ -155,7 +156,7 @@ def test_r_and_R_share_their_splits(part, tolerance):
 
 
 def test_r_is_measured_unless_R_is_asked_for():
-    resting = resting_poses(PARTS["random"], 0.0)
+    resting = resting_poses(PARTS["random"], 0.0, round_sides=0)
     assert str(splitting_graph(resting)) == str(splitting_graph(resting, "r"))
     assert str(splitting_graph(resting)) != str(splitting_graph(resting, "R"))
 
@@ -163,7 +164,7 @@ def test_r_is_measured_unless_R_is_asked_for():
 def test_a_box_written_out():
     # The faces at 1/2 and at 1 join over the edges at sqrt(1/4 + 1); those at 3/2 come in
     # over sqrt(1/4 + 9/4).
-    root = splitting_graph(resting_poses(PARTS["box"], 0.0))
+    root = splitting_graph(resting_poses(PARTS["box"], 0.0, round_sides=0))
     levels = sorted(node.level for node in root.walk() if node.parts)
     assert levels == pytest.approx([np.sqrt(5.0) / 2.0] * 3 + [np.sqrt(10.0) / 2.0] * 2)
     assert all(len(node.poses) > 4 for node in root.walk()
@@ -172,7 +173,7 @@ def test_a_box_written_out():
 
 def test_a_single_pose_is_a_tree_of_one_node():
     part = part_from_mesh(*random_polyhedron(6, 1329), center_of_mass=(-1.18, 0.55, 0.92))
-    root = splitting_graph(resting_poses(part, 0.0))
+    root = splitting_graph(resting_poses(part, 0.0, round_sides=0))
     assert list(root.walk()) == [root]
     assert root.poses == (0,)
     assert root.probability == 1.0

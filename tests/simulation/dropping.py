@@ -17,7 +17,7 @@ GRAVITY = 9.80665
 
 def dropped(part, restitution, drops, seed=1, to_rest=False, tolerance=0.0, height=None):
     """Outcomes of single drops from random directions."""
-    body = drop_body(part, tolerance)
+    body = drop_body(part, tolerance, 0)
     rules = drop_rules(DropScene(restitution, height), body.radius, to_rest=to_rest)
     return compute_drops(body, rules, random_starts(seed, 0, drops))
 
@@ -54,7 +54,7 @@ class Contacts:
     def __init__(self, part, trajectory):
         self.radius = trajectory.radius
         self.unit = (self.radius / GRAVITY) ** 0.5
-        self.points = drop_body(part, 0.005).resting.body.points
+        self.points = drop_body(part, 0.005, 0).resting.body.points
         self.moment = part.inertia / part.mass / self.radius**2
 
     def heights(self, event):

@@ -138,7 +138,7 @@ def test_features_smaller_than_the_slow_threshold(case):
     """Two corners that close are slow together; stopping both took 5 % of the energy."""
     gap, restitution, drops = case
     part, twin = (part_from_mesh(*s) for s in with_twin(random_polyhedron(10, 0), gap))
-    assert len(drop_body(twin, 0.005).corner) == len(drop_body(part, 0.005).corner) + 1
+    assert len(drop_body(twin, 0.005, 0).corner) == len(drop_body(part, 0.005, 0).corner) + 1
     first, second = (simulate(each, drops, restitution, seed)
                      for seed, each in enumerate((part, twin)))
     assert alike(first, second) > 1e-4

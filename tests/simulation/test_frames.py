@@ -19,8 +19,8 @@ BODIES = {"box": box(0.04, 0.03, 0.02), "clamp": clamp_hull(),
 @cache
 def frames_of(name, drop=3, restitution=0.5):
     part = part_from_mesh(*BODIES[name])
-    found = watchable_drop(part, drop, restitution, 7, None, 0.005)
-    resting = resting_poses(part)
+    found = watchable_drop(part, drop, restitution, 7, None, 0.005, 0)
+    resting = resting_poses(part, round_sides=0)
     return part, found, resting, drop_frames(part, found, resting)
 
 
@@ -68,4 +68,4 @@ class TestEveryDrop:
 def test_a_drop_that_never_settles_is_refused():
     part = part_from_mesh(*BODIES["box"])
     with pytest.raises(RequestError, match="the number of a drop"):
-        watchable_drop(part, -1, 0.5, 7, None, 0.005)
+        watchable_drop(part, -1, 0.5, 7, None, 0.005, 0)

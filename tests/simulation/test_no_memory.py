@@ -24,7 +24,7 @@ def parts():
 def test_the_same_start_gives_the_same_drop(name, height):
     """Face down, the most symmetric start of all, before and after other drops."""
     part = parts()[name]
-    body = drop_body(part, 0.005)
+    body = drop_body(part, 0.005, 0)
     scene = DropScene(0.5, height * body.radius)
     downs = np.array([pose.down for pose in body.resting.poses])
     mixed = np.concatenate([np.repeat(downs, 3, axis=0), random_starts(1, 0, 20), downs])

@@ -122,7 +122,7 @@ def test_samples(name):
 def test_times_do_not_run_past_an_event():
     """The time of an event and the span up to it, added up again, may round beyond it."""
     part, rounded_up = bodies()["box"], 0
-    body = drop_body(part, 0.005)
+    body = drop_body(part, 0.005, 0)
     for down in random_starts(5, 0, 20):
         tape, _ = _record_tape(body, DropScene(0.8, None, 0.005), down[None], False)
         before, after = tape[:-1, TAPE_TIME], tape[1:, TAPE_TIME]
@@ -136,7 +136,7 @@ def test_times_do_not_run_past_an_event():
 def test_the_same_drop_as_in_a_run(name):
     """Drop k of `record_drop`, of `run` and of `simulate` is one and the same."""
     part = bodies()[name]
-    body = drop_body(part, 0.005)
+    body = drop_body(part, 0.005, 0)
     rules = drop_rules(DropScene(0.4), body.radius)
     outcomes = compute_drops(body, rules, random_starts(11, 0, 40))
     counts = np.zeros(len(body.resting.poses), dtype=int)
@@ -154,7 +154,7 @@ def test_the_same_drop_as_in_a_run(name):
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.5, 0.8])
 def test_the_trap_tells_where_it_comes_to_rest(name, restitution):
     """Drop by drop; on to rest, every drop settles."""
-    body = drop_body(bodies()[name], 0.0)
+    body = drop_body(bodies()[name], 0.0, 0)
     scene = DropScene(restitution)
     starts = random_starts(21, 0, 24)
     early = compute_drops(body, drop_rules(scene, body.radius), starts)
@@ -168,7 +168,7 @@ def test_the_trap_tells_where_it_comes_to_rest(name, restitution):
 def test_to_rest(name):
     """The same events up to the trap; in the end nothing moves, in the pose that was told."""
     part = bodies()[name]
-    poses = drop_body(part, 0.0).resting.poses
+    poses = drop_body(part, 0.0, 0).resting.poses
     for k in range(4):
         early, late = (record_drop(part, k, 0.2 * k, seed=31, to_rest=to_rest,
                                    cluster_tolerance=0.0) for to_rest in (False, True))
@@ -189,7 +189,7 @@ def test_thresholds_do_not_matter(name):
 
     Five standard deviations of each pose's difference: one false alarm in 1e5 tests.
     """
-    body, drops = drop_body(bodies()[name], 0.005), 1200
+    body, drops = drop_body(bodies()[name], 0.005, 0), 1200
     usual = drop_rules(DropScene(0.5), body.radius)
     fine = usual._replace(truncation=TRUNCATION / 100.0, touching=TOUCHING / 100.0,
                           slow=SLOW / 100.0, soft=SOFT / 100.0)

@@ -103,13 +103,13 @@ def test_a_lattice_and_random_drops_agree(part, truth):
 def test_clustered_counts_add_over_the_members(surface):
     """The very same drops, each in the cluster that its face is a member of."""
     part = part_from_mesh(*surface)
-    pose_of = {member: pose.index for pose in resting_poses(part, 0.005).poses
+    pose_of = {member: pose.index for pose in resting_poses(part, 0.005, round_sides=0).poses
                for member in pose.members}
     fine, coarse = (dropped(part, 0.1, 300, tolerance=t) for t in (0.0, 0.005))
     assert len(set(pose_of.values())) < len(pose_of)
     assert [pose_of[i] for i in fine.pose.tolist()] == coarse.pose.tolist()
-    by_face = simulate(part, 300, 0.1, 1, cluster_tolerance=0.0)
-    gathered = simulate(part, 300, 0.1, 1)
+    by_face = simulate(part, 300, 0.1, 1, cluster_tolerance=0.0, round_sides=0)
+    gathered = simulate(part, 300, 0.1, 1, cluster_tolerance=0.005, round_sides=0)
     for pose in gathered.poses:
         assert pose.count == sum(counts(by_face)[i] for i in pose.members)
     assert any(text.startswith("CLUSTERED") for text in gathered.warnings)

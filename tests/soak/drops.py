@@ -41,7 +41,7 @@ def tasks(drops: int, bodies: int) -> Iterator[Task]:
 def drop(task: Task) -> DropOutcomes | Exception:
     """Outcomes, every stable face by itself; what went wrong is an outcome too."""
     try:
-        body = drop_body(task.part, 0.0)
+        body = drop_body(task.part, 0.0, 0)
         rules = drop_rules(DropScene(task.restitution), body.radius)
         return compute_drops(body, rules, random_starts(task.seed, 0, task.drops))
     except Exception as error:

@@ -91,7 +91,7 @@ def landing(series, last, points, margin):
 @pytest.mark.parametrize("name", ["round", "flat", "long", "few"])
 @pytest.mark.parametrize("margin", MARGINS)
 def test_none_is_missed(name, margin):
-    body = drop_body(part_of(name), 0.005).arrays
+    body = drop_body(part_of(name), 0.005, 0).arrays
     work = new_work(body.x.shape[0])
     listed = landed = 0
     for series, last, points in steps(body, 60, 17):
@@ -107,7 +107,7 @@ def test_none_is_missed(name, margin):
 
 
 def test_height_series():
-    body = drop_body(part_of("few"), 0.005).arrays
+    body = drop_body(part_of("few"), 0.005, 0).arrays
     c = np.zeros(ORDER + 1)
     for series, last, points in steps(body, 5, 18):
         for j, point in enumerate(points):

@@ -34,7 +34,7 @@ EXACT = 1e-12
 
 
 def prepared(surface):
-    return drop_body(part_from_mesh(*surface), 0.0).arrays
+    return drop_body(part_from_mesh(*surface), 0.0, 0).arrays
 
 
 def corners(body):

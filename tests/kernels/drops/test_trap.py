@@ -24,7 +24,7 @@ FINEST = 1e-6
 
 def prepared(surface):
     """A body with each stable face a pose of its own: its corners (C, 3) and poses' downs."""
-    body = drop_body(part_from_mesh(*surface), 0.0)
+    body = drop_body(part_from_mesh(*surface), 0.0, 0)
     corners = np.column_stack((body.arrays.x, body.arrays.y, body.arrays.z))
     downs = np.array([pose.down for pose in body.resting.poses]) @ body.axes
     return body, corners, downs
