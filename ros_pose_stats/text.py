@@ -89,6 +89,18 @@ def listed(names: Sequence[object]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
+def ranges(numbers: Sequence[int]) -> str:
+    """Rising whole numbers, three and more in a row by their ends: 0-5, 8, 9."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run))
+                     for run in runs)
+
+
 def utc(nanoseconds: int) -> str:
     """A time since 1970 to the second; a dash for 0."""
     if not nanoseconds:

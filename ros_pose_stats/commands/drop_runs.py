@@ -51,6 +51,22 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
                          help="number of threads (default: all cores)")
 
 
+def add_table_options(command: argparse.ArgumentParser, more: str = "") -> None:
+    """Add how the answer is printed.
+
+    Parameters
+    ----------
+    command : argparse.ArgumentParser
+    more : str
+        What else is to be said about the JSON.
+    """
+    command.add_argument("--each", action="store_true",
+                         help="give every pose a row of its own; else poses that the part's "
+                         "symmetry makes alike share one, with their number and total")
+    command.add_argument("--json", action="store_true",
+                         help=f"print one JSON object{more}, with every pose")
+
+
 def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) -> Part:
     """Load the part that the options name, and the kernels of all that follows.
 
@@ -72,8 +88,8 @@ def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) ->
     return part
 
 
-def run_and_report(part: Part, start: Callable[[RunCallbacks], PoseStatistics], bound: int, *,
-                   as_json: bool) -> int:
+def run_and_report(part: Part, start: Callable[[RunCallbacks], PoseStatistics], bound: int,
+                   options: argparse.Namespace) -> int:
     """Run a simulation under a progress bar and print its answer; returns the exit status.
 
     Parameters
@@ -83,19 +99,19 @@ def run_and_report(part: Part, start: Callable[[RunCallbacks], PoseStatistics], 
         Runs the simulation.
     bound : int
         Number of drops after which it is complete.
-    as_json : bool
-        Whether to print one JSON object, not a table.
+    options : argparse.Namespace
+        Of `add_table_options`.
     """
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         found = start(RunCallbacks(bar.show, interrupted))
     stopped = interrupted() and found.drops < bound
-    if as_json:
+    if options.json:
         extra = {"interrupted": True} if stopped else {}
         print_json({**found.as_dict(), **extra})
     else:
         from .tables import report
 
-        print(report(part, found))
+        print(report(part, found, each=options.each))
         if stopped:
             print(f"interrupted after {found.drops} of {bound} drops")
     return INTERRUPTED if stopped else 0

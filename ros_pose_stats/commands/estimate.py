@@ -11,7 +11,13 @@ from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
 from .arguments import add_part_options, add_scene_options, load_named_part
-from .drop_runs import RunCallbacks, add_drop_options, load_part_and_kernels, run_and_report
+from .drop_runs import (
+    RunCallbacks,
+    add_drop_options,
+    add_table_options,
+    load_part_and_kernels,
+    run_and_report,
+)
 from .running import announce_slow_start, print_json
 
 if TYPE_CHECKING:
@@ -33,7 +39,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "These two alone take the number of drops, the target error, the seed and the workers.",
         examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
                   "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
-                  "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json"))
+                  "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json",
+                  "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each"))
     add_part_options(command)
     command.add_argument("--method", choices=(*CHOICES, ALL),
                          default=DEFAULT_METHOD, metavar="NAME",
@@ -41,8 +48,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          "every estimator beside the others (default: %(default)s)")
     add_scene_options(command)
     add_drop_options(command, None)
-    command.add_argument("--json", action="store_true",
-                         help="print one JSON object, or with all methods a list of them")
+    add_table_options(command, ", or with all methods a list of them")
     command.set_defaults(run=run)
 
 
@@ -59,14 +65,15 @@ def run(options: argparse.Namespace) -> int:
         found = [estimate(part, method, restitution=options.restitution,
                           drop_height=options.drop_height,
                           cluster_tolerance=options.cluster_tolerance,
-            round_sides=options.round_sides) for method in methods]
+                          round_sides=options.round_sides) for method in methods]
     if options.json:
         plain = [statistics.as_dict() for statistics in found]
         print_json(plain if options.method == ALL else plain[0])
     else:
         from .tables import comparison, report
 
-        print(comparison(part, found) if options.method == ALL else report(part, found[0]))
+        print(comparison(part, found, each=options.each) if options.method == ALL
+              else report(part, found[0], each=options.each))
     return 0
 
 
@@ -83,7 +90,7 @@ def _estimate_with_drops(options: argparse.Namespace) -> int:
             round_sides=options.round_sides,
             on_progress=callbacks.on_progress, should_stop=callbacks.should_stop)
 
-    return run_and_report(part, start, bound, as_json=options.json)
+    return run_and_report(part, start, bound, options)
 
 
 def _choose_method(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 from ..records.scene import DEFAULT_DROPS, SAMPLINGS
 from .arguments import add_part_options, add_scene_options
-from .drop_runs import RunCallbacks, add_drop_options, load_part_and_kernels, run_and_report
+from .drop_runs import (
+    RunCallbacks,
+    add_drop_options,
+    add_table_options,
+    load_part_and_kernels,
+    run_and_report,
+)
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -26,7 +32,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--sampling", choices=SAMPLINGS, default=SAMPLINGS[0],
                          help="starting directions at random, or evenly spread "
                          "(default: %(default)s)")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    add_table_options(command)
     command.set_defaults(run=run)
 
 
@@ -43,4 +49,4 @@ def run(options: argparse.Namespace) -> int:
             cluster_tolerance=options.cluster_tolerance,
             round_sides=options.round_sides)
 
-    return run_and_report(part, start, options.drops, as_json=options.json)
+    return run_and_report(part, start, options.drops, options)

@@ -9,39 +9,67 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..records import Part, PoseStatistics, StablePose
-from ..text import Column, columns, degrees, interval, millimetres, several
+from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
+from ..text import Column, columns, degrees, interval, millimetres, percent, ranges, several
+
+Filled = tuple[Column, list[str]]
 
 BAR = 12
 MOST_ROWS = 40
+MOST_NAMED = 20
+"""Characters that name the poses of a row."""
+
+ROLLS = ("  ", " *")
+"""Behind the margin of a pose that does not roll, and of one that does."""
+
+ROLLING = "  * rolls in this pose; the margin holds across its axis only"
 UNKNOWN = "-"
 """How columns write a value that is not known."""
 
 
-def report(part: Part, found: PoseStatistics) -> str:
-    """Report of one method's answer: a row for each pose, most probable first.
+def report(part: Part, found: PoseStatistics, *, each: bool = False) -> str:
+    """Report of one method's answer, most probable first.
 
     The columns and their order are the same for every method; a column is left out where the
     method has no values for it.
+
+    Parameters
+    ----------
+    part : Part
+    found : PoseStatistics
+    each : bool
+        Whether every pose has a row; else those that symmetry makes alike share one.
     """
-    return "\n".join([_heading(part, found), "", *_method(found), "", *_pose_table(found),
-                      *_rest(found.poses), *_remarks([found])])
+    rows = _rows(found, each)
+    shown = rows[:MOST_ROWS]
+    shares = [
+        (Column("probability", left=True), [
+            f"{_percent(row.probability)} {_bar(row.probability)}" for row in shown]),
+        (Column("90 % interval", "%"), [
+            interval(row.probability_low, row.probability_high) for row in shown]),
+        (Column("drops"), [str(row.count) if found.drops else UNKNOWN for row in shown])]
+    return "\n".join([_heading(part, found), "", *_method(found), "", *_pose_table(rows, shares),
+                      *_remarks([found])])
 
 
-def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
-    """Table of all methods' answers side by side; poses are in the order of the last method."""
+def comparison(part: Part, found: Sequence[PoseStatistics], *, each: bool = False) -> str:
+    """Table of all methods' answers side by side; rows are in the order of the last method."""
     leading = found[-1]
-    by_index = [{pose.index: pose.probability for pose in each.poses} for each in found]
-    lines = [_heading(part, leading), "",
-             f"probability in %, ordered by {leading.method}, "
-             f"cluster tolerance {leading.cluster_tolerance:g}", "",
-             f"{'pose':>4} {'group':>5} " + "".join(f"{each.method:>9}" for each in found)
-             + f" {'height':>9} {'barrier':>9} {'margin':>7}",
-             f"{'':>4} {'':>5} " + " " * (9 * len(found)) + f" {'mm':>9} {'mm':>9} {'deg':>7}"]
-    for pose in leading.poses[:MOST_ROWS]:
-        values = "".join(f"{100.0 * each[pose.index]:>9.2f}" for each in by_index)
-        lines.append(f"{pose.index:>4} {pose.group:>5} {values} {_length(pose.height)} "
-                     f"{_length(pose.barrier)} {math.degrees(pose.margin):>7.2f}")
-    return "\n".join([*lines, *_rest(leading.poses), *_remarks(found)])
+    rows = _rows(leading, each)
+    shares = []
+    for one in found:
+        there = {row.first.index: row.probability for row in _rows(one, each)}
+        shares.append((Column(one.method), [
+            percent(there[row.first.index]) for row in rows[:MOST_ROWS]]))
+    return "\n".join([
+        _heading(part, leading), "",
+        f"probability in %, ordered by {leading.method}, "
+        f"cluster tolerance {leading.cluster_tolerance:g}", "",
+        *_pose_table(rows, shares), *_remarks(found)])
+
+
+def _rows(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
+    return single_poses(found) if each else pose_groups(found)
 
 
 def _method(found: PoseStatistics) -> list[str]:
@@ -55,32 +83,43 @@ def _method(found: PoseStatistics) -> list[str]:
             f"{named}expected error {100.0 * found.expected_error:.2f} points"]
 
 
-def _pose_table(found: PoseStatistics) -> list[str]:
-    poses = found.poses[:MOST_ROWS]
-    table = [
-        (Column("pose"), [str(pose.index) for pose in poses]),
+def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str]:
+    """Rows about poses, with columns of probabilities in their middle."""
+    shown = rows[:MOST_ROWS]
+    poses = [row.first for row in shown]
+    joined = any(len(row.poses) > 1 for row in shown)
+    rolls = any(pose.rolls for pose in poses)
+    table: list[Filled] = [
+        (Column("poses" if joined else "pose"), [_named(row) for row in shown]),
+        (Column("number"), [str(len(row.poses)) if joined else UNKNOWN for row in shown]),
         (Column("group"), [str(pose.group) for pose in poses]),
-        (Column("probability", left=True), [
-            f"{_percent(pose.probability)} {_bar(pose.probability)}" for pose in poses]),
-        (Column("90 % interval", "%"), [
-            interval(pose.probability_low, pose.probability_high) for pose in poses]),
-        (Column("drops"), [str(pose.count) if found.drops else UNKNOWN for pose in poses]),
+        *shares,
         (Column("height", "mm"), [millimetres(pose.height) for pose in poses]),
         (Column("barrier", "mm"), [millimetres(pose.barrier) for pose in poses]),
-        (Column("margin", "deg"), [degrees(pose.margin) for pose in poses]),
+        (Column("margin", "deg"), [
+            degrees(pose.margin) + (ROLLS[pose.rolls] if rolls else "") for pose in poses]),
         (Column("down", left=True), [_direction(pose) for pose in poses])]
     # The column of barriers stays for a single pose, which has none.
-    shown = [(head, cells) for head, cells in table
-             if head.title == "barrier" or set(cells) != {UNKNOWN}]
-    return columns([head for head, _ in shown],
-                   list(zip(*(cells for _, cells in shown), strict=True)))
+    kept = [(head, cells) for head, cells in table
+            if head.title == "barrier" or set(cells) != {UNKNOWN}]
+    return [*columns([head for head, _ in kept],
+                     list(zip(*(cells for _, cells in kept), strict=True))),
+            *_rest(rows), *([ROLLING] if rolls else [])]
+
+
+def _named(row: PoseGroup) -> str:
+    """Indices of the poses; the last ones are left out of a long list."""
+    text = ranges(row.indices)
+    return text if len(text) <= MOST_NAMED else f"{text[:MOST_NAMED].rpartition(',')[0]}, ..."
 
 
 def _heading(part: Part, found: PoseStatistics) -> str:
     size = np.ptp(part.surface_vertices, axis=0) * 1e3
     center = np.round(part.center_of_mass / found.radius, 6) * found.radius * 1e3 + 0.0
     extents = " x ".join(f"{x:.4g}" for x in size)
-    return (f"{part.part_id}: {several(len(found.poses), 'stable pose')}, "
+    groups = len({pose.group for pose in found.poses})
+    alike = f" in {several(groups, 'group')}" if groups < len(found.poses) else ""
+    return (f"{part.part_id}: {several(len(found.poses), 'stable pose')}{alike}, "
             f"{len(part.triangles)} triangles, {extents} mm\n"
             f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
             f"radius {found.radius * 1e3:.4g} mm")
@@ -104,20 +143,17 @@ def _bar(probability: float) -> str:
     return (full * (filled // steps) + tail).ljust(BAR)
 
 
-def _length(metres: float) -> str:
-    return f"{'-':>9}" if math.isinf(metres) else f"{metres * 1e3:>9.4g}"
-
-
 def _direction(pose: StablePose) -> str:
     return "(" + ", ".join(f"{x + 0.0:+.3f}" for x in np.round(pose.down, 3)) + ")"
 
 
-def _rest(poses: Sequence[StablePose]) -> list[str]:
-    hidden = poses[MOST_ROWS:]
+def _rest(rows: Sequence[PoseGroup]) -> list[str]:
+    hidden = rows[MOST_ROWS:]
     if not hidden:
         return []
-    together = sum(pose.probability for pose in hidden)
-    return [f"... and {len(hidden)} more poses, {_percent(together).strip()} together; "
+    count = sum(len(row.poses) for row in hidden)
+    together = sum(row.probability for row in hidden)
+    return [f"... and {several(count, 'more pose')}, {_percent(together).strip()} together; "
             "--json lists all"]
 
 

@@ -1,0 +1,86 @@
+"""Poses that symmetry makes alike, told together: what a feeder or a camera sees as one pose."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..methods import SIMULATION
+from ..records import PoseStatistics, StablePose
+from .intervals import jeffreys_interval
+
+
+@dataclass(frozen=True, eq=False)
+class PoseGroup:
+    """Poses that a proper rotation of the part carries into each other, or a single pose.
+
+    Attributes
+    ----------
+    poses : tuple of StablePose
+        At least one, by rising `index`. But for `index`, `down`, probability and count they are
+        alike.
+    probability : float
+        Of all of them together.
+    probability_low, probability_high : float
+        Bounds of its 90 % interval; NaN where none is known.
+    count : int
+        Drops that came to rest in any of them.
+    """
+
+    poses: tuple[StablePose, ...]
+    probability: float
+    probability_low: float
+    probability_high: float
+    count: int
+
+    @property
+    def first(self) -> StablePose:
+        """The pose of the smallest index."""
+        return self.poses[0]
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Of its poses, rising."""
+        return tuple(pose.index for pose in self.poses)
+
+
+def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
+    """Take poses that are alike together.
+
+    Parameters
+    ----------
+    found : PoseStatistics
+
+    Returns
+    -------
+    tuple of PoseGroup
+        The most probable first. The interval of several counted poses is that of the sum of
+        their counts, as for independent drops; from a lattice of starts, which is the more even,
+        it is wider than need be. Estimates and `hybrid` know of the symmetry and share one error
+        evenly among the poses: their bounds add up to those of the sum.
+    """
+    groups: dict[int, list[StablePose]] = {}
+    for pose in sorted(found.poses, key=lambda pose: pose.index):
+        groups.setdefault(pose.group, []).append(pose)
+    settled = sum(pose.count for pose in found.poses)
+    joined = [_joined(poses, settled if found.method == SIMULATION else None)
+              for poses in groups.values()]
+    return tuple(sorted(joined, key=lambda group: (
+        -round(0.0 if math.isnan(group.probability) else group.probability, 12),
+        group.first.index)))
+
+
+def single_poses(found: PoseStatistics) -> tuple[PoseGroup, ...]:
+    """Each pose by itself, in the order of the statistics."""
+    return tuple(_joined([pose], None) for pose in found.poses)
+
+
+def _joined(poses: list[StablePose], settled: int | None) -> PoseGroup:
+    """Join poses, by rising index; `settled` is the number of counted drops, None without."""
+    count = sum(pose.count for pose in poses)
+    low = sum(pose.probability_low for pose in poses)
+    high = sum(pose.probability_high for pose in poses)
+    high = 1.0 if high > 1.0 else high  # NaN stays
+    if settled is not None and len(poses) > 1:
+        low, high = map(float, jeffreys_interval(count, settled))
+    return PoseGroup(tuple(poses), sum(pose.probability for pose in poses), low, high, count)
