@@ -87,17 +87,17 @@ def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str
     """Rows about poses, with columns of probabilities in their middle."""
     shown = rows[:MOST_ROWS]
     poses = [row.first for row in shown]
-    joined = any(len(row.poses) > 1 for row in shown)
+    joined = any(row.size > 1 for row in shown)
     rolls = any(pose.rolls for pose in poses)
     table: list[Filled] = [
         (Column("poses" if joined else "pose"), [_named(row) for row in shown]),
-        (Column("number"), [str(len(row.poses)) if joined else UNKNOWN for row in shown]),
+        (Column("number"), [str(row.size) if joined else UNKNOWN for row in shown]),
         (Column("group"), [str(pose.group) for pose in poses]),
         *shares,
         (Column("height", "mm"), [millimetres(pose.height) for pose in poses]),
-        (Column("barrier", "mm"), [millimetres(pose.barrier) for pose in poses]),
+        (Column("barrier", "mm"), [millimetres(row.barrier) for row in shown]),
         (Column("margin", "deg"), [
-            degrees(pose.margin) + (ROLLS[pose.rolls] if rolls else "") for pose in poses]),
+            degrees(row.margin) + (ROLLS[row.first.rolls] if rolls else "") for row in shown]),
         (Column("down", left=True), [_direction(pose) for pose in poses])]
     # The column of barriers stays for a single pose, which has none.
     kept = [(head, cells) for head, cells in table
@@ -151,7 +151,7 @@ def _rest(rows: Sequence[PoseGroup]) -> list[str]:
     hidden = rows[MOST_ROWS:]
     if not hidden:
         return []
-    count = sum(len(row.poses) for row in hidden)
+    count = sum(row.size for row in hidden)
     together = sum(row.probability for row in hidden)
     return [f"... and {several(count, 'more pose')}, {_percent(together).strip()} together; "
             "--json lists all"]

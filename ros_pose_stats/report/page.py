@@ -17,10 +17,10 @@ from ..plots.poses import pose_pictures
 from ..plots.reachable import reachable_figure, telling_energies
 from ..plots.sphere import sphere_figure
 from ..plots.splitting import MOST, drawn_tree, splitting_figure
-from ..records import StablePose
-from ..text import listed, several
+from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
+from ..text import listed, ranges, several
 from . import words
-from .feeding import Feeding, feeding
+from .feeding import feeding
 from .findings import Findings
 from .viewer import ASSETS, viewer_data, viewer_script
 
@@ -28,17 +28,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_SHOWN = 12
-"""Poses with a picture, the most frequent ones; the table lists more."""
+"""Groups of like poses with a picture, the most frequent ones; the table lists more."""
 
 LIMITS = {
-    "MOST_ROWS": 60,  # of the table of all poses
-    "MOST_GROUPS": 6,  # of poses that are alike
+    "MOST_ROWS": 60,  # of the tables of all poses
     "MOST_ENDS": MOST,  # of the splitting graph
     "FITTING": 6,  # ends of it that can be read at a phone's width; more are pushed sideways
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
 }
-MOST_FEEDERS, MOST_ALIKE = 12, 8
-"""Most rows about the feeder, and most poses of a group that are named."""
+MOST_FEEDERS, MOST_NAMED = 12, 24
+"""Most rows about the feeder, and characters that name the poses of a group."""
 
 ROUNDING = 1e-9
 
@@ -58,22 +57,23 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         HTML. No script, style, font or picture comes from anywhere else.
     """
     part, found = findings.part, findings.simulated
-    shown = found.poses[:MOST_SHOWN]
-    pictures = pose_pictures(part, shown, found.radius)
+    groups = pose_groups(found)
+    shown = groups[:MOST_SHOWN]
+    pictures = pose_pictures(part, [group.first for group in shown], found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
         part=part, found=found, estimate=findings.best_estimate, wanted=findings.wanted,
-        shown=shown, size=size.tolist(), commands=commands,
+        groups=groups, shown=shown, size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(pose, _address("png", png_bytes(picture)))
-               for pose, picture in zip(shown, pictures, strict=True)],
+        cards=[(group, _address("png", png_bytes(picture)))
+               for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
-        feeders=[feeding(found, (pose.index,)) for pose in found.poses[:MOST_FEEDERS]],
-        alike=_alike(findings), graph=_graph(findings),
+        feeders=[(group, feeding(found, group.indices)) for group in groups[:MOST_FEEDERS]],
+        graph=_graph(findings),
         spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
-        view=viewer_data(part, shown, found.radius), script=viewer_script(),
+        view=viewer_data(part, [group.first for group in shown], found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
 
 
@@ -82,30 +82,25 @@ def _template() -> Template:
     """The page with places for what is known; all that is put in is escaped."""
     known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.globals.update(LIMITS, between=words.between, several=several)
+    known.globals.update(LIMITS, between=words.between, several=several,
+                         single_poses=single_poses)
     known.filters.update(
         percent=words.percent, millimetres=words.millimetres, degrees=words.degrees,
         in_millimetres=words.in_millimetres, three_digits=words.three_digits, units=words.units,
-        listed=listed, is_finite=math.isfinite, named=_named, direction=_direction,
+        listed=listed, is_finite=math.isfinite, named=_named, numbered=_numbered,
+        direction=_direction,
         times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound",
         share_of_bar=lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}")
     return known.get_template("page.html")
 
 
-def _by_method(findings: Findings, shown: Sequence[StablePose]) -> list[tuple[StablePose, Any]]:
-    """Each pose with the answer of every method."""
+def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+    """Each group of poses with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
-    known = [(found, {pose.index: pose for pose in found.poses}) for found in every]
-    return [(pose, [(found, poses[pose.index]) for found, poses in known]) for pose in shown]
-
-
-def _alike(findings: Findings) -> list[Feeding]:
-    """Groups of poses that are the same by symmetry, and the share of the drops in each."""
-    groups: dict[int, list[int]] = {}
-    for pose in findings.simulated.poses:
-        groups.setdefault(pose.group, []).append(pose.index)
-    return [feeding(findings.simulated, sorted(members)) for members in groups.values()
-            if len(members) > 1]
+    known = [(found, {group.first.index: group for group in pose_groups(found)})
+             for found in every]
+    return [(group, [(found, groups[group.first.index]) for found, groups in known])
+            for group in shown]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -128,11 +123,16 @@ def _address(kind: str, picture: bytes) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
-def _named(members: Sequence[int]) -> str:
-    if len(members) <= MOST_ALIKE:
-        return listed(members)
-    first = ", ".join(map(str, members[:MOST_ALIKE - 2]))
-    return f"{first}, ... ({len(members)} in all)"
+def _named(group: PoseGroup) -> str:
+    return f"pose{'s' if group.size > 1 else ''}{words.SPACE}{_numbered(group)}"
+
+
+def _numbered(group: PoseGroup) -> str:
+    """Numbers of the poses of a group; the last ones are left out of a long list."""
+    text = ranges(group.indices).replace("-", words.RANGE)
+    if len(text) <= MOST_NAMED:
+        return text
+    return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({group.size} in all)"
 
 
 def _direction(down: NDArray[np.float64]) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from ..text import listed
 
 SPACE = "\N{NO-BREAK SPACE}"
+RANGE = "\N{EN DASH}"
 UNIT = re.compile(r"(?<=\d) (?=%|mm\b)")
 """The space between a number and its unit, where a line must not end."""
 

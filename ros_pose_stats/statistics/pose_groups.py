@@ -17,8 +17,7 @@ class PoseGroup:
     Attributes
     ----------
     poses : tuple of StablePose
-        At least one, by rising `index`. But for `index`, `down`, probability and count they are
-        alike.
+        At least one, by rising `index`. All are as high; what ties decide may differ a little.
     probability : float
         Of all of them together.
     probability_low, probability_high : float
@@ -37,6 +36,21 @@ class PoseGroup:
     def first(self) -> StablePose:
         """The pose of the smallest index."""
         return self.poses[0]
+
+    @property
+    def size(self) -> int:
+        """Number of its poses."""
+        return len(self.poses)
+
+    @property
+    def margin(self) -> float:
+        """The smallest of its poses, radians."""
+        return min(pose.margin for pose in self.poses)
+
+    @property
+    def barrier(self) -> float:
+        """The smallest of its poses, metres."""
+        return min(pose.barrier for pose in self.poses)
 
     @property
     def indices(self) -> tuple[int, ...]:

@@ -12,17 +12,19 @@ import pytest
 
 from ros_pose_stats import cli, estimate, load_part, shapes
 from tests.bodies import METHODS, write_stl
+from tests.commands.pose_tables import table_head, table_rows
 from tests.running import ROOT, answer, command, complaints, strict_json
 
 STATISTICS_KEYS = {
     "choice",
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-    "cluster_tolerance", "drops", "unsettled", "seed", "expected_error", "plate_error",
-    "seconds", "version", "warnings", "poses",
+    "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "expected_error",
+    "plate_error", "seconds", "version", "warnings", "poses",
 }
 POSE_KEYS = {
     "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
     "probability_low", "probability_high", "standard_error", "count", "orientation", "members",
+    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry",
 }
 CORNERS = tuple(itertools.product((-10.0, 10.0), (-15.0, 15.0), (-20.0, 20.0)))
 
@@ -41,6 +43,11 @@ def folder(tmp_path_factory):
     return path
 
 
+def share(row):
+    """Percentage in front of the bar."""
+    return float(row["probability"].partition("%")[0])
+
+
 def printed(capsys, *arguments):
     """Standard output of a command run in this process."""
     assert cli.main(["estimate", *map(str, arguments)]) == 0
@@ -50,24 +57,60 @@ def printed(capsys, *arguments):
 
 
 class TestTable:
-    def test_one_row_a_pose(self, folder):
-        lines = answer("estimate", folder / "box.stl", "--unit", "mm").splitlines()
-        assert lines[0] == "box: 6 stable poses, 12 triangles, 20 x 30 x 40 mm"
-        rows = [row for line in lines if (row := line.split())[:1] and row[0].isdigit()]
-        assert [int(row[0]) for row in rows] == list(range(6))
-        assert [int(row[1]) for row in rows] == [0, 0, 1, 1, 2, 2]
-        shares = [float(row[2].rstrip("%")) for row in rows]
-        assert shares == sorted(shares, reverse=True)
-        assert sum(shares) == pytest.approx(100.0, abs=0.05)
+    def test_poses_that_symmetry_makes_alike_share_a_row(self, folder, capsys):
+        text = answer("estimate", folder / "box.stl", "--unit", "mm")
+        assert text.startswith("box: 6 stable poses in 3 groups, 12 triangles, 20 x 30 x 40 mm\n")
+        rows = table_rows(text)
+        assert [(row["poses"], row["number"], row["group"]) for row in rows] == [
+            ("0, 1", "2", "0"), ("2, 3", "2", "1"), ("4, 5", "2", "2")]
+        poses = strict_json(printed(capsys, folder / "box.stl", "--unit", "mm", "--json"))["poses"]
+        told = {str(pose["group"]): pose for pose in poses}
+        for row in rows:
+            pose = told[row["group"]]
+            assert share(row) == pytest.approx(100.0 * pose["group_probability"], abs=0.005)
+            bounds = [float(x) for x in row["90 % interval"].split(" - ")]
+            assert bounds == pytest.approx([200.0 * pose["probability_low"],
+                                            200.0 * pose["probability_high"]], abs=0.005)
+        assert sum(map(share, rows)) == pytest.approx(100.0, abs=0.02)
+
+    def test_each_pose_by_itself(self, folder, capsys):
+        text = printed(capsys, folder / "box.stl", "--unit", "mm", "--each")
+        rows = table_rows(text)
+        assert table_head(text) == ["pose", "group", "probability", "90 % interval", "height",
+                                    "barrier", "margin", "down"]
+        assert [row["pose"] for row in rows] == list("012345")
+        assert [row["group"] for row in rows] == list("001122")
+        assert sum(map(share, rows)) == pytest.approx(100.0, abs=0.05)
+
+    def test_a_part_without_symmetry_has_a_row_a_pose_either_way(self, tmp_path, capsys):
+        corners = np.array([(0.0, 0, 0), (31, 0, 0), (3, 27, 0), (5, 7, 22)])
+        file = write_stl(tmp_path / "corner.stl", shapes.hull_mesh(corners))
+        text = printed(capsys, file, "--unit", "mm")
+        assert table_head(text)[:3] == ["pose", "group", "probability"]
+        assert "group," not in text.splitlines()[0]
+        each = printed(capsys, file, "--unit", "mm", "--each")
+        assert text.splitlines()[:-1] == each.splitlines()[:-1]
+
+    def test_long_rows_of_poses_are_told_by_their_ends(self, folder, capsys):
+        text = printed(capsys, folder / "cylinder.stl", "--unit", "mm",
+                       "--cluster-tolerance", "0", "--round-sides", "0")
+        assert sorted(row["poses"] for row in table_rows(text)) == ["0-63", "64, 65"]
+
+    def test_what_rolls_is_marked_and_said_once(self, folder, capsys):
+        text = printed(capsys, folder / "cylinder.stl", "--unit", "mm", "--each")
+        assert [row["margin"].endswith("*") for row in table_rows(text)] == [True, False, False]
+        assert text.count("the margin holds across its axis only") == 1
+        assert "*" not in printed(capsys, folder / "box.stl", "--unit", "mm")
 
     def test_all_methods_side_by_side(self, folder, capsys):
-        text = printed(capsys, folder / "box.stl", "--unit", "mm", "--method", "all")
-        (header,) = (line for line in text.splitlines() if "csae" in line)
-        assert header.split()[2:-3] == list(METHODS)
-        rows = [line.split() for line in text.splitlines() if line[:4].strip().isdigit()]
-        columns = np.array([[float(x) for x in row[2:-3]] for row in rows])
-        assert columns.shape == (6, len(METHODS))
-        assert columns.sum(axis=0) == pytest.approx(100.0, abs=0.05)
+        for more, count in ((), 3), (("--each",), 6):
+            text = printed(capsys, folder / "box.stl", "--unit", "mm", "--method", "all", *more)
+            first = ["poses", "number", "group"] if count == 3 else ["pose", "group"]
+            assert table_head(text) == [*first, *METHODS, "height", "barrier", "margin", "down"]
+            rows = table_rows(text)
+            assert len(rows) == count
+            for method in METHODS:
+                assert sum(float(row[method]) for row in rows) == pytest.approx(100.0, abs=0.05)
 
     def test_plain_where_the_terminal_is_not_utf8(self, folder):
         done = subprocess.run(
@@ -154,7 +197,8 @@ class TestOptions:
                                        *options))["poses"]
 
         assert len(poses()) == 3
-        assert len(poses("--cluster-tolerance", "0")) == 66
+        assert len(poses("--cluster-tolerance", "0", "--round-sides", "0")) == 66
+
 
 REFUSED = {
     "missing file": (["missing.stl"], "No such file"),

@@ -31,7 +31,7 @@ def test_the_page_and_the_figure_are_written(block, tmp_path, capsys):
     assert "accepted parts a minute" in text
     assert figure.read_bytes().startswith(b"\x89PNG")
     assert {file.name for file in page.parent.iterdir()} == {"block.html", "block.png"}
-    again = "ros_pose_stats simulate block.stl --unit mm --cluster-tolerance 0.005"
+    again = "ros_pose_stats simulate block.stl --unit mm --cluster-tolerance 0.0025"
     assert again in text
 
 

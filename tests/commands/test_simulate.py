@@ -7,17 +7,18 @@ import json
 import math
 import os
 import pty
-import re
 import signal
 import subprocess
 import sys
 
 import pytest
+from scipy import stats
 
 from ros_pose_stats import cli, load_part, shapes, simulate
 from ros_pose_stats.commands.progress_bar import ProgressBar, bar_line, drops_done
 from ros_pose_stats.records import DropProgress
 from tests.bodies import write_stl
+from tests.commands.pose_tables import table_head, table_rows
 from tests.commands.test_estimate import POSE_KEYS, STATISTICS_KEYS
 from tests.running import ROOT, answer, command, complaints, strict_json
 
@@ -38,18 +39,6 @@ def printed(capsys, *arguments):
     return out
 
 
-def pose_rows(text):
-    """The rows of the table of poses, as words."""
-    rows = [line.split() for line in text.splitlines()]
-    return [row for row in rows if len(row) > 2 and row[0].isdigit() and row[2].endswith("%")]
-
-
-def table_head(text):
-    """The names of the columns of the table of poses."""
-    (line,) = (line for line in text.splitlines() if line.split()[:2] == ["pose", "group"])
-    return re.split(r"\s{2,}", line.strip())
-
-
 def progress(**changes):
     """A state of a run."""
     state = {"drops": 250, "bound": 1000, "unsettled": 0, "expected_error": 0.02,
@@ -58,39 +47,47 @@ def progress(**changes):
 
 
 class TestTable:
-    def test_it_says_what_was_done_and_one_row_a_pose(self, box):
+    def test_it_says_what_was_done(self, box):
         lines = answer("simulate", box, "--unit", "mm", "--drops", 300, "--seed", 5).splitlines()
-        assert lines[0] == "box: 6 stable poses, 12 triangles, 20 x 30 x 40 mm"
+        assert lines[0] == "box: 6 stable poses in 3 groups, 12 triangles, 20 x 30 x 40 mm"
         assert "300 drops, 0 unsettled, seed 5, restitution 0.5, released 538.5 mm" in lines[3]
-        rows = pose_rows("\n".join(lines))
-        assert sorted(int(row[0]) for row in rows) == list(range(6))
         assert "computed in" in lines[-1]
 
     def test_the_columns_are_those_of_an_estimate_and_the_drops(self, box, capsys):
         simulated = printed(capsys, box, "--unit", "mm", "--drops", 300, "--seed", 5)
         assert cli.main(["estimate", str(box), "--unit", "mm"]) == 0
         estimated = capsys.readouterr().out
-        names = ["pose", "group", "probability", "90 % interval", "drops", "height", "barrier",
-                 "margin", "down"]
+        names = ["poses", "number", "group", "probability", "90 % interval", "drops", "height",
+                 "barrier", "margin", "down"]
         assert table_head(simulated) == names
         assert table_head(estimated) == [name for name in names if name != "drops"]
-        downs = [{row[0]: row[-3:] for row in pose_rows(text)} for text in (simulated, estimated)]
+        downs = [{row["poses"]: row["down"] for row in table_rows(text)}
+                 for text in (simulated, estimated)]
         assert downs[0] == downs[1]
-        assert downs[0]["0"] == ["(-1.000,", "+0.000,", "+0.000)"]
+        assert downs[0]["0, 1"] == "(-1.000, +0.000, +0.000)"
 
     def test_the_values_are_those_of_the_json_object(self, box, capsys):
         arguments = (box, "--unit", "mm", "--drops", 300, "--seed", 5)
-        rows = pose_rows(printed(capsys, *arguments))
+        rows = table_rows(printed(capsys, *arguments, "--each"))
         poses = strict_json(printed(capsys, *arguments, "--json"))["poses"]
         for row, pose in zip(rows, poses, strict=True):
-            tail = row[row.index("-") - 1:]  # behind the bar: from the interval on
-            assert row[:3] == [str(pose["index"]), str(pose["group"]),
-                               f"{100.0 * pose['probability']:.2f}%"]
-            assert tail[:7] == [
-                f"{100.0 * pose['probability_low']:.2f}", "-",
-                f"{100.0 * pose['probability_high']:.2f}", str(pose["count"]),
-                f"{1e3 * pose['height']:.4g}", f"{1e3 * pose['barrier']:.4g}",
-                f"{math.degrees(pose['margin']):.2f}"]
+            assert row["probability"].startswith(f"{100.0 * pose['probability']:.2f}%")
+            assert {name: row[name] for name in row if name not in ("probability", "down")} == {
+                "pose": str(pose["index"]), "group": str(pose["group"]),
+                "90 % interval": f"{100.0 * pose['probability_low']:.2f} - "
+                                 f"{100.0 * pose['probability_high']:.2f}",
+                "drops": str(pose["count"]), "height": f"{1e3 * pose['height']:.4g}",
+                "barrier": f"{1e3 * pose['barrier']:.4g}",
+                "margin": f"{math.degrees(pose['margin']):.2f}"}
+
+    def test_drops_of_like_poses_are_added(self, box, capsys):
+        arguments = (box, "--unit", "mm", "--drops", 300, "--seed", 5)
+        poses = strict_json(printed(capsys, *arguments, "--json"))["poses"]
+        for row in table_rows(printed(capsys, *arguments)):
+            count = sum(pose["count"] for pose in poses if str(pose["group"]) == row["group"])
+            assert row["drops"] == str(count)
+            bounds = stats.beta(count + 0.5, 300 - count + 0.5).ppf([0.05, 0.95])
+            assert row["90 % interval"] == " - ".join(f"{100.0 * one:.2f}" for one in bounds)
 
 
 class TestJson:
