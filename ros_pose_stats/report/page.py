@@ -59,7 +59,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     part, found = findings.part, findings.simulated
     groups = pose_groups(found)
     shown = groups[:MOST_SHOWN]
-    pictures = pose_pictures(part, [group.first for group in shown], found.radius)
+    first = [group.first for group in shown]
+    pictures = pose_pictures(part, first, found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
         part=part, found=found, estimate=findings.best_estimate, wanted=findings.wanted,
@@ -73,7 +74,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         graph=_graph(findings),
         spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
-        view=viewer_data(part, [group.first for group in shown], found.radius), script=viewer_script(),
+        view=viewer_data(part, first, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
 
 
