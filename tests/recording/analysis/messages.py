@@ -51,7 +51,8 @@ def result(seconds, probability=PROBABILITY, method="combined", count=None, grou
     defaults = {"part_id": "clamp", "part_digest": DIGEST, "radius": 0.02, "method": method,
                 "restitution": 0.5, "drop_height": 0.4 if settled else float("nan"),
                 "cluster_tolerance": 0.005, "round_sides": 192, "drops": settled,
-                "plate_error": 0.05, "expected_error": float("nan"), "final": True, "version": "0.1.0"}
+                "plate_error": 0.05, "expected_error": float("nan"), "final": True,
+                "version": "0.1.0"}
     for name, value in {**defaults, **fields}.items():
         setattr(message, name, value)
     if settled:
