@@ -34,7 +34,7 @@ def matched(poses, others, turn=None, angle=1e-6):
 def groups(part, tolerance=0.0):
     """Poses by group, as sorted lists of rounded directions."""
     found = {}
-    for pose in resting_poses(part, tolerance).poses:
+    for pose in resting_poses(part, tolerance, 0).poses:
         found.setdefault(pose.group, []).append(tuple(np.round(pose.down, 5) + 0.0))
     return sorted(sorted(directions) for directions in found.values())
 

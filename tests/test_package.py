@@ -57,7 +57,7 @@ class TestEstimate:
             "split", found.choice)
         assert "most accurate" in found.choice
         assert found.restitution == 0.5
-        assert found.cluster_tolerance == 0.005
+        assert found.cluster_tolerance == 0.0025
         assert found.drop_height == 20.0 * found.radius
         assert 0.0 < found.expected_error < 0.1
         assert found.plate_error == 0.05

@@ -81,7 +81,7 @@ def clusters(found: Equilibria, tolerance: float) -> Clusters:
     of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0
     eldest, way_out = gather_poses(
         found.body.arrays, found.rank[found.arrays.basin], found.heights, _rank(found),
-        found.body.run_of_face, tolerance, of_run)
+        found.body.run_of_face[found.faces], tolerance, of_run)
     lowest, pose = np.unique(eldest, return_inverse=True)
     held, split = part_poses(tree, np.ascontiguousarray(pose[found.rank]))
     node = np.unique(np.append(tree.child[split], held.shape[0] - 1))

@@ -10,6 +10,7 @@ from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..errors import RequestError
+from ..recording.analysis.numbering import numbering_of
 from .diagnostics import Refusals
 from .parts.mesh_subscriptions import DEPTH
 from .parts.part_requests import shown
@@ -83,11 +84,8 @@ def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) 
     if counts.part_digest and counts.part_digest != part.part.digest:
         return f"{shown(counts.part_id)} has another part_digest by now"
     latched = part.latched
-    if counts.cluster_tolerance != latched.cluster_tolerance:
-        return (f"its cluster_tolerance is {counts.cluster_tolerance:g}, that of the results "
-                f"{latched.cluster_tolerance:g}; copy it from PoseStatistics")
-    if counts.round_sides != latched.round_sides:
-        return (f"its round_sides are {counts.round_sides}, those of the results "
-                f"{latched.round_sides}; copy them from PoseStatistics")
+    counted, numbered = numbering_of(counts), numbering_of(latched)
+    if not counted.agrees(numbered):
+        return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
     unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
     return f"{shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""

@@ -36,7 +36,8 @@ class TestReport:
     def test_it_tells_everything(self, log, capsys):
         text = printed(capsys, log)
         for said in ("== clamp (digest 3fa9c1d23fa9, radius 20 mm)",
-                     "5 poses in 4 groups at cluster tolerance 0.005, by simulation, 2000 drops",
+                     "5 poses in 4 groups at cluster_tolerance 0.005 and round_sides 192, by "
+                     "simulation, 2000 drops",
                      "4 results by combined, simulation, meae",
                      "2 accepted, 1 done, 0 cancelled, 0 failed, 1 unfinished",
                      "estimates against simulation", "480 parts in stable poses",
@@ -124,7 +125,8 @@ class TestJson:
         assert found["messages"]["PoseStatistics"] == 5
         (part,) = found["parts"]
         (numbering,) = part["numberings"]
-        assert numbering["cluster_tolerance"] == 0.005
+        for one in (numbering, *part["jobs"], *part["counts"]):
+            assert (one["cluster_tolerance"], one["round_sides"]) == (0.005, 192)
         assert [one["method"] for one in numbering["results"]] == [
             "combined", "simulation", "meae", "simulation"]
         assert numbering["results"][0]["largest_change"] is None
@@ -185,6 +187,9 @@ class TestCsv:
         assert tables["answers.csv"][0]["time_utc"] == "2026-02-02T02:40:00.000000000Z"
         assert tables["answers.csv"][0]["expected_error"] == ""
         assert [row["state"] for row in tables["jobs.csv"]] == ["done", "running"]
+        for name in ("poses", "answers", "jobs", "counts", "comparison"):
+            assert {(row["cluster_tolerance"], row["round_sides"])
+                    for row in tables[f"{name}.csv"]} == {("0.005", "192")}
         counted = {row["pose"]: row["count"] for row in tables["counts.csv"]}
         assert counted == {"0": "276", "1": "118", "2": "62", "3": "20", "4": "4",
                            "unclassified": "10"}
@@ -200,15 +205,17 @@ class TestCsv:
             result(3.0, **simulated), result(4.0, **simulated, restitution=0.2),
             result(5.0, method="simulation", count=(50, 30, 20, 0, 0)),
             result(6.0, (0.7, 0.3), cluster_tolerance=0.01), result(6.0, part_digest="b" * 64),
+            result(6.0, (0.5, 0.3, 0.2), round_sides=0),
             result(7.0, method="meae", drop_height=float("nan"), restitution=0.1),
             result(8.0, method="meae", drop_height=float("nan"), restitution=0.3))])
         tables = written(tmp_path)
-        columns = ("part_id", "part_digest", "cluster_tolerance_radii", "prediction", "pose")
+        columns = ("part_id", "part_digest", "cluster_tolerance", "round_sides", "prediction",
+                   "pose")
         poses = {tuple(row[name] for name in columns): row for row in tables["poses.csv"]}
         assert len(poses) == len(tables["poses.csv"])
         answers = {tuple(row[name] for name in (*columns, "result")): row
                    for row in tables["answers.csv"]}
-        assert len(answers) == len(tables["answers.csv"]) == 9 * 5 + 2
+        assert len(answers) == len(tables["answers.csv"]) == 9 * 5 + 3 + 2
         joined = [(row, poses[key[:-1]]) for key, row in answers.items()]
         assert {tuple(row[name] for name in columns) for row, _ in joined} == poses.keys()
         for answer, pose in joined:

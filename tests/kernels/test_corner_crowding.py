@@ -16,7 +16,8 @@ from ros_pose_stats.resting.poses import CORNER_REACHES
 
 
 def body_of(points):
-    return resting_poses(part_from_mesh(*shapes.hull_mesh(np.asarray(points, dtype=float)))).body
+    return resting_poses(part_from_mesh(*shapes.hull_mesh(np.asarray(points, dtype=float))),
+                         round_sides=0).body
 
 
 def crowding(points, reaches=CORNER_REACHES):

@@ -94,17 +94,21 @@ class TestPlatesAndBars:
         assert [len(pose.members) for pose in poses if abs(pose.down[1]) > 0.9] == [3, 3]
 
 
+def demo_poses(name):
+    return resting_poses(part_from_mesh(*DEMO[name], unit="mm")).poses
+
+
 class TestDemoParts:
     @pytest.mark.parametrize(("name", "poses", "groups"), [
         ("prism", 8, 2), ("cylinder", 3, 2), ("gear", 4, 4), ("clamp", 7, 7), ("bracket", 5, 5),
     ])
     def test_counts(self, name, poses, groups):
-        found = poses_of(DEMO[name], unit="mm")
+        found = demo_poses(name)
         assert len(found) == poses
         assert len({pose.group for pose in found}) == groups
 
     def test_a_bolt_has_a_handful_of_poses(self):
-        assert 3 <= len(poses_of(DEMO["hex_bolt"], unit="mm")) <= 8
+        assert 3 <= len(demo_poses("hex_bolt")) <= 8
 
     def test_hexagonal_prism_keeps_its_six_sides(self):
         assert len(poses_of(shapes.prism(6, 10.0, 24.0))) == 8

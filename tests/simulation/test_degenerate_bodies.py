@@ -29,8 +29,8 @@ FLAT_SIDED = {
 def test_coplanar_faces_come_to_rest(name):
     """Four or more corners in contact: the contact matrix is singular."""
     part = part_from_mesh(*FLAT_SIDED[name])
-    radius = resting_poses(part).body.radius
-    heights = np.array([pose.height for pose in resting_poses(part, 0.0).poses])
+    radius = resting_poses(part, 0.0, 0).body.radius
+    heights = np.array([pose.height for pose in resting_poses(part, 0.0, 0).poses])
     for restitution, drops in ((0.0, 3), (0.2, 3), (0.5, 3)):
         rested = dropped(part, restitution, drops, to_rest=True)
         decided = dropped(part, restitution, drops)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.kernels.drops.layout import TAPE_TIME
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.records.scene import GRAVITY
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, GRAVITY
 from ros_pose_stats.resting.convex_body import convex_body
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import compute_drops, drop_rules
@@ -23,6 +23,7 @@ from ros_pose_stats.tolerances import SLOW, SOFT, TOUCHING, TRUNCATION
 
 from ..bodies import clamp_hull, random_polyhedron
 
+NUMBERING = DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 DEEPEST = 2e-9  # radii: twice what counts as touching
 
 
@@ -136,7 +137,7 @@ def test_times_do_not_run_past_an_event():
 def test_the_same_drop_as_in_a_run(name):
     """Drop k of `record_drop`, of `run` and of `simulate` is one and the same."""
     part = bodies()[name]
-    body = drop_body(part, 0.005, 0)
+    body = drop_body(part, *NUMBERING)
     rules = drop_rules(DropScene(0.4), body.radius)
     outcomes = compute_drops(body, rules, random_starts(11, 0, 40))
     counts = np.zeros(len(body.resting.poses), dtype=int)

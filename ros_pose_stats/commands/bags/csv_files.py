@@ -10,13 +10,13 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from ...recording.analysis import BagAnalysis, PartAnalysis, Prediction, ResultHistory
+from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
 from ...recording.durable import replace_file
 from ...text import SECOND
 
 Rows = Iterator[Sequence[Any]]
 
-PART = ("part_id", "part_digest", "cluster_tolerance_radii")
+PART = ("part_id", "part_digest", *Numbering._fields)
 PREDICTION = ("method", "restitution", "drop_height_m", "drops")
 HEADS: dict[str, tuple[str, ...]] = {
     "files": ("bag", "file", "state", "note", "messages"),
@@ -28,7 +28,7 @@ HEADS: dict[str, tuple[str, ...]] = {
                 "pose", "probability"),
     "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
              "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
-             "drop_height_m", "cluster_tolerance_radii", "target_error", "max_seconds_s",
+             "drop_height_m", *Numbering._fields, "target_error", "max_seconds_s",
              "message"),
     "counts": (*PART, "plate", "drop_height_m", "begin_utc", "end_utc", "pose", "count", "share",
                "share_low", "share_high", "not_compared"),
@@ -80,7 +80,7 @@ def _columns(*columns: Any) -> Rows:
 
 
 def _name(part: PartAnalysis, history: ResultHistory) -> tuple[Any, ...]:
-    return part.record.part_id, part.record.part_digest, history.cluster_tolerance
+    return part.record.part_id, part.record.part_digest, *history.numbering
 
 
 def _about(one: Prediction) -> tuple[Any, ...]:
@@ -128,13 +128,14 @@ def _jobs(found: BagAnalysis) -> Rows:
             yield (part.record.part_id, part.record.part_digest, job.job_id, job.state,
                    job.refinement, _utc(job.queued), _utc(job.started), _utc(job.ended),
                    job.drops_done, job.drops, job.seed, job.restitution, job.drop_height,
-                   job.cluster_tolerance, job.target_error, job.max_seconds, job.message)
+                   job.cluster_tolerance, job.round_sides, job.target_error, job.max_seconds,
+                   job.message)
 
 
 def _counts(found: BagAnalysis) -> Rows:
     for one in (*(each for part in found.parts for each in part.counts), *found.strays):
         of = one.counts
-        head = (of.part_id, of.part_digest, of.cluster_tolerance, of.plate, of.drop_height,
+        head = (of.part_id, of.part_digest, *of.numbering, of.plate, of.drop_height,
                 _utc(of.begin), _utc(of.end))
         if one.history is None:
             for pose, count in _columns(of.index, of.count):

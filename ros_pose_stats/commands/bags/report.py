@@ -92,8 +92,8 @@ def _poses(history: ResultHistory) -> Iterator[str]:
     leading, poses = history.leading, history.poses
     drops = f", {leading.drops} drops, {leading.unsettled} unsettled" if leading.drops else ""
     groups = len(np.unique(poses.group))
-    yield (f"{several(len(poses.index), 'pose')} in {several(groups, 'group')} at cluster "
-           f"tolerance {history.cluster_tolerance:g}, by {printable(leading.method)}{drops}")
+    yield from _wrapped(f"{several(len(poses.index), 'pose')} in {several(groups, 'group')} at "
+                        f"{history.numbering}, by {leading.method}{drops}")
     order = np.argsort(-np.nan_to_num(leading.probability), kind="stable")
     yield from columns(
         (Column("pose"), Column("group"), Column("probability", "%"),

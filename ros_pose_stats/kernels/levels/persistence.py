@@ -36,8 +36,8 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
         Of the centre of mass on the stable faces.
     rank : (S,) array of int
         A permutation: which face stands for a pose that holds several, the smallest first.
-    run : (F,) array of int
-        Round or toothed surface that a face belongs to, -1 for none.
+    run : (S,) array of int
+        Round or toothed surface that the stable faces belong to, -1 for none.
     tolerance : float
         Least rise out of a pose over its height; 0 gathers nothing.
     of_run : float
@@ -58,16 +58,16 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
     component, region = np.arange(faces), np.arange(faces)
     for place in order:
         k, level = sides[place], levels[place]
-        f, g = body.face[k], body.face[body.twin[k]]
-        if run[f] >= 0 and run[f] == run[g]:
-            _pour(region, height, rank, basin[f], basin[g], level, of_run)
-        a, b = root(component, basin[f]), root(component, basin[g])
+        s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
+        if run[s] >= 0 and run[s] == run[t]:
+            _pour(region, height, rank, s, t, level, of_run)
+        a, b = root(component, s), root(component, t)
         if a == b:
             continue
         elder, younger = (a, b) if rank[a] < rank[b] else (b, a)
         component[younger] = elder
         if level - height[younger] < tolerance * height[younger]:
-            _join(region, rank, basin[f], basin[g])
+            _join(region, rank, s, t)
     eldest = np.array([root(region, s) for s in range(faces)])
     way_out = np.full(faces, math.inf)
     for i in range(sides.shape[0]):

@@ -13,8 +13,10 @@ from .comparisons import (
     analyse_bags,
 )
 from .jobs import Job
+from .numbering import Numbering
 from .results import PoseTable, Prediction, ResultHistory
 
 __all__ = ["BagAnalysis", "BagContents", "BagFile", "CameraCounts", "Comparison",
-           "CountComparison", "Job", "PartAnalysis", "PartRecord", "PoseTable", "Prediction",
-           "ResultHistory", "SimulationComparison", "analyse", "analyse_bags", "read_bags"]
+           "CountComparison", "Job", "Numbering", "PartAnalysis", "PartRecord", "PoseTable",
+           "Prediction", "ResultHistory", "SimulationComparison", "analyse",
+           "analyse_bags", "read_bags"]

@@ -47,7 +47,7 @@ class PartRecord:
     radius : float
         Metres; NaN where no result tells it.
     histories : tuple of ResultHistory
-        One a cluster tolerance, the one with most results first.
+        One a numbering, the one with most results first.
     jobs : tuple of Job
         By time.
     forgotten : tuple of int

@@ -19,6 +19,7 @@ from .bag_files import FileMessages, OnRead, find_bags
 from .camera_counts import CountCollector
 from .decoding import Decoders, is_ours, kind_of, read_field, stamp_of
 from .jobs import DropCollector, DropLog, Job, JobCollector
+from .numbering import Numbering, numbering_of
 from .result_collector import ResultCollector
 
 ANSWERS = "answers"
@@ -58,7 +59,7 @@ class _BagReader:
         self._messages: Counter[str] = Counter()
         self._times: list[int] = []
         self._sources: dict[tuple[Path, str], int] = {}
-        self._results: dict[PartKey, dict[float, ResultCollector]] = {}
+        self._results: dict[PartKey, dict[Numbering, ResultCollector]] = {}
         self._jobs = JobCollector()
         self._counts = CountCollector()
         self._drops = DropCollector()
@@ -123,14 +124,15 @@ class _BagReader:
             self._notes["{} left out, without poses: result"] += 1
             return
         key = str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", ""))
-        tolerance = round(float(read_field(message, "cluster_tolerance", math.nan)), 12)
-        collector = self._results.get(key, {}).get(tolerance) or ResultCollector(message)
+        numbering = numbering_of(message)
+        collector = (self._results.get(key, {}).get(numbering)
+                     or ResultCollector(message, numbering))
         if not collector.fits(message):
-            self._notes["{} left out, numbering other poses than the first one of the same part "
-                        "and cluster tolerance: result"] += 1
+            self._notes["{} left out, numbering other poses than the first one of the same part, "
+                        "cluster_tolerance and round_sides: result"] += 1
             return
         collector.add(message, time, topic.rpartition("/")[2] != ANSWERS)
-        self._results.setdefault(key, {})[tolerance] = collector
+        self._results.setdefault(key, {})[numbering] = collector
 
     def _remarks(self) -> list[str]:
         counts = self._counts
@@ -168,8 +170,8 @@ def _tell(on_progress: OnProgress, done: int, size: int, total: int, share: floa
     on_progress(done + round(share * size), total)
 
 
-def _part_records(results: Mapping[PartKey, Mapping[float, ResultCollector]], jobs: JobCollector,
-                 drops: DropCollector) -> tuple[PartRecord, ...]:
+def _part_records(results: Mapping[PartKey, Mapping[Numbering, ResultCollector]],
+                 jobs: JobCollector, drops: DropCollector) -> tuple[PartRecord, ...]:
     """A record a part, in the order of first appearance: in results, then in jobs."""
     jobs_of: dict[PartKey, list[Job]] = {}
     for job in jobs.jobs.values():

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .decoding import fingerprint, read_field
+from .numbering import Numbering, numbering_of
 
 Index = NDArray[np.int64]
 MOST = 1 << 48
@@ -31,9 +32,8 @@ class CameraCounts:
     ----------
     part_id, part_digest : str
         The digest is empty where the camera did not know it.
-    cluster_tolerance : float
-        With which the camera numbered the poses, as a fraction of the radius; negative where
-        it did not say.
+    numbering : Numbering
+        By which the camera names the poses.
     plate : str
     drop_height : float
         Metres; NaN where the camera did not know it.
@@ -48,7 +48,7 @@ class CameraCounts:
 
     part_id: str
     part_digest: str
-    cluster_tolerance: float
+    numbering: Numbering
     plate: str
     drop_height: float
     messages: int
@@ -121,11 +121,11 @@ class CountCollector:
     def counts(self) -> list[CameraCounts]:
         """Everything so far."""
         found = []
-        for (part_id, digest, tolerance, plate, height), known in self._sums.items():
+        for (part_id, digest, numbering, plate, height), known in self._sums.items():
             index = np.array(sorted(known.of_pose), dtype=np.int64)
             count = np.array([known.of_pose[pose] for pose in index.tolist()], dtype=np.int64)
             found.append(CameraCounts(
-                part_id, digest, tolerance, plate, math.nan if height is None else height,
+                part_id, digest, numbering, plate, math.nan if height is None else height,
                 known.messages, known.begin, known.end, index, count, known.unclassified))
         return found
 
@@ -133,8 +133,7 @@ class CountCollector:
 def _what_was_counted(message: Any) -> tuple[Any, ...]:
     height = float(read_field(message, "drop_height", -1.0))
     return (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
-            round(float(read_field(message, "cluster_tolerance", -1.0)), 12),
-            str(read_field(message, "plate", "")),
+            numbering_of(message), str(read_field(message, "plate", "")),
             round(height, 9) if math.isfinite(height) and height >= 0.0 else None)
 
 

@@ -180,12 +180,12 @@ def _compared(counts: CameraCounts,
             f"{counts.part_id}")
     histories = parts[place].histories
     for history in histories:
-        if np.isclose(history.cluster_tolerance, counts.cluster_tolerance, rtol=1e-9, atol=0.0):
+        if history.numbering.agrees(counts.numbering):
             return place, _count_comparison(counts, history)
-    known = ", ".join(f"{each.cluster_tolerance:g}" for each in histories) or "none"
+    known = "; ".join(str(each.numbering) for each in histories) or "none"
     return place, CountComparison(
-        counts, f"counted at cluster tolerance {counts.cluster_tolerance:g}, results are at "
-        f"{known}: the same index is not the same pose")
+        counts, f"counted at {counts.numbering}, results are at {known}: the same index is not "
+        "the same pose")
 
 
 def _parts_of(counts: CameraCounts, parts: tuple[PartRecord, ...]) -> list[int]:

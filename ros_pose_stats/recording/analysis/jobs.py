@@ -30,7 +30,9 @@ class Job:
     drops, drops_done, seed : int
         Asked for (or the most); done at the last event; of the random starts.
     restitution, drop_height, cluster_tolerance : float
-        The drop height in metres, the tolerance as a fraction of the radius.
+        The drop height in metres, the tolerance as a share of the centre of mass's height.
+    round_sides : int
+        0: round surfaces as the file has them.
     target_error, max_seconds : float
         A fraction; seconds.
     message : str
@@ -50,6 +52,7 @@ class Job:
     restitution: float = math.nan
     drop_height: float = math.nan
     cluster_tolerance: float = math.nan
+    round_sides: int = 0
     target_error: float = math.nan
     max_seconds: float = math.nan
     message: str = ""
@@ -81,7 +84,7 @@ class Job:
 
 _TOLD: Final = frozenset((
     "part_id", "part_digest", "refinement", "drops", "drops_done", "seed", "restitution",
-    "drop_height", "cluster_tolerance", "target_error", "max_seconds", "message"))
+    "drop_height", "cluster_tolerance", "round_sides", "target_error", "max_seconds", "message"))
 
 
 class JobCollector:

@@ -92,13 +92,13 @@ def _job(job: Job) -> Plain:
     times = {name: getattr(job, name) / SECOND or None for name in ("queued", "started", "ended")}
     return {**_fields(job, ("job_id", "state", "unfinished", "refinement", "drops", "drops_done",
                             "seed", "restitution", "drop_height", "cluster_tolerance",
-                            "target_error", "max_seconds", "message")), **times}
+                            "round_sides", "target_error", "max_seconds", "message")), **times}
 
 
 def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]) -> Plain:
     results = {name: getattr(history, name) for name in RESULT}
     return {
-        "cluster_tolerance": history.cluster_tolerance,
+        **history.numbering._asdict(),
         "poses": _rows({name: getattr(history.poses, name) for name in POSE}),
         "predictions": [_prediction(one, history) for one in history.predictions],
         "results": _rows({**results, "time": history.time / SECOND}),
@@ -128,8 +128,9 @@ def _counts(one: CountComparison) -> Plain:
     counts, predictions = one.counts, one.history.predictions if one.history else ()
     low, high = one.bounds
     return {
-        **_fields(counts, ("part_id", "part_digest", "cluster_tolerance", "plate", "drop_height",
-                           "messages", "begin", "end", "index", "count", "unclassified")),
+        **_fields(counts, ("part_id", "part_digest")), **counts.numbering._asdict(),
+        **_fields(counts, ("plate", "drop_height", "messages", "begin", "end", "index", "count",
+                           "unclassified")),
         "unclassified_share": counts.unclassified_share,
         "compared": not one.problem,
         **_fields(one, ("problem", "remarks")),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .decoding import SECOND, fingerprint, read_field
+from .numbering import Numbering
 from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
@@ -21,7 +22,7 @@ PROBABILITIES = ("probability", "probability_low", "probability_high", "standard
 
 
 class ResultCollector:
-    """Results of one part at one cluster tolerance with one number of poses.
+    """Results of one part in one numbering with one number of poses.
 
     Holds eight bytes a probability and some eighty a result; the messages are let go.
 
@@ -29,10 +30,11 @@ class ResultCollector:
     ----------
     first : object
         A decoded PoseStatistics, whose poses lay down the geometry.
+    numbering : Numbering
     """
 
-    def __init__(self, first: Any) -> None:
-        self.cluster_tolerance = float(read_field(first, "cluster_tolerance", math.nan))
+    def __init__(self, first: Any, numbering: Numbering) -> None:
+        self.numbering = numbering
         self.radius = float(read_field(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
         self.warnings: dict[str, None] = {}
@@ -82,7 +84,7 @@ class ResultCollector:
         names = np.array(list(self._methods), dtype=np.str_)
         columns["method"] = names[columns["method"]]
         ordered = {name: column[order] for name, column in {**columns, **flags}.items()}
-        return ResultHistory(self.cluster_tolerance, self.poses, **ordered,
+        return ResultHistory(self.numbering, self.poses, **ordered,
                              probability=probability[order],
                              predictions=tuple(self._predictions.values()))
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import SIMULATION
+from .numbering import Numbering
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -17,7 +18,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class PoseTable:
-    """Geometry of a part's poses at one cluster tolerance, in the order of their index.
+    """Geometry of a part's poses in one numbering, in the order of their index.
 
     Attributes
     ----------
@@ -110,12 +111,11 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class ResultHistory:
-    """All results of a part at one cluster tolerance, by time.
+    """All results of a part in one numbering, by time.
 
     Attributes
     ----------
-    cluster_tolerance : float
-        Fraction of the radius.
+    numbering : Numbering
     poses : PoseTable
     time : (n,) array of int
         Nanoseconds since 1970.
@@ -134,7 +134,7 @@ class ResultHistory:
         One a method and scene, in the order of first appearance.
     """
 
-    cluster_tolerance: float
+    numbering: Numbering
     poses: PoseTable
     time: Index
     method: NDArray[np.str_]

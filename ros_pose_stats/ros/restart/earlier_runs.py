@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import JobEvent
 
 from ...recording.directory_lock import is_locked
 from ...recording.finished import is_finished
 from ...recording.reader.raw_reader import raw_messages
 from ...recording.reader.run_identity import bags_in, identity_of
+from .recorded_messages import read_recorded
 
 RUNS_TAKEN_IN = 7
 """Kind of `JobEvent` whose message is a `Taken`."""
@@ -140,7 +140,7 @@ def _last_said(bag: Path) -> Taken | None:
             if message.type_name != JOB_EVENT:
                 continue
             with suppress(Exception):  # of the bindings, about damage; reading it in will tell
-                event = deserialize_message(message.data, JobEvent)
+                event = read_recorded(message, JobEvent)
                 if event.event == RUNS_TAKEN_IN:
                     begun = taken_from(event.message)
                     if begun.done:

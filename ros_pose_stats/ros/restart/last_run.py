@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 
 from ...errors import RequestError
@@ -17,6 +17,7 @@ from ..messages.part_messages import request_of_part_bytes
 from .current_meshes import CurrentMeshes, RecordedMesh
 from .earlier_runs import JOB_EVENT
 from .places import place_from, place_of
+from .recorded_messages import is_of_today, read_recorded
 
 PART_MESH = "ros_pose_stats_msgs/msg/PartMesh"
 POSE_STATISTICS = "ros_pose_stats_msgs/msg/PoseStatistics"
@@ -64,7 +65,7 @@ class LastRun:
     results: dict[str, PoseStatistics] = field(default_factory=dict)
     problems: dict[Path, str] = field(default_factory=dict)
     _meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
-    _latched: dict[str, tuple[Path, bytes]] = field(default_factory=dict)
+    _latched: dict[str, tuple[Path, RawMessage]] = field(default_factory=dict)
 
     def take(self, run: str, bag: Path, message: RawMessage) -> None:
         """Take in the next message; of a mesh only where it is."""
@@ -74,22 +75,22 @@ class LastRun:
             self._meshes.note_mesh(request.part_id, RecordedMesh(
                 place_of(run, message), request.restitution, request.drop_height))
         elif kind == POSE_STATISTICS and message.topic.endswith("/pose_statistics"):
-            part_id, digest = _part_and_digest(data)
+            part_id, digest = _part_and_digest(message)
             self._meshes.note_result(part_id, digest)
-            self._latched[part_id] = bag, data
+            self._latched[part_id] = bag, message
         elif kind == POSE_STATISTICS:
-            self._meshes.note_use(_part_and_digest(data)[0])
+            self._meshes.note_use(_part_and_digest(message)[0])
         elif kind == JOB_EVENT:
-            self._take_event(deserialize_message(data, JobEvent))
+            self._take_event(read_recorded(message, JobEvent))
 
     def conclude(self, most_parts: int) -> None:
         """Find the parts and their results, once everything was taken in."""
         present = self._meshes.present()
         self.parts = dict(list(present.items())[max(0, len(present) - most_parts):])
         for part_id in self.parts.keys() & self._latched.keys():
-            bag, data = self._latched[part_id]
+            bag, message = self._latched[part_id]
             try:
-                self.results[part_id] = _result(data)
+                self.results[part_id] = _result(message)
             except Exception as error:  # the bindings raise what they like
                 self.note(bag, error)
         self._latched.clear()
@@ -116,23 +117,25 @@ class LastRun:
             self.unfinished.pop(event.job_id, None)
 
 
-def _part_and_digest(data: bytes) -> tuple[str, str]:
-    try:
-        return part_and_digest_of(data)
-    except NotPlainCdrError:  # another encapsulation
-        message = deserialize_message(data, PoseStatistics)
-        return message.part_id, message.part_digest
+def _part_and_digest(recorded: RawMessage) -> tuple[str, str]:
+    if is_of_today(recorded):
+        with suppress(NotPlainCdrError):  # another encapsulation
+            return part_and_digest_of(recorded.data)
+    message = read_recorded(recorded, PoseStatistics)
+    return message.part_id, message.part_digest
 
 
-def _result(data: bytes) -> PoseStatistics:
+def _result(recorded: RawMessage) -> PoseStatistics:
     """A recorded result that can be gone on with."""
-    message = deserialize_message(data, PoseStatistics)
+    message = read_recorded(recorded, PoseStatistics)
     if not message.revision < MOST_REVISION:
         raise RequestError("a revision below 2^63", f"{message.revision}", "estimate it again")
     if not all(pose.index < MOST_INDEX for pose in message.poses):
         raise RequestError(f"pose indices below {MOST_INDEX}", "a larger one",
                            "estimate it again")
     message.final = True
+    if not is_of_today(recorded):
+        message.version = ""  # it lacks what results say today: only its number is gone on with
     return message
 
 

@@ -122,7 +122,7 @@ def test_drops_of_many_corners_stay_above_the_plate(name):
     part = part_of(name)
     corners = part.vertices - part.center_of_mass
     for k, restitution in enumerate((0.0, 0.7)):
-        found = record_drop(part, k, restitution, seed=19)
+        found = record_drop(part, k, restitution, seed=19, round_sides=0)
         chosen = np.linspace(0, len(found.times) - 1, 300).astype(int)
         lowest = (found.heights[chosen] + corners @ found.up[chosen].T).min()
         assert lowest > -2.0 * TOUCHING * found.radius

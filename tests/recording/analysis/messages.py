@@ -50,8 +50,9 @@ def result(seconds, probability=PROBABILITY, method="combined", count=None, grou
     settled = 0 if count is None else int(sum(count))
     defaults = {"part_id": "clamp", "part_digest": DIGEST, "radius": 0.02, "method": method,
                 "restitution": 0.5, "drop_height": 0.4 if settled else float("nan"),
-                "cluster_tolerance": 0.005, "drops": settled, "plate_error": 0.05,
-                "expected_error": float("nan"), "final": True, "version": "0.1.0"}
+                "cluster_tolerance": 0.005, "round_sides": 192, "drops": settled,
+                "plate_error": 0.05, "expected_error": float("nan"), "final": True,
+                "version": "0.1.0"}
     for name, value in {**defaults, **fields}.items():
         setattr(message, name, value)
     if settled:
@@ -78,7 +79,7 @@ def counts(seconds, count, index=None, **fields):
     """A PoseCounts; without a stamp where `seconds` is None."""
     message = PoseCounts() if seconds is None else stamped(PoseCounts(), seconds)
     defaults = {"part_id": "clamp", "part_digest": DIGEST, "cluster_tolerance": 0.005,
-                "plate": "steel", "drop_height": 0.4}
+                "round_sides": 192, "plate": "steel", "drop_height": 0.4}
     for name, value in {**defaults, **fields}.items():
         setattr(message, name, value)
     message.index = array("I", range(len(count)) if index is None else index)
@@ -90,7 +91,8 @@ def event(seconds, kind, job_id="job_1", **fields):
     """A JobEvent."""
     message = stamped(JobEvent(), seconds)
     defaults = {"part_id": "clamp", "part_digest": DIGEST, "drops": 1000, "restitution": 0.5,
-                "drop_height": 0.4, "cluster_tolerance": 0.005, "seed": 7}
+                "drop_height": 0.4, "cluster_tolerance": 0.005, "round_sides": 192,
+                "seed": 7}
     for name, value in {**defaults, **fields}.items():
         setattr(message, name, value)
     message.event, message.job_id = getattr(JobEvent, kind), job_id

@@ -137,6 +137,17 @@ class TestCameraCounts:
         told = [any("200 mm" in each for each in one.remarks) for one in part.counts]
         assert told == [True, False]
 
+    def test_the_numbering_chooses_among_results(self, tmp_path):
+        (part,) = analysed(
+            tmp_path, result(1.0), result(2.0, round_sides=0), counts(3.0, COUNTED, round_sides=0),
+            counts(4.0, (1, 2, 3, 4, 5)), counts(5.0, COUNTED, cluster_tolerance=0.1 * 0.05)).parts
+        found = {one.counts.numbering: one for one in part.counts}
+        assert found.keys() == {(0.005, 0), (0.005, 192)}
+        for numbering, one in found.items():
+            assert (one.problem, one.history.numbering) == ("", numbering)
+        assert found[0.005, 192].count.tolist() == [231, 100, 55, 20, 9]
+        assert found[0.005, 0].count.tolist() == list(COUNTED)
+
     def test_without_a_digest_the_name_decides(self, tmp_path):
         (part,) = analysed(tmp_path, result(1.0), counts(2.0, COUNTED, part_digest="")).parts
         assert part.counts[0].problem == ""
@@ -149,6 +160,24 @@ class TestNotCompared:
         (found,) = part.counts
         assert "0.01" in found.problem and "0.005" in found.problem
         assert found.predictions == ()
+
+    def test_other_round_sides(self, tmp_path):
+        (part,) = analysed(tmp_path, result(1.0), result(2.0, cluster_tolerance=0.0),
+                           counts(3.0, COUNTED, round_sides=0)).parts
+        (found,) = part.counts
+        assert found.problem == (
+            "counted at cluster_tolerance 0.005 and round_sides 0, results are at "
+            "cluster_tolerance 0.005 and round_sides 192; cluster_tolerance 0 and round_sides "
+            "192: the same index is not the same pose")
+        assert found.history is None and found.predictions == ()
+
+    def test_a_tolerance_that_neither_knows(self, tmp_path):
+        unknown = {"cluster_tolerance": math.nan}
+        (part,) = analysed(tmp_path, result(1.0, **unknown), result(2.0, **unknown),
+                           counts(3.0, COUNTED, **unknown)).parts
+        (history,) = part.record.histories
+        assert len(history.time) == 2
+        assert "cluster_tolerance unknown" in part.counts[0].problem
 
     def test_a_pose_that_the_part_does_not_have(self, tmp_path):
         (part,) = analysed(tmp_path, result(1.0), counts(2.0, (5, 6), index=(0, 17))).parts

@@ -95,7 +95,7 @@ class TestContents:
         (part,) = contents.parts
         assert (part.part_id, part.radius) == ("clamp", 0.02)
         (history,) = part.histories
-        assert history.cluster_tolerance == 0.005
+        assert history.numbering == (0.005, 192)
         assert history.poses.index.tolist() == [0, 1, 2, 3, 4]
         assert history.poses.group.tolist() == [0, 1, 0, 2, 3]
         assert history.poses.height == pytest.approx([0.005, 0.006, 0.007, 0.008, 0.009])
@@ -124,6 +124,8 @@ class TestContents:
         assert (done.job_id, done.state, done.drops_done) == ("job_1", "done", 2000)
         assert (done.ended - done.started) / SECOND == pytest.approx(3.0)
         assert (unfinished.state, unfinished.unfinished) == ("running", True)
+        assert {(job.cluster_tolerance, job.round_sides) for job in (done, unfinished)} == {
+            (0.005, 192)}
 
     def test_counts(self, contents):
         (counted,) = contents.counts
@@ -302,6 +304,19 @@ class TestOtherVersions:
         assert history.final.tolist() == [True]
         assert math.isnan(part.radius)
 
+    def test_older_ones_took_round_surfaces_as_they_are(self, tmp_path):
+        write_without_round_sides(tmp_path / "old.mcap")
+        found = analyse_bags(tmp_path)
+        (part,) = found.parts
+        (history,), (job,), (compared,) = part.record.histories, part.record.jobs, part.counts
+        assert history.numbering == compared.counts.numbering == (0.005, 0)
+        assert (job.state, job.cluster_tolerance, job.round_sides) == ("running", 0.005, 0)
+        assert (compared.problem, compared.count.tolist()) == ("", [3, 1])
+        # Results of today number other poses.
+        write_run(tmp_path, [("pose_statistics", result(1.0, part_digest="d"))])
+        (part,) = read_bags(tmp_path).parts
+        assert {one.numbering for one in part.histories} == {(0.005, 0), (0.005, 192)}
+
     def test_newer_definitions_have_more_fields(self, tmp_path):
         text = definition(STATISTICS)
         head, rest = text.split("=" * 80, 1)
@@ -323,13 +338,15 @@ class TestOtherVersions:
         assert len(found.parts[0].histories[0].time) == 1
         assert "1 result left out, numbering" in found.notes[0]
 
-    def test_two_tolerances_are_two_histories(self, tmp_path):
+    def test_each_numbering_is_a_history(self, tmp_path):
         write_run(tmp_path, [
             ("pose_statistics", result(1.0, cluster_tolerance=0.0, probability=(0.5, 0.5))),
-            *(("pose_statistics", result(2.0 + k)) for k in range(3))])
+            *(("pose_statistics", result(2.0 + k)) for k in range(3)),
+            *(("pose_statistics", result(6.0 + k, (0.5, 0.3, 0.2), round_sides=0))
+              for k in range(2))])
         histories = read_bags(tmp_path).parts[0].histories
-        assert [one.cluster_tolerance for one in histories] == [0.005, 0.0]
-        assert [one.probability.shape for one in histories] == [(3, 5), (1, 2)]
+        assert [one.numbering for one in histories] == [(0.005, 192), (0.005, 0), (0.0, 192)]
+        assert [one.probability.shape for one in histories] == [(3, 5), (2, 3), (1, 2)]
 
 
 def write_old(file, text):
@@ -342,6 +359,26 @@ def write_old(file, text):
     with file.open("wb") as stream, Writer(stream) as writer:
         schema = writer.register_msgdef(STATISTICS, text)
         writer.write_message("/pose_stats/pose_statistics", schema, message, 5, 5)
+
+
+def write_without_round_sides(file):
+    """A bag from before messages said them, by the library's own encoder."""
+    from mcap_ros2.writer import Writer
+
+    about = {"part_id": "clamp", "part_digest": "d", "cluster_tolerance": 0.005}
+    messages = {
+        "PoseStatistics": {"method": "combined", "poses": [
+            {"index": 0, "probability": 0.75}, {"index": 1, "probability": 0.25}]},
+        "JobEvent": {"event": 2, "job_id": "job_1", "seed": 192, "drop_height": 0.4},
+        "PoseCounts": {"index": [0, 1], "count": [3, 1]},
+    }
+    with file.open("wb") as stream, Writer(stream) as writer:
+        for name, fields in messages.items():
+            kind = f"ros_pose_stats_msgs/msg/{name}"
+            text = definition(kind)
+            assert text.count("uint32 round_sides\n") == 1
+            schema = writer.register_msgdef(kind, text.replace("uint32 round_sides\n", ""))
+            writer.write_message(f"/pose_stats/{name}", schema, {**about, **fields}, 5, 5)
 
 
 class TestRefusals:

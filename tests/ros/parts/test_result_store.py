@@ -87,7 +87,11 @@ class TestOfTheLastRun:
         assert whole(known.latched) == whole(last)
         assert recorder.topics.count("/pose_stats/pose_statistics") == 0
 
-    def test_that_does_not_hold_lets_the_number_rise(self, results, last):
-        last.restitution = 0.7
+    @pytest.mark.parametrize("field", [
+        {"restitution": 0.7}, {"cluster_tolerance": 0.0}, {"round_sides": 0}, {"version": ""}])
+    def test_that_does_not_hold_lets_the_number_rise(self, results, last, field):
+        ((name, value),) = field.items()
+        setattr(last, name, value)
+        assert not results.holds(last, (-1.0, -1.0))
         known = results.take_part(request_of_message(flat(WEDGE, "part")), last)
         assert known.latched.drops == 0 and known.latched.revision > 70

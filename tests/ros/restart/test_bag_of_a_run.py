@@ -40,8 +40,8 @@ class Told:
 def counted(part_id, numbers):
     """A camera's message, with every field filled in."""
     message = PoseCounts(part_id=part_id, part_digest="ab" * 32, cluster_tolerance=0.005,
-                         plate="steel", drop_height=0.3, index=list(range(len(numbers))),
-                         count=numbers, unclassified=2**40)
+                         round_sides=192, plate="steel", drop_height=0.3,
+                         index=list(range(len(numbers))), count=numbers, unclassified=2**40)
     message.header.stamp.sec, message.header.stamp.nanosec = 12, 34
     message.header.frame_id = "camera"
     return message

@@ -147,6 +147,9 @@ def test_other_parameters(again):
         for message in shown(client).values():
             assert (message.header.frame_id, message.plate) == ("feeder", "steel")
             assert (message.drops, message.cluster_tolerance) == (0, 0.0)
+    with again(cluster_tolerance=0.0, round_sides=0) as (_, client):
+        for message in shown(client).values():
+            assert (message.drops, message.round_sides) == (0, 0)
 
 
 @pytest.mark.long
