@@ -157,9 +157,14 @@ def _scan(points: Array, corner: Index, chain: Index, begin: int, end: int, roun
     while i + FEWEST <= end:
         j = _grown(points, corner, i, end, rounding)
         if j > 0:
+            # The whole arc takes in at its beginning what it took in at its end: a corner that
+            # a cut left beside the circle, which its first few edges would not allow.
+            while i > begin and _holds(points, corner, i - 1, j, circle_of(
+                    points, corner, i - 1, j), rounding):
+                i -= 1
             runs = _add(points, corner, chain, i, j, circle_of(points, corner, i, j),
                         found, runs)
-            i = j
+            begin = i = j
         else:
             i += 1
     return runs
