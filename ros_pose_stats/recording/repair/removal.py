@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from ..directory_lock import DirectoryLock
+from ..directory_lock import DirectoryLock, is_locked
 from ..finished import is_finished
 from ..run_names import LOCK, being_removed, foreign_names, passing_directories, runs
 
@@ -34,13 +35,17 @@ class SpaceBound:
     deleted : list of Path
         Runs that were deleted.
     exceeded : bool
-        Whether there was too much at the last look, and nothing that may be deleted: this run,
-        runs of living nodes, unfinished runs, and runs with files of somebody else in them.
+        Whether there was too much at the last look, and nothing that may be deleted: the file
+        that this run is writing, runs of living nodes, unfinished runs, and runs with files of
+        somebody else in them.
+    held : int
+        Bytes of the runs that other nodes had in hand at the last look.
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
         self.deleted: list[Path] = []
         self.exceeded = False
+        self.held = 0
         self._log_directory = log_directory
         self._limit = limit
         self._others = 0
@@ -52,32 +57,46 @@ class SpaceBound:
             return None
         return max(0, self._limit - self._others - own_bytes)
 
-    def enforce(self, own: Path, own_bytes: int) -> None:
+    def enforce(self, own: Path, own_bytes: int, drop_oldest: Callable[[], int]) -> None:
         """Delete what must go before this run grows to so many bytes.
 
         Parameters
         ----------
         own : Path
-            This run; never deleted.
+            This run; never deleted as a whole.
         own_bytes : int
             Its size to be.
+        drop_oldest : callable
+            Deletes the oldest of its closed files, once no other run may go, and returns how
+            many bytes that were; 0 where there is none.
         """
         if not self._limit:
             return
         now = time.monotonic()
-        fits = self._others + own_bytes <= self._limit
-        if now < self._next_scan and (fits or self.exceeded):
-            return
-        self._next_scan = now + RESCAN
+        if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
+            self._next_scan = now + RESCAN
+            self._delete_runs(own, own_bytes)
+        while not self._fits(own_bytes):
+            dropped = drop_oldest()
+            if not dropped:
+                break
+            own_bytes -= dropped
+        self.exceeded = not self._fits(own_bytes)
+
+    def _fits(self, own_bytes: int) -> bool:
+        return self._others + own_bytes <= self._limit
+
+    def _delete_runs(self, own: Path, own_bytes: int) -> None:
+        """Look at the directory again, and delete the oldest runs until it fits."""
         sizes = {run: _size(run) for run in runs(self._log_directory) if run != own}
         self._others = sum(sizes.values())
         for run, size in sizes.items():
-            if self._others + own_bytes <= self._limit:
+            if self._fits(own_bytes):
                 break
             if delete_run(run):
                 self._others -= size
                 self.deleted.append(run)
-        self.exceeded = self._others + own_bytes > self._limit
+        self.held = sum(size for run, size in sizes.items() if is_locked(run))
 
 
 def _size(run: Path) -> int:
