@@ -6,19 +6,21 @@ from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
 from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
-from .messages.times import follow_clock
+from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
-from .parts.result_store import ResultStore
-from .pose_counts import subscribe_to_counts
+from .parts.result_store import SECONDS_BETWEEN, ResultStore
+from .pose_counts import CountSubscription
 from .recorder import Recorder
 from .requests import Requests
 from .restart.last_run import bags_to_restore, last_run
@@ -43,13 +45,13 @@ class PoseStatsNode(PatientNode):
         self.table = Parameters(self, self._on_change)
         settings, log = self._settings(), self.get_logger()
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
-        self.announcer = Announcer(self, self.recorder)
+        self.refusals = Refusals(log.warning)
+        self.announcer = Announcer(self, self.recorder, self.refusals.floods)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
-        self.recorder.on_gap = lambda: self.mesh_queue.put_later(self.results.record_again)
-        self.refusals = Refusals(log.warning)
         self.reports = JobReports(self.results, self.recorder, log.info)
+        self.recorder.on_gap = self._record_again
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
                          self.reports, log.error)
         self.refinement = Refinement(self._settings, self.results, self.jobs)
@@ -67,10 +69,12 @@ class PoseStatsNode(PatientNode):
         requests = Requests(self._settings, self.results, self.mesh_queue, self.jobs,
                             self.refusals)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
-        subscribe_to_counts(self, self.recorder, self.parts.current, self.refusals)
+        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
+        steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
+                     MutuallyExclusiveCallbackGroup())
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
@@ -83,6 +87,11 @@ class PoseStatsNode(PatientNode):
         for known in self.parts.all():
             again = self.mesh_queue.put_later(partial(self.results.show_best, known))
             self.refusals.watch_mesh(lambda: "parameters", again)
+
+    def _record_again(self) -> None:
+        """Put on record what still counts and may be missing in the bag."""
+        self.results.record_again()
+        self.reports.record_again()
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
         """Go on with what the last run left, and mend its bag once all of that is on record."""
@@ -109,6 +118,8 @@ class PoseStatsNode(PatientNode):
         self.jobs.close("the node ended")
         self.action.wait_until_told()
         self.late_answers.close()
+        self.counts.take_waiting()
+        self.results.record_waiting()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")

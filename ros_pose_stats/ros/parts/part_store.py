@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -46,12 +47,18 @@ class Revisions:
         Given to a result.
     shown : int
         Of what was latched last.
+    recorded : deque of int
+        Numbers of the last results that were put on record when latched, as they were first.
+    recorded_at : float
+        When that was last, by the monotonic clock.
     lock : RLock
         Held while a result of the name is numbered, latched or withdrawn.
     """
 
     newest: int = 0
     shown: int = 0
+    recorded: deque[int] = field(default_factory=lambda: deque(maxlen=BUILT))
+    recorded_at: float = -math.inf
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def next(self) -> int:
@@ -84,6 +91,14 @@ class KnownPart:
         When it was published, by the monotonic clock.
     on_record : PoseStatistics or None
         The result of the last run that this one began with, which is in the bag already.
+    origin : PoseStatistics or None
+        The latched result as it was before it got another number to be latched under.
+    mark : int
+        The recorder's, when the latched result was put on record; -1 where it is not.
+    latched_bytes : int
+        Size of the latched result as a message.
+    mesh_is_last : bool
+        Whether the mesh went on record, and no result of it since.
     """
 
     part: Part
@@ -95,6 +110,10 @@ class KnownPart:
     scene: DropScene | None = None
     published: float = 0.0
     on_record: PoseStatistics | None = None
+    origin: PoseStatistics | None = None
+    mark: int = -1
+    latched_bytes: int = 0
+    mesh_is_last: bool = False
 
 
 def at_hand(value: T) -> Future[T]:
@@ -121,7 +140,8 @@ class PartStore:
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         self._built: Memory[tuple[str, bytes], Part] = Memory(BUILT)
-        self._recorded: Memory[tuple[str, str], tuple[float, float]] = Memory(RECORDED)
+        self._recorded: Memory[tuple[str, str], tuple[tuple[float, float], int]] = Memory(
+            RECORDED)
         self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
 
     def resolve(self, request: PartRequest) -> tuple[KnownPart, bool]:
@@ -173,29 +193,42 @@ class PartStore:
         It takes the place of one of the same id, and of the oldest if there are `most`.
         """
         with known.revisions.lock:
+            trusted = self._recorder.trusted_from
             self.record(known)
             with self._lock:
                 self._parts.pop(known.part.part_id, None)
                 self._parts[known.part.part_id] = known
+            if self._recorder.trusted_from != trusted:  # while nobody knew the part
+                self.record(known)
         self.shrink(most)
 
     def record(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, unless it is there with the same scene of its own."""
-        if known.request is not None:
+        """Put a part's mesh on record, unless it is there with the same scene of its own.
+
+        The result that is latched next goes on record too: it tells the mesh's digest.
+        """
+        if not self.has_recorded(known) and known.request is not None:
+            known.mesh_is_last = True
             self.record_mesh(known.request, known.part.part_id, known.part.digest)
 
     def record_mesh(self, request: PartRequest, part_id: str, digest: str) -> None:
         """Put a mesh on record under its final name, unless it is there."""
-        key, override = (part_id, digest), (request.restitution, request.drop_height)
-        if self._recorded.get(key) == override:
+        if self._has_recorded(request, part_id, digest):
             return
-        message = part_message(request, part_id, request.stamp or now())
+        message, mark = part_message(request, part_id, request.stamp or now()), self._recorder.mark
         if self._recorder.record(PART_MESH, serialize_message(message)):
-            self._recorded.put(key, override)
+            override = request.restitution, request.drop_height
+            self._recorded.put((part_id, digest), (override, mark))
 
-    def distrust_record(self) -> None:
-        """Count no mesh as recorded any more, for the bag may have a gap."""
-        self._recorded.clear()
+    def has_recorded(self, known: KnownPart) -> bool:
+        """Whether a part's mesh is in the bag, and stays there for now."""
+        return known.request is None or self._has_recorded(
+            known.request, known.part.part_id, known.part.digest)
+
+    def _has_recorded(self, request: PartRequest, part_id: str, digest: str) -> bool:
+        override, mark = self._recorded.get((part_id, digest)) or (None, -1)
+        return (override == (request.restitution, request.drop_height)
+                and mark >= self._recorder.trusted_from)
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""
