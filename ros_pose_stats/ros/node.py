@@ -7,11 +7,13 @@ from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
 from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
-from .messages.times import follow_clock
+from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
@@ -19,8 +21,8 @@ from .parts.mesh_subscriptions import MeshSubscriptions
 from .parts.part_builder import PartBuilder, is_large
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
-from .parts.result_store import ResultStore
-from .pose_counts import subscribe_to_counts
+from .parts.result_store import SECONDS_BETWEEN, ResultStore
+from .pose_counts import CountSubscription
 from .recorder import Recorder
 from .requests import Requests
 from .restart.earlier_runs import earlier_runs
@@ -53,16 +55,16 @@ class PoseStatsNode(PatientNode):
         self.table = Parameters(self, self._on_change)
         settings, log = self._settings(), self.get_logger()
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
-        self.announcer = Announcer(self, self.recorder)
+        self.refusals = Refusals(log.warning)
+        self.announcer = Announcer(self, self.recorder, self.refusals.floods)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.builder = PartBuilder()
         self.parts.build = lambda request: self.builder.build(
             request, self._settings().cluster_tolerance)
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
-        self.recorder.on_gap = lambda: self.mesh_queue.put_later(self._record_again)
-        self.refusals = Refusals(log.warning)
         self.reports = JobReports(self.results, self.recorder, log.info)
+        self.recorder.on_gap = self._record_again
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
                          self.reports, log.error)
         self.refinement = Refinement(self._settings, self.results, self.jobs)
@@ -80,10 +82,12 @@ class PoseStatsNode(PatientNode):
         self.requests = requests = Requests(self._settings, self.results, self.mesh_queue,
                                             self.jobs, self.refusals)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
-        subscribe_to_counts(self, self.recorder, self.parts.current, self.refusals)
+        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
+        steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
+                     MutuallyExclusiveCallbackGroup())
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
@@ -110,7 +114,8 @@ class PoseStatsNode(PatientNode):
         self.handover = Handover(self.recorder, earlier, [
             *records, *(record for part in parts for record in part.records())])
         self.recorder.before_record = self.handover.settle
-        self.recorder.log.keep_runs(RunsInUse(self.handover, self.results, self.mesh_queue))
+        self.recorder.log.keep_runs(RunsInUse(
+            self.handover, self.parts.meshes, self.recorder.have_recorded_again))
         coming = restore_parts(parts, folder, self.results, self.mesh_queue, self.refusals)
         if parts:
             log.info(f"restoring {len(parts)} parts of the last run")
@@ -120,10 +125,14 @@ class PoseStatsNode(PatientNode):
         return coming
 
     def _record_again(self) -> None:
-        """Put all that is known on record, after a gap in it."""
+        """Put on record what still counts and may be missing in the bag.
+
+        Only then does it say again that nothing else is to be taken from earlier runs.
+        """
         lost = self.recorder.lost
         self.results.record_again()
-        if self.recorder.lost == lost:
+        self.reports.record_again()
+        if self.recorder.lost == lost and not self.parts.meshes.coming:
             self.handover.repeat()
 
     def restored(self, timeout: float) -> bool:
@@ -148,6 +157,8 @@ class PoseStatsNode(PatientNode):
         self.action.wait_until_told()
         time.sleep(PARTING_SECONDS)
         self.late_answers.close()
+        self.counts.take_waiting()
+        self.results.record_waiting()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")

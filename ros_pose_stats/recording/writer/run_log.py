@@ -5,13 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
+from itertools import count
 from pathlib import Path
+from typing import Final
 
 from ..repair.removal import SpaceBound
 from ..run_names import new_run_name
 from .bag import Bag
 from .mcap_layout import message_size, opening
 from .message_types import CdrLength, MessageType
+
+_FILES: Final = 8
+"""Files that the bound of a log directory has room for at least, so that the oldest can go."""
 
 
 class RecordingError(OSError):
@@ -55,8 +60,9 @@ class RunLog:
     max_bag_bytes : int
         A file that would grow beyond it is finished and followed by the next.
     max_log_bytes : int, optional
-        Bound of the log directory: the oldest finished runs are deleted to stay below it; 0
-        for no bound.
+        Bound of the log directory, this bag included; 0 for no bound. To stay below it the
+        oldest finished runs are deleted, then the oldest closed files of this bag, which are at
+        most an eighth of the bound.
     name : str, optional
         Of the directory, in place of one made from time and process.
     node : str, optional
@@ -69,6 +75,13 @@ class RunLog:
     times_lost : int
         How often the bag was found deleted or moved away. What had been written is not written
         again.
+    kept_from : int
+        Messages written while `mark` was less are gone, or go when the bag has grown by two
+        more files. It rises a file before that, so that what still counts can be written again.
+    last_file_deleted : str
+        Name of the file of this bag that went last.
+    files_deleted : int
+        How many have gone.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
@@ -79,9 +92,16 @@ class RunLog:
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
-        self._max_bag_bytes = max_bag_bytes
-        self._overhead = 2 * len(opening("", self._types, 0, node)[0])
-        self._space = SpaceBound(log_directory, max_log_bytes)
+        self._max_log_bytes = max_log_bytes
+        self._marks = count(1)
+        self.kept_from = 0
+        self.last_file_deleted = ""
+        self.files_deleted = 0
+        start = len(opening("", self._types, 0, node)[0])
+        self._overhead = 3 * start
+        self._max_bag_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
+                                  ) if max_log_bytes else max_bag_bytes
+        self._space = SpaceBound(log_directory, max_log_bytes, 2 * self._max_bag_bytes)
         self._lock = threading.Lock()
         self._bag: Bag | None = None
         self._closed = False
@@ -109,7 +129,10 @@ class RunLog:
             with self._lock:
                 bag = self._bag_for(message_size(message))
                 self._last_time = max(time.time_ns(), self._last_time + 1)
+                before = bag.mark
                 file, number = bag.append(topic, message, self._last_time)
+                if bag.mark != before:
+                    self._look_ahead(bag)
             if durable:
                 file.sync(number)
         except OSError as error:
@@ -132,7 +155,10 @@ class RunLog:
             raise RecordingError(self.directory, error) from error
 
     def keep_runs(self, in_use: Callable[[Path], bool]) -> None:
-        """Have runs asked for before they are deleted to make room, by their directories."""
+        """Have runs asked for before they are deleted to make room, by their directories.
+
+        That happens while this log is locked; nothing of it may be called meanwhile.
+        """
         self._space.in_use = in_use
 
     def close(self) -> None:
@@ -151,6 +177,23 @@ class RunLog:
                     bag.finish()
             except OSError as error:
                 raise RecordingError(self.directory, error) from error
+
+    @property
+    def mark(self) -> int:
+        """A number that rises with each file; what is written later has this one or more."""
+        with self._lock:
+            return self._bag.mark if self._bag else 0
+
+    @property
+    def room_to_keep(self) -> int | None:
+        """Bytes that can be written again and again to be kept; None without a bound.
+
+        Half of what the bound leaves beside runs of others, the file that is being written and
+        the one that goes next: so at least every second byte is free for what is new.
+        """
+        if not self._max_log_bytes:
+            return None
+        return max(0, self._max_log_bytes - self._space.held - 2 * self._max_bag_bytes) // 2
 
     @property
     def bytes_written(self) -> int:
@@ -184,10 +227,35 @@ class RunLog:
             self._bag = None
             self.times_lost += 1
             self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-        size = self._bag.size if self._bag else 0
-        self._space.enforce(self.directory, size + record + self._overhead)
+        # Beside the record there may be the end of one file, a whole empty one, and for a moment
+        # both the old and the new metadata.yaml.
+        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
+        self._space.enforce(self.directory, size + record + self._overhead, self._drop_oldest)
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node)
+            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node,
+                            self._marks)
         return self._bag
+
+    def _drop_oldest(self) -> int:
+        """Delete the oldest closed file of this bag; return its bytes."""
+        dropped = self._bag.drop_oldest() if self._bag else None
+        if dropped is None:
+            return 0
+        self.kept_from = max(self.kept_from, dropped.mark + 1)
+        self.last_file_deleted = dropped.name
+        self.files_deleted += 1
+        return dropped.size
+
+    def _look_ahead(self, bag: Bag) -> None:
+        """Give notice of the files that must go before the next but one is full."""
+        if not self._max_log_bytes:
+            return
+        excess = (self._space.held + bag.closed_size + 2 * self._max_bag_bytes
+                  - self._max_log_bytes)
+        for file in bag.closed:
+            if excess <= 0:
+                break
+            excess -= file.size
+            self.kept_from = max(self.kept_from, file.mark + 1)

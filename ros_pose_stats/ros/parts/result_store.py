@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import NamedTuple
 
+from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
 from std_msgs.msg import Header
 
@@ -20,7 +21,7 @@ from ...version import VERSION
 from ..messages.statistics_messages import Answer, copied, statistics_message
 from ..messages.times import now
 from ..settings import Settings
-from .announcer import Announcer
+from .announcer import Announcer, Recorded
 from .memory import Memory
 from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import KnownPart, PartStore
@@ -73,6 +74,13 @@ def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
     return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
 
 
+def live_size(known: KnownPart) -> int:
+    """Bytes that a part and what is latched for it take in a bag, names aside."""
+    request = known.request
+    mesh = 0 if request is None else request.vertices.nbytes + request.triangles.nbytes
+    return mesh + known.latched_bytes
+
+
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part.
 
@@ -87,6 +95,8 @@ class ResultStore:
         self._settings = settings
         self.parts = parts
         self.announcer = announcer
+        self.recorder = announcer.recorder
+        self._waiting: dict[str, KnownPart] = {}
         self.on_shown: Callable[[KnownPart], object] = lambda known: None
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
@@ -149,24 +159,42 @@ class ResultStore:
             self._results.put(self._key(last.method, known, scene), last)
         return last
 
-    def record_again(self, run: str | None = None) -> None:
-        """Put all parts and what is latched for them on record, after a gap in it.
+    def record_again(self) -> None:
+        """Put parts and what is latched for them on record where the bag may not have them.
 
-        Parameters
-        ----------
-        run : str, optional
-            Only parts whose mesh lies in the bag of this earlier run, which then may go.
+        A mesh is followed by its result, which tells its digest. Parts that are too large to be
+        recorded again and again go with the files of this run; meshes of earlier runs are
+        recorded once in any case.
         """
-        meshes = self.parts.meshes
-        meshes.distrust(run)
-        for known in self.parts.all():
+        meshes, parts = self.parts.meshes, self.parts.all()
+        may_repeat = self.recorder.has_room_for(sum(map(live_size, parts)))
+        for known in parts:
             with known.revisions.lock:
-                if meshes.holds(known):
+                if self.recorder.closing or self.parts.current(known.part.part_id) is not known:
                     continue
-                meshes.record(known)
-                if known.latched is not None:
-                    self.announcer.record_result(known.latched)
-        meshes.leave_run(run, self.parts.all())
+                if meshes.holds(known) and known.mark >= self.recorder.trusted_from:
+                    continue
+                if may_repeat or known.mark < 0 or meshes.must_move(known):
+                    meshes.record(known)
+                    self._record_latched(known)
+        meshes.leave_runs(self.parts.all())
+
+    def record_waiting(self) -> None:
+        """Put repeated results on record that were not when they were latched."""
+        for part_id in list(self._waiting):
+            known = self._waiting.get(part_id)
+            if known is None:
+                continue
+            with known.revisions.lock:
+                if self._waiting.get(part_id) is known:
+                    del self._waiting[part_id]
+                    if self.parts.current(part_id) is known:
+                        self._record_latched(known)
+
+    def _record_latched(self, known: KnownPart) -> None:
+        """Put what is latched for a part on record as it was published."""
+        if known.latched is not None:
+            known.mark = self.announcer.record_result(known.latched).mark
 
     def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -246,7 +274,8 @@ class ResultStore:
 
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
-        if self.parts.current(known.part.part_id) is not known or message is known.latched:
+        if self.parts.current(known.part.part_id) is not known or (
+                message is known.latched or message is known.origin):
             return False
         if self._settings().scene(known.scene_override) != scene:
             return False
@@ -256,14 +285,31 @@ class ResultStore:
         return message.final or self.is_due(known, scene)
 
     def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
-        """Show a result under a number above that of the one before, and put it on record."""
-        if message.revision <= known.revisions.shown:
+        """Show a result under a number above that of the one before, and put it on record.
+
+        One that is latched again, because meshes change places, is put on record at most once
+        a second; the last one always, by `record_waiting`.
+        """
+        at, revisions, origin = time.monotonic(), known.revisions, message
+        if message.revision <= revisions.shown:
             message = copied(message)
-            message.revision = known.revisions.next()
-        known.revisions.shown = message.revision
-        message, data = self.announcer.record_result(message, message is known.on_record)
-        known.latched, known.scene, known.published = message, scene, time.monotonic()
-        self.announcer.publish_result(known.part, message, data)
+            message.revision = revisions.next()
+        revisions.shown = message.revision
+        again = origin is not message and origin.revision in revisions.recorded
+        if (again and not known.mesh_is_last
+                and at - revisions.recorded_at < SECONDS_BETWEEN):
+            self._waiting[known.part.part_id] = known
+            found = Recorded(message, serialize_message(message), -1)
+        else:
+            self._waiting.pop(known.part.part_id, None)
+            found = self.announcer.record_result(message, message is known.on_record)
+            revisions.recorded_at, known.mesh_is_last = at, False
+            if found.mark >= 0 and not again:
+                revisions.recorded.append(origin.revision)
+        known.origin, known.mark, known.latched = origin, found.mark, found.message
+        known.latched_bytes = len(found.data)
+        known.scene, known.published = scene, at
+        self.announcer.publish_result(known.part, found.message, found.data)
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()

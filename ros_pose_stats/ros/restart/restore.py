@@ -112,9 +112,8 @@ def restore_parts(coming: Sequence[RestoredPart], log_directory: Path, results: 
     futures = []
     for part in coming:
         mesh = part.mesh
-        if mesh.digest:
-            results.parts.meshes.count_as_recorded((part.part_id, mesh.digest), (
-                mesh.restitution, mesh.drop_height), mesh.place.run)
+        results.parts.meshes.count_as_recorded((part.part_id, mesh.digest), (
+            mesh.restitution, mesh.drop_height), mesh.place.run)
         futures.append(mesh_queue.put_later(
             partial(_restore_part, part, log_directory, results), large=True))  # it may be
         refusals.watch_mesh(partial(_source, part.part_id), futures[-1])
@@ -130,6 +129,8 @@ def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore)
         if results.parts.current(part.part_id) is None:
             results.parts.record_forgotten(part.part_id, part.mesh.digest)
         raise
+    finally:
+        results.parts.meshes.coming.discard((part.part_id, part.mesh.digest))
 
 
 def _source(part_id: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from itertools import count
 
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent
@@ -113,20 +114,23 @@ def test_a_mesh_that_is_gone_is_said_once(again, tmp_path):
 
 
 def test_a_run_with_live_meshes_makes_room_once_they_are_recorded_again(again, tmp_path):
-    vertices, triangles = fine_box(TRIANGLES)
+    vertices, triangles = fine_box(TRIANGLES // 10)
     with again() as (_, client):
         client.good("estimate", part=flat((vertices, triangles), "large"))
         before = latched(client, "large")
     (first,) = runs(tmp_path)
-    bound = 2 * size(tmp_path)
+    bound = 8 * size(tmp_path)
     with again(max_log_bytes=bound) as (_, client):
-        client.good("estimate", part=flat((1.1 * vertices, triangles), "another"))
+        sizes = count(1)
 
         def gone():
-            client.good("estimate", part_id="large")
+            client.good("estimate", part=flat(
+                ((1.0 + 0.01 * next(sizes)) * vertices, triangles), "another"))
             return not first.is_dir()
 
         until(gone, "the first run to be deleted")
+        client.good("estimate", part_id="another")
+        assert size(tmp_path) <= bound
     with again() as (_, client):
         assert names(client) == {"large", "another"}
         assert latched(client, "large").part_digest == before.part_digest
