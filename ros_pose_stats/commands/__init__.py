@@ -1,1 +1,1 @@
-"""One module a command: its options, and what it prints."""
+"""The commands, one module each: options, and what is printed."""

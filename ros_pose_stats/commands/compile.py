@@ -1,4 +1,4 @@
-"""`compile`: machine code of every kernel, so that nothing else has to wait for it."""
+"""`compile`: machine code of every kernel, so that no other command has to wait for it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOGETHER = (
 """Modules whose kernels share helpers, which are compiled once a process; longest first."""
 
 GLANCE = 0.1
-"""Seconds between looks at what has been stored."""
+"""Seconds between checks of the kernels stored so far."""
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -38,7 +38,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def run(_: argparse.Namespace) -> int:
-    """Compile what is missing, telling of each kernel, and say where all of them are."""
+    """Compile the missing kernels, naming each, and print where all of them are."""
     from ..kernels.code_cache import cache_directory
     from ..kernels.compilation import all_kernels
 
@@ -97,5 +97,5 @@ def compile_family(names: list[str]) -> None:
 
 
 def _end_quietly() -> None:
-    """On Ctrl-C a worker ends without a word: the command has one."""
+    """Let a worker end silently on Ctrl-C, since the command itself prints a line."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 SHELLS = ("bash", "zsh")
 
 ANY = 1000
-"""Values of an option that takes as many as there are."""
+"""Number that stands for any number of values of an option."""
 
 ROS_OPTIONS = ("-p", "-r", "--params-file")
-"""What is offered behind --ros-args."""
+"""Options that are offered behind --ros-args."""
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser],

@@ -1,4 +1,4 @@
-"""`node`: the ROS 2 node `pose_stats`, and what has to be so before ROS is imported."""
+"""`node`: the ROS 2 node `pose_stats`, and the preparations before ROS is imported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def prepare_ros() -> None:
     Raises
     ------
     RosMissingError
-        With the command that helps.
+        If one cannot; the message has the command that helps.
     """
     if find_spec("rclpy") is None:
         raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",

@@ -1,4 +1,4 @@
-"""What the parsers accept, as plain records: for shell completion and for the documents."""
+"""Outlines of the parsers as plain records, for shell completion and for docs/commands.md."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ PATHS = ("DIR", "FILE", "PART", "STEM")
 
 @dataclass(frozen=True)
 class ArgumentOutline:
-    """An option, or an argument that goes by its place.
+    """An option, or a positional argument.
 
     Attributes
     ----------
     flags : tuple of str
-        `-o`, `--output`; none for an argument that goes by its place.
+        `-o`, `--output`; empty for a positional argument.
     values : tuple of str
-        What is to be put for each value; none for a flag that stands alone.
+        Placeholder for each value; empty for a flag without values.
     most : float
-        How many values there may be; infinite where they are repeated.
+        Largest number of values; infinite where they are repeated.
     choices : tuple of str
         The only values accepted; none where they are free.
     is_path : bool
@@ -60,7 +60,7 @@ class CommandOutline:
         Its line in the list of commands; empty for the whole.
     description, epilog : str
     arguments : tuple of ArgumentOutline
-        Options but for `--help`, and those that go by their place.
+        Options but for `--help`, and positional arguments.
     alternatives : tuple of tuples of ArgumentOutline
         Options of which only one may be given.
     takes_ros_arguments : bool

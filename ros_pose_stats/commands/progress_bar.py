@@ -1,4 +1,4 @@
-"""A line on the terminal that says how far a run of drops, or a bag that is read, is."""
+"""A line on the terminal that shows the progress of a simulation, or of reading a bag."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ NARROWEST = 5
 COLUMNS = 80
 SECONDS_BETWEEN = 0.1
 FIRST_AFTER = 0.3
-"""Runs that are over sooner show no bar."""
+"""Seconds before a bar appears."""
 
 
 class ProgressBar:
-    """A bar and what is done so far; silent where nobody watches.
+    """A progress bar with a text; nothing is drawn unless the stream is a terminal.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class ProgressBar:
             return COLUMNS
 
     def show(self, progress: DropProgress) -> None:
-        """Draw the state of a run of drops, at most ten times a second."""
+        """Draw the state of a simulation, at most ten times a second."""
         self.draw(*drops_done(progress))
 
     def show_bytes(self, done: int, total: int) -> None:
@@ -73,7 +73,7 @@ class ProgressBar:
 
 
 def drops_done(progress: DropProgress) -> tuple[float, str]:
-    """How far a run of drops is, as a share and as a text."""
+    """Progress of a simulation, as a share and as a text."""
     share = progress.drops / progress.bound
     if progress.target_error > 0.0 and math.isfinite(progress.expected_error):
         # The error falls with the root of the drops.

@@ -60,7 +60,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def run(options: argparse.Namespace) -> int:
-    """Investigate, write and say what was written."""
+    """Investigate the part, write the page, and print what was written."""
     page = output_file(options.output, (".html", ".htm"))
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
             wanted=options.wanted, rate=options.rate, should_stop=interrupted)
     found = findings.simulated
     with end_on_interrupt():
-        write_file(page, report_page(findings, again(options, found)).encode())
+        write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
             from ..plots.files import png_bytes
             from ..plots.key_figure import key_picture
@@ -90,8 +90,8 @@ def run(options: argparse.Namespace) -> int:
     return INTERRUPTED if interrupted() else 0
 
 
-def again(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
-    """Commands that give the same page, and the same counts as a table."""
+def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
+    """Commands that give the same page again, and the same counts as a table."""
     named = [Path(options.part).name]
     if options.unit is not None:
         named += ["--unit", options.unit]

@@ -1,7 +1,7 @@
 """What commands have in common while they run.
 
-Ctrl-C is a request to stop and report, not an accident; users hear of kernels being compiled;
-and where a file cannot be written is found out before anything is computed.
+Ctrl-C is a request to stop and report; users are told when kernels are compiled; and a command
+checks that it can write its file before it computes anything.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INTERRUPTED = 130
 def end_on_interrupt() -> Iterator[None]:
     """End the process at once on SIGINT, while there is nothing to report yet.
 
-    An exception out of the handler may be swallowed by the compiler's callbacks.
+    An exception from the handler might get lost in the compiler's callbacks.
     """
     def on_interrupt(_number: int, _frame: FrameType | None) -> None:
         sys.stderr.write("ros_pose_stats: interrupted\n")
@@ -51,25 +51,25 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
     Yields
     ------
     callable
-        Tells whether it came.
+        Returns whether SIGINT came.
     """
-    asked = threading.Event()
+    asked: list[int] = []  # a handler must not wait for a lock, as Event.set does
     before = signal.getsignal(signal.SIGINT)
 
-    def on_interrupt(_number: int, _frame: FrameType | None) -> None:
-        asked.set()
+    def on_interrupt(number: int, _frame: FrameType | None) -> None:
+        asked.append(number)
         signal.signal(signal.SIGINT, before)
 
     signal.signal(signal.SIGINT, on_interrupt)
     try:
-        yield asked.is_set
+        yield lambda: bool(asked)
     finally:
         signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
 def announce_slow_start() -> Iterator[None]:
-    """Say what is going on, once, when the body compiles a kernel."""
+    """Print a note, once, when a kernel is compiled in the context."""
     from ..kernels.compilation import watch_compilations
 
     told: list[str] = []
@@ -102,6 +102,6 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
 
 
 def print_json(values: Any) -> None:
-    """One object or list on a line; NaN and infinity are refused."""
+    """Print one object or list on a line; NaN and infinity are refused."""
     json.dump(values, sys.stdout, allow_nan=False)
     print()

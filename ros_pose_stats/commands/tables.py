@@ -1,4 +1,4 @@
-"""Tables for people."""
+"""Tables of statistics that commands print."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..text import Column, columns, degrees, interval, millimetres, several
 BAR = 12
 MOST_ROWS = 40
 UNKNOWN = "-"
-"""As the columns write a value that is not known."""
+"""How columns write a value that is not known."""
 
 
 def report(part: Part, found: PoseStatistics) -> str:
-    """One method's answer: a row a pose, most probable first.
+    """Report of one method's answer: a row for each pose, most probable first.
 
     The columns and their order are the same for every method; a column is left out where the
     method has no values for it.
@@ -28,7 +28,7 @@ def report(part: Part, found: PoseStatistics) -> str:
 
 
 def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
-    """Every method's answer side by side: a row a pose, in the last method's order."""
+    """Table of all methods' answers side by side; poses are in the order of the last method."""
     leading = found[-1]
     by_index = [{pose.index: pose.probability for pose in each.poses} for each in found]
     lines = [_heading(part, leading), "",
@@ -45,7 +45,7 @@ def comparison(part: Part, found: Sequence[PoseStatistics]) -> str:
 
 
 def _method(found: PoseStatistics) -> list[str]:
-    """How the answer was found."""
+    """Lines about the method and its settings."""
     named = f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
     if not found.drops:
         return [f"{named}expected error {100.0 * found.expected_error:.1f} points against drops "
@@ -69,7 +69,7 @@ def _pose_table(found: PoseStatistics) -> list[str]:
         (Column("barrier", "mm"), [millimetres(pose.barrier) for pose in poses]),
         (Column("margin", "deg"), [degrees(pose.margin) for pose in poses]),
         (Column("down", left=True), [_direction(pose) for pose in poses])]
-    # A single pose has no barrier, which is worth a column all the same.
+    # The column of barriers stays for a single pose, which has none.
     shown = [(head, cells) for head, cells in table
              if head.title == "barrier" or set(cells) != {UNKNOWN}]
     return columns([head for head, _ in shown],

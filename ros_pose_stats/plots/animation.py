@@ -26,28 +26,28 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 SIZE, DPI = (6.8, 3.4), 100
-"""Of the animation, inches and dots an inch."""
+"""Width and height of the animation, inches, and dots an inch."""
 
 SCENE = (0.0, 0.0, 0.44, 0.9)
-"""Where the part is drawn: left, bottom, width, height, as fractions."""
+"""Place of the part in the picture: left, bottom, width, height, as fractions."""
 
 WIDE = 3.3
-"""Of the scene, in radii."""
+"""Width of the scene, in radii."""
 
 FOLLOWED = 1.7
 """Height of the centre of mass above which the view rises with it, in radii."""
 
 
 class Stage(NamedTuple):
-    """What stays the same in every frame.
+    """The parts of the figure that stay the same in every frame.
 
     Attributes
     ----------
     figure : Figure
     axes : Axes
-        Of the energy.
+        Axes of the energy.
     words : Text
-        What can still be reached.
+        Text about the poses that can still be reached.
     clock : Text
     box : (int, int, int, int)
         Left, top, width and height of the scene, pixels.
@@ -140,7 +140,7 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> S
 
 
 def _pace(slower: float) -> str:
-    """How fast the film is, in words."""
+    """The speed of the film, in words."""
     if slower == 1.0:
         return "in true time"
     return f"slowed {slower:g} times" if slower > 1.0 else f"{1.0 / slower:g} times as fast"

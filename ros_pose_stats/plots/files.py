@@ -1,4 +1,4 @@
-"""Figures as files, and pictures as moving ones: GIF, or MP4 where ffmpeg is at hand."""
+"""Figures as files, and sequences of pictures as films: GIF, or MP4 where ffmpeg is installed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Picture = NDArray[np.uint8]
 
 SALT = "ros_pose_stats"
 RASTER = 150
-"""Dots per inch of what is no vector graphics within one."""
+"""Dots per inch of images within vector graphics."""
 
 
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
@@ -45,8 +45,8 @@ def save_figure(figure: Figure, stem: Path) -> list[Path]:
 def svg_bytes(figure: Figure) -> bytes:
     """A figure as an SVG file that looks alike everywhere: letters are outlines.
 
-    An equal figure gives equal bytes. It has no background of its own, so that the page can
-    show where there is more of it to the side.
+    An equal figure gives equal bytes. It has no background of its own, so that the page's hint at
+    more to the side can be seen.
     """
     file = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "path"}):
@@ -63,18 +63,18 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
 
 
 COLORS = 36
-"""Of a GIF, besides those kept."""
+"""Number of colours of a GIF, besides those kept."""
 
 KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
 """Colours of paper, markers and lines, which an average of pixels would turn grey."""
 
 
 NEAR = 8
-"""Levels within which a colour is as good as one of those kept."""
+"""Levels within which a colour is replaced by one of those kept."""
 
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
-    """Write an animation that goes round and round.
+    """Write an animation that repeats for ever.
 
     Parameters
     ----------
@@ -85,12 +85,12 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
         Pictures a second.
     """
     every = [Image.fromarray(picture) for picture in pictures]
-    # One palette for all, from pictures along the way: else colours would flicker.
+    # One palette for all pictures, since colours would flicker otherwise.
     some = np.concatenate([np.asarray(every[k]) for k in
                            np.linspace(0, len(every) - 1, 5).astype(int)])
     palette = Image.fromarray(some).quantize(COLORS, method=Image.Quantize.MEDIANCUT)
     found = np.array((palette.getpalette() or [])[:3 * COLORS]).reshape(-1, 3)
-    for color in KEPT:  # the nearest colour is looked for roughly: paper would turn grey
+    for color in KEPT:  # Pillow's choice of the nearest colour is rough: paper would turn grey
         found[np.abs(found - color).max(axis=1) <= NEAR] = color
     palette.putpalette([*found.ravel().tolist(), *(level for color in KEPT for level in color)])
     flat = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in every]

@@ -1,4 +1,4 @@
-"""All about a part's poses in one picture: how they lie, how probable they are, how they part."""
+"""One picture of a part's poses: the part in each of them, probabilities, and splitting graph."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .style import INK
 Picture = NDArray[np.uint8]
 
 LEAST = 4.2
-"""Inches that the bars are wide, at least, and high."""
+"""Least width, and height, of the bars, inches."""
 
 TITLE = 0.34
-"""Inches for a title."""
+"""Height of a title, inches."""
 
 
 def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> Picture:
@@ -51,17 +51,17 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     below = [_titled("Probability of each pose", bars)]
     if graph is not None:
         below.append(_titled("Splitting graph: the sets it falls into as energy is lost", graph))
-    return _stacked([_drawn(above), _side_by_side(below)])
+    return _stacked([_pixels(above), _side_by_side(below)])
 
 
 def _titled(words: str, figure: Figure) -> Picture:
     """A figure under a title."""
     title = Figure(figsize=(float(figure.get_figwidth()), TITLE))
     title.text(0.5, 0.5, words, fontsize=10.5, color=INK, ha="center", va="center")
-    return _stacked([_drawn(title), _drawn(figure)])
+    return _stacked([_pixels(title), _pixels(figure)])
 
 
-def _drawn(figure: Figure) -> Picture:
+def _pixels(figure: Figure) -> Picture:
     """Pixels of a figure."""
     figure.set_dpi(RASTER)
     canvas = FigureCanvasAgg(figure)
@@ -71,7 +71,7 @@ def _drawn(figure: Figure) -> Picture:
 
 
 def _stacked(pictures: Sequence[Picture]) -> Picture:
-    """One below the other, the narrower ones in the middle of white."""
+    """Join pictures one below the other, the narrower ones centred on white."""
     wide = max(one.shape[1] for one in pictures)
     return np.concatenate([_widened(one, wide) for one in pictures])
 

@@ -19,19 +19,19 @@ Array = NDArray[np.float64]
 
 COLUMNS = 4
 MOST = 8
-"""Poses drawn, the most probable ones."""
+"""Most poses that are drawn, the most probable ones."""
 
 FINEST = 20_000
-"""Triangles; a larger mesh is drawn as its decimated hull."""
+"""Most triangles; a larger mesh is drawn as its decimated hull."""
 
 PIXELS = 400
-"""Across a picture."""
+"""Pixels across a picture."""
 
 HEAD = 0.62
-"""Inches of text to a picture."""
+"""Height of the text of a picture, inches."""
 
 WIDTH, PLATE = 3.0, 1.05
-"""Of a picture, and half the plate's side; in radii."""
+"""Width of a picture, and half the side of the plate, in radii."""
 
 
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
@@ -88,7 +88,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
     Returns
     -------
     list of (height, width, 3) array of uint8
-        As high as the highest of the poses needs.
+        High enough for the highest of the poses.
     """
     triangles = visible_triangles(part, FINEST) - part.center_of_mass
     laid = [placed(triangles, pose) for pose in poses]
@@ -97,7 +97,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
 
 
 def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
-    """View of a plate that is high enough for all of what lies on it in turn."""
+    """View of the plate that is high enough for the part in each of the poses."""
     sample = View(np.zeros(3), WIDTH * radius, (2, 2), plate=PLATE * radius)
     lean, about = np.radians((sample.elevation, sample.azimuth))
     _, up, _ = view_axes(sample)
@@ -110,7 +110,7 @@ def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
 
 
 def placed(triangles: Array, pose: StablePose) -> Array:
-    """Triangles (t, 3, 3) about the centre of mass as they lie in a pose, plate frame."""
+    """Turn triangles (t, 3, 3) about the centre of mass into a pose, in the plate frame."""
     rotation = rotation_matrices(pose.orientation[None, :])[0]
     return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
 

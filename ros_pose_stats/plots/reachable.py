@@ -16,13 +16,14 @@ from .sphere import across_disc, mark, two_discs
 from .style import INK, in_digits
 
 APART = 0.03
-"""Energies that are drawn differ by at least this fraction."""
+"""Least difference of the energies that are drawn, as a fraction."""
 
 BELOW = 1e-3
 """How far below a split the reachable set is drawn, as a fraction of its level."""
 
 SHADES = ("#74a9cf", "#fee0b6", "#a1d99b", "#cbc9e2", "#fcbba1", "#f0f0f0")
-"""Neighbours differ in lightness too, as far as dark labels and the dark rest allow."""
+"""Shades of components, different in lightness too as far as dark labels allow."""
+
 UNREACHED = "#4d4d4d"
 
 
@@ -96,9 +97,9 @@ def components_at(root: SplittingNode, energy: float,
 
 
 def telling_energies(root: SplittingNode, most: int = 3) -> list[float]:
-    """Energies over weight, metres, just below the splits that part most: from the top down.
+    """Energies over weight, metres, just below the most important splits, from the top down.
 
-    A split parts much where even its less probable component is probable.
+    A split is important where even its less probable component is probable.
     """
     splits = {node.level: min(part.probability for part in node.parts)
               for node in root.walk() if node.level is not None}

@@ -23,22 +23,22 @@ LINE = 0.28
 """Brightness left on an edge."""
 
 CREASE = np.cos(np.radians(25.0))
-"""Two triangles that meet at a larger angle have an edge between them."""
+"""Angle between two triangles above which an edge is drawn between them."""
 
 STEP = 0.02
-"""Jump of depth that counts as an outline, as a fraction of the picture's width."""
+"""Difference of depth that makes an outline, as a fraction of the picture's width."""
 
 FINENESS = 2
-"""Samples a pixel, each way."""
+"""Samples of a pixel in each direction."""
 
 
 class View(NamedTuple):
-    """What a picture shows of the plate's frame.
+    """The part of the plate frame that a picture shows, and the viewer's direction.
 
     Attributes
     ----------
     center : (3,) array
-        In the middle of the picture, metres.
+        Point in the middle of the picture, metres.
     width : float
         Metres across the picture.
     pixels : (int, int)
@@ -143,7 +143,7 @@ def _edges(nearest: Index, depth: Array, facing: Array, parts: int, step: float)
 
 
 AT_ONCE = 3_000_000
-"""Pixels of triangles held in memory."""
+"""Most pixels of triangles in memory at a time."""
 
 
 def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
@@ -215,7 +215,7 @@ def _slopes(corners: Array) -> Array:
 
 
 def _batches(counts: Index) -> list[Index]:
-    """Numbers of what has any fragments, in portions of so many."""
+    """Numbers of the triangles with any pixels, in portions."""
     some = np.flatnonzero(counts)
     portion = np.cumsum(counts[some]) // AT_ONCE
     return np.split(some, np.flatnonzero(np.diff(portion)) + 1) if len(some) else []

@@ -12,16 +12,16 @@ from ..records import PoseStatistics
 from .style import INK, REFERENCE, new_figure, open_axes
 
 MOST = 8
-"""Poses with a bar, the most probable ones."""
+"""Most poses with a bar, the most probable ones."""
 
 BAR = 0.36
-"""Thickness of a bar, in places of poses."""
+"""Thickness of a bar, as a fraction of the distance of two poses."""
 
 ASIDE = 0.08
-"""Room for the numbers beside the longest bar, of the axes' width."""
+"""Room for the numbers beside the longest bar, as a fraction of the axes' width."""
 
 STYLES = (("#0072B2", ""), ("#c9dfee", "////"))
-"""Colour and hatching, so that nothing hangs on the colour."""
+"""Colour and hatching, so that nobody needs to see colours."""
 
 
 def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (5.2, 4.6)

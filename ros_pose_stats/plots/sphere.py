@@ -26,10 +26,10 @@ Function = Literal["r", "R"]
 
 CONTOURS = 12
 COLORS = "cividis"
-"""From dark to light as in the paper, also for the colour-blind and in grey."""
+"""Colour map from dark to light as in the paper, readable for the colour-blind and in grey."""
 
 MOST_BORDERS = 40
-"""Basins whose borders are drawn; the facets of a curve would be all borders."""
+"""Most basins with borders; the many facets of a curve would be nothing but borders."""
 
 
 def sphere_figure(sphere: PoseSphere, function: Function = "R",
@@ -54,7 +54,7 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
     span = max(high - low, 1e-12)
     figure, discs = two_discs(1, 0.0, 1.1)
     for hemisphere, axes in enumerate(discs[0]):
-        # As an image: outlines of the bands would be thousands of corners.
+        # Drawn as an image, since the outlines of the bands would have thousands of corners.
         bands = np.clip(np.floor(CONTOURS * (values[hemisphere] - low) / span), 0, CONTOURS - 1)
         axes.imshow(bands, origin="lower", extent=(-1, 1, -1, 1), vmin=0,
                     vmax=CONTOURS - 1, cmap=COLORS, interpolation="nearest")
@@ -86,7 +86,7 @@ def _draw_borders(axes: Axes, pose: NDArray[np.int64]) -> None:
         return
     across = across_disc(len(pose))
     for index in there[1:]:
-        # Only where the basin is, which saves most of the time.
+        # Only the rows and columns of the basin, which saves most of the time.
         rows, columns = (_around(np.flatnonzero((pose == index).any(axis=axis)))
                          for axis in (1, 0))
         near = pose[rows, columns]
@@ -113,21 +113,21 @@ def _legend(saddles: bool) -> list[Line2D]:
 
 
 DISC = 2.3
-"""Inches from disc to disc."""
+"""Distance of the discs, inches."""
 
 SIDES = ("around the part's -z", "around the part's +z")
 
 MOST_MARKS = 40
-"""Saddles or peaks that are marked; more would cover the map."""
+"""Most saddles or peaks that are marked; more would cover the map."""
 
 MOST_LABELS = 60
-"""Poses that are numbered, the lowest ones."""
+"""Most poses that are numbered, the lowest ones."""
 
 FEW, NAMED = 20, 3
-"""Up to so many poses, a label names three; of more it names the first one."""
+"""A label names up to three poses; where a part has more poses than this, it names the first."""
 
 NEAR, FAR = 0.13, 0.3
-"""Poses nearer than this on the page share a label, in radii of the disc: of few and of many."""
+"""Distance, in radii of the disc, within which poses share a label: of few poses, and of many."""
 
 
 def two_discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[Axes]]]:
@@ -149,7 +149,7 @@ def two_discs(rows: int, above: float, below: float) -> tuple[Figure, list[list[
 
 
 def _name_rim(axes: Axes, hemisphere: int) -> None:
-    """Axes of the part at the rim, and the one in the middle below."""
+    """Write the axes of the part at the rim, and that of the middle below the disc."""
     right = "-x" if hemisphere == 0 else "+x"
     left = "+x" if hemisphere == 0 else "-x"
     for text, x, y in ((right, 1.13, 0.0), (left, -1.13, 0.0), ("+y", 0.0, 1.11)):
@@ -166,7 +166,7 @@ def across_disc(pixels: int) -> Array:
 
 
 def mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) -> None:
-    """Peaks, saddles of the splitting graph, and the poses with their numbers."""
+    """Draw peaks, saddles of the splitting graph, and the poses with their numbers."""
     if root is not None:
         saddles = [node.saddle for node in root.walk() if node.saddle is not None]
         for kind, points in (("^", sphere.peaks), ("x", np.array(saddles).reshape(-1, 3))):

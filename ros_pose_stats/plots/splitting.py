@@ -17,13 +17,13 @@ from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .style import INK, REFERENCE, apart, in_digits, new_figure
 
 NAMES = 4
-"""Poses of a component that are listed."""
+"""Most poses of a component that are listed."""
 
 UNDER = 0.45
-"""A line nearer than this to the middle of its box begins below it, in places of ends."""
+"""Distance from the middle of its box, in places of ends, below which a line begins under it."""
 
 ROOM, TALL = 0.62, 0.93
-"""Inches for what stands below the lowest pose; height of the axes, as a fraction."""
+"""Room below the lowest pose, inches; height of the axes, as a fraction."""
 
 LINE = "#0072B2"
 
@@ -84,7 +84,7 @@ def _thickness(branch: Branch) -> float:
 
 
 def _share(share: float) -> str:
-    """A probability with two digits behind the point; never a 0 or 1 that is not meant."""
+    """A probability with two decimals; 0 and 1 only where they are exact."""
     if 0.0 < share < 0.005:
         return "<.01"
     return ">.99" if 0.995 <= share < 1.0 else f"{share:.2f}".replace("0.", ".", 1)
@@ -131,11 +131,11 @@ def _finish(axes: Axes, levels: Sequence[tuple[float, float]], ends: int, lowest
 
 
 MOST = 16
-"""Ends of the graph; what parts farther down is drawn as one."""
+"""Most ends of the graph; components that would have more are drawn as one end."""
 
 GAP, DROP = 0.14, 0.11
-"""Between two levels on the page, and between a level and a pose below it, as fractions of the
-graph's height."""
+"""Least distance of two levels on the page, and of a level and a pose below it, as fractions of
+the graph's height."""
 
 
 @dataclass
@@ -164,7 +164,7 @@ class Branch:
 
 
 def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
-    """The graph with tied splits as one, opened from the top where it is most probable.
+    """Merge tied splits of the graph, and open it from the top where it is most probable.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What figures share: colours, dashes, and labels that do not lie on each other."""
+"""What figures share: colours, dashes, axes, and labels that do not overlap."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 INK, REFERENCE = "#222222", "#767676"
-"""Of words and outlines, and of what stands behind: grids, notes, lines to compare with."""
+"""Colours of text and outlines, and of the background: grids, notes, lines to compare with."""
 
 BLUE = "#0072B2"
 
@@ -80,10 +80,10 @@ def in_digits(value: float, digits: int) -> str:
 Curves = Sequence[tuple[str, ArrayLike]]
 
 EQUAL = 1e-9
-"""Curves closer than this everywhere are one line with both names."""
+"""Largest difference of two curves that are drawn as one line with both names."""
 
 # For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the dice's
-# vermilion. Neighbours have different dashes too, so that nothing hangs on the colour.
+# vermilion. Neighbours have different dashes too, so that nobody needs to see colours.
 LINES: tuple[tuple[str, object], ...] = (
     ("#0072B2", "-"),
     ("#E69F00", (0, (6, 1.6))),
@@ -101,7 +101,7 @@ LINES: tuple[tuple[str, object], ...] = (
 
 
 def merged(curves: Curves) -> list[tuple[str, Array]]:
-    """Curves with equal ones under a common label, for one would hide the other."""
+    """Join equal curves under a common label, since one would hide the other."""
     merged: list[tuple[str, Array]] = []
     for label, given in curves:
         values = np.asarray(given, dtype=np.float64)

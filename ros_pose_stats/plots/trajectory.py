@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 ENERGY, HEIGHT = "#0072B2", "#D55E00"
 EVENTS = (("impact", "|", "#222222"), ("stop", "s", "#009E73"), ("lift-off", "^", "#CC79A7"))
 SPLIT = ("split", "v", "#222222")
-"""Of the reachable set: the energy passes a level."""
+"""Row of the splits of the reachable set, at which the energy passes a level."""
 
 ROW = 0.3
-"""Inches to a kind of event."""
+"""Height of the row of a kind of event, inches."""
 
 NAMES = 4
 MOST_LEVELS = 8
-"""Levels that are drawn; more would not find room beside the curve."""
+"""Most levels that are drawn; there is no room for more beside the curve."""
 
 SETTLED = 2e-3
-"""Energy above that at rest, in weights times radius, from which on nothing is to be seen."""
+"""Energy over that at rest, in weight times radius, below which no motion can be seen."""
 
 
 def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:

@@ -1,4 +1,4 @@
-"""Everything that a report tells about a part, before it is put into words and pictures."""
+"""The numbers of a report on a part, before they are put into words and pictures."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .words import said_once
 
 MOST_DROPS = 5000
 LONGEST = 0.8
-"""Drops, or seconds of dropping, where the number of drops is not given: a page is for looking
-at soon, and the intervals say what they leave open."""
+"""Most drops, and seconds of dropping, where the number of drops is not given. A page should be
+there soon, and its intervals show how far the drops go."""
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What is known about a part.
+    """The numbers of a report.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Findings:
         Splitting graph for r, the levels of which are those for R too.
     sphere : PoseSphere
     wanted : Feeding or None
-        What a feeder gets that accepts some poses.
+        Numbers of a feeder that accepts some poses.
     """
 
     part: Part
@@ -72,7 +72,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 workers: int | None = None, wanted: Sequence[int] = (),
                 rate: float | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Findings:
-    """Find out what a report tells.
+    """Compute the numbers of a report.
 
     Parameters
     ----------
@@ -83,11 +83,11 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     seed, restitution, drop_height, cluster_tolerance, workers
         As for `simulate`.
     wanted : sequence of int
-        `index` of poses that a feeder accepts; none: no feeder is asked about.
+        `index` of poses that a feeder accepts; none where there is no feeder.
     rate : float, optional
         Parts dropped a minute.
     should_stop : callable, optional
-        Asked now and then; True ends the dropping with what has been done.
+        Asked now and then; after True the simulation ends with the drops done by then.
 
     Raises
     ------

@@ -38,7 +38,7 @@ LIMITS = {
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
 }
 MOST_FEEDERS, MOST_ALIKE = 12, 8
-"""Rows of what a feeder gets, and poses of a group that are named."""
+"""Most rows about the feeder, and most poses of a group that are named."""
 
 ROUNDING = 1e-9
 
@@ -71,7 +71,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         by_method=_by_method(findings, shown),
         feeders=[feeding(found, (pose.index,)) for pose in found.poses[:MOST_FEEDERS]],
         alike=_alike(findings), graph=_graph(findings),
-        spheres={name: _drawn(sphere_figure(findings.sphere, name, findings.graph))
+        spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, shown, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
@@ -93,14 +93,14 @@ def _template() -> Template:
 
 
 def _by_method(findings: Findings, shown: Sequence[StablePose]) -> list[tuple[StablePose, Any]]:
-    """Each pose with what every method tells of it."""
+    """Each pose with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
     known = [(found, {pose.index: pose for pose in found.poses}) for found in every]
     return [(pose, [(found, poses[pose.index]) for found, poses in known]) for pose in shown]
 
 
 def _alike(findings: Findings) -> list[Feeding]:
-    """Poses that are one and the same for a symmetric part, and how often they come up."""
+    """Groups of poses that are the same by symmetry, and the share of the drops in each."""
     groups: dict[int, list[int]] = {}
     for pose in findings.simulated.poses:
         groups.setdefault(pose.group, []).append(pose.index)
@@ -114,16 +114,17 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     if root.level is None:
         return None
     return {"ends": sum(not branch.parts for branch in drawn_tree(root).walk()),
-            "splitting": _drawn(splitting_figure(root, findings.simulated.poses)),
-            "reachable": _drawn(reachable_figure(findings.sphere, root, telling_energies(root)))}
+            "splitting": _svg_text(splitting_figure(root, findings.simulated.poses)),
+            "reachable": _svg_text(
+                reachable_figure(findings.sphere, root, telling_energies(root)))}
 
 
-def _drawn(figure: Figure) -> str:
+def _svg_text(figure: Figure) -> str:
     return _address("svg+xml", svg_bytes(figure))
 
 
 def _address(kind: str, picture: bytes) -> str:
-    """A picture as an address that holds all of it."""
+    """A picture as an address that contains its data."""
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
@@ -139,5 +140,5 @@ def _direction(down: NDArray[np.float64]) -> str:
 
 
 def _coordinate(metres: float, radius: float) -> str:
-    """Millimetres; rounding is no place."""
+    """A coordinate in millimetres; 0 where it is only rounding."""
     return "0" if abs(metres) < ROUNDING * radius else words.in_millimetres(metres)

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 ASSETS = Path(__file__).parent / "assets"
 
 SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
-"""Each uses what stands in those before it."""
+"""Each file uses functions of those before it."""
 
 FINEST = 20_000
 """Triangles; a larger mesh is shown as its convex hull, made coarser."""

@@ -1,4 +1,4 @@
-"""Numbers and warnings in words, for the reader of a page."""
+"""Numbers and warnings in the words of the page."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def in_words(warning: str) -> tuple[str, str, str]:
 
 
 def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:
-    """Warnings of several methods; those that differ in the method's name only are one.
+    """Join warnings of several methods that differ in the method's name only.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]
             told.setdefault(warning, []).append(method)
     alike: dict[str, list[str]] = {}
     for warning, methods in told.items():
-        # A warning of several methods names none of them, whatever words it has.
+        # A warning that several methods share word for word names none of them.
         bare = warning if len(methods) > 1 else warning.replace(f" {methods[0]} ", " {} ")
         alike.setdefault(bare, []).extend(methods)
     return tuple(bare if bare in told else bare.replace("{}", _methods(methods))
@@ -94,7 +94,7 @@ def _methods(methods: Sequence[str]) -> str:
 
 
 def units(text: str) -> str:
-    """Text in which numbers stay together with their units."""
+    """Keep numbers on one line with their units."""
     return UNIT.sub(SPACE, text)
 
 

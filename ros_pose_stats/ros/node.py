@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
@@ -33,8 +32,8 @@ from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
 
-PARTING_SECONDS = 0.1
-"""The middleware has so long to deliver the last answers."""
+PARTING_SECONDS = 0.2
+"""Nobody has been answered for so long when the node stops answering."""
 
 LAST_SECONDS = 0.5
 """Requests that wait for their turn when the node ends are refused in that time."""
@@ -155,7 +154,7 @@ class PoseStatsNode(PatientNode):
         at_rest = self.turns.close(LAST_SECONDS) and at_rest
         at_rest = self.jobs.close("the node ended") and at_rest
         self.action.wait_until_told()
-        time.sleep(PARTING_SECONDS)
+        self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
         self.counts.take_waiting()
         self.results.record_waiting()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-import threading
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from .messages.part_messages import part_message
 from .messages.times import now
 from .parts.announcer import LATCHED
 from .parts.part_requests import PartRequest, check_name, part_line
+from .stop_signals import StopSignals
 
 
 def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
@@ -62,9 +62,7 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         message.restitution = restitution
     if drop_height is not None:
         message.drop_height = drop_height
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    stop = StopSignals()
     rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node("part_publisher")
@@ -75,10 +73,7 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
                                "for instance /pose_stats/part_mesh") from error
         publisher.publish(message)
         print(f"{line} published on {topic}", *warnings, sep="\n", flush=True)
-        left = seconds
-        while (left is None or left > 0.0) and not stop.wait(0.2 if left is None
-                                                             else min(0.2, left)):
-            left = None if left is None else left - 0.2
+        stop.wait(math.inf if seconds is None else seconds)
         node.destroy_node()
     finally:
         rclpy.try_shutdown()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import signal
+import time
 from types import FrameType
 
 GLANCE_SECONDS = 0.5
@@ -12,6 +14,9 @@ GLANCE_SECONDS = 0.5
 
 class StopSignals:
     """Takes the place of what SIGINT and SIGTERM do by default.
+
+    No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
+    ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
 
     Attributes
     ----------
@@ -33,10 +38,12 @@ class StopSignals:
         self.asked = True
         self._wishes.put(None)
 
-    def wait(self) -> None:
-        """Return once the end is asked for."""
-        while not self.asked:
+    def wait(self, seconds: float = math.inf) -> bool:
+        """Return whether the end is asked for, as soon as it is or the seconds are over."""
+        end = time.monotonic() + seconds
+        while not self.asked and (left := end - time.monotonic()) > 0.0:
             try:
-                self._wishes.get(timeout=GLANCE_SECONDS)
+                self._wishes.get(timeout=min(GLANCE_SECONDS, left))
             except queue.Empty:
                 continue
+        return self.asked

@@ -73,8 +73,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     Returns
     -------
     PoseStatistics
-        All poses, most probable first. The same request gives the same counts, whatever the
-        workers and the timing.
+        All poses, most probable first; the same whatever the workers and the timing.
 
     Raises
     ------

@@ -31,7 +31,7 @@ from .parts.test_flood import MEGABYTE, memory
 SEED = 11
 MESSAGES, REQUESTS, RAW, GOALS, AT_ONCE = 300, 60, 60, 12, 40
 MOST_GROWTH = 150 * MEGABYTE
-MOST_THREADS = 8
+MOST_THREADS = 12
 """More than before; each goal that was cancelled has one for a moment."""
 
 BAG_NAMES = re.compile(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -27,6 +29,27 @@ def catches(process, number):
     status = Path(f"/proc/{process.pid}/status").read_text()
     caught = int(status.partition("SigCgt:")[2].split()[0], 16)
     return bool(caught >> (number - 1) & 1)
+
+
+SIGNALS_WHILE_WAITING = """
+import os, signal, threading
+from ros_pose_stats.ros.stop_signals import StopSignals
+stop = StopSignals()
+def interrupt():
+    for _ in range(20_000):
+        os.kill(os.getpid(), signal.SIGINT)
+sender = threading.Thread(target=interrupt)
+sender.start()
+while sender.is_alive():
+    stop.asked = False
+    stop.wait(0.0)
+assert stop.wait()
+"""
+
+
+def test_a_signal_in_the_middle_of_a_wait():
+    """Its handler must not wait for a lock that the interrupted wait holds."""
+    subprocess.run([sys.executable, "-c", SIGNALS_WHILE_WAITING], check=True, timeout=60.0)
 
 
 class TestStartUp:

@@ -143,9 +143,8 @@ def test_a_stop_at_once(part):
 def test_a_stop_is_quick_for_slow_drops_too():
     """A needle's drop takes 0.1 s of a core at 0.99: sixteen of them are no chunk of 50 ms."""
     needle = part_from_mesh(*shapes.box(1.0, 0.001, 0.002))
-    simulate(needle, 1, 0.5, 1)
     found = simulate(needle, 1000, 0.99, 1, workers=2, should_stop=lambda: True)
-    assert found.seconds < 0.8
+    assert found.drops < 16
 
 
 def test_progress_is_told_in_the_callers_thread(part):

@@ -1,1 +1,1 @@
-"""What the command `bag` prints of recorded runs."""
+"""The command `bag`: reports and tables of recorded runs."""

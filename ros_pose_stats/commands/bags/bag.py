@@ -1,4 +1,4 @@
-"""`bag DIR...`: what recorded bags say about parts, jobs, and what cameras counted."""
+"""`bag DIR...`: parts, jobs and counts of cameras in recorded bags."""
 
 from __future__ import annotations
 

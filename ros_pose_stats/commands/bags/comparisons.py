@@ -1,4 +1,4 @@
-"""Comparisons for people: estimates with simulations, predictions with what cameras counted."""
+"""Comparisons as text: estimates with simulations, and predictions with the counts of cameras."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
 
 
 def count_lines(found: CountComparison) -> Iterator[str]:
-    """What cameras counted, and the predictions beside it."""
+    """The counts of cameras, and the predictions beside them."""
     counts = found.counts
     plate = f" on plate {shortened(printable(counts.plate), 40)}" if counts.plate else ""
     total = counts.classified + counts.unclassified
@@ -142,7 +142,7 @@ def _counted(found: CountComparison, history: ResultHistory,
 
 def _shares(names: Sequence[str], numbers: Sequence[NDArray[np.int64]], counts: NDArray[np.int64],
             others: Sequence[tuple[str, NDArray[np.float64]]]) -> list[str]:
-    """What was counted, most first, with its share; probabilities beside it."""
+    """Counts, the largest first, with their shares; probabilities beside them."""
     total = counts.sum()
     low, high = jeffreys_interval(counts, total)
     order = np.argsort(-counts, kind="stable")[:MOST_POSES]

@@ -61,7 +61,7 @@ def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
 
 
 def _cell(value: Any) -> Any:
-    """Nothing where a number is not known; numbers with all their digits."""
+    """Text of a cell: empty where a number is not known, else with all digits."""
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else ""
     return value
@@ -88,7 +88,7 @@ def _about(one: Prediction) -> tuple[Any, ...]:
 
 
 def _histories(found: BagAnalysis) -> Iterator[tuple[ResultHistory, tuple[Any, ...]]]:
-    """Every numbering of every part, and what its rows begin with."""
+    """Yield every numbering of every part, with the first cells of its rows."""
     for part in found.parts:
         for history in part.record.histories:
             yield history, _name(part, history)

@@ -1,4 +1,4 @@
-"""An analysis of bags for people: what was read, then part by part."""
+"""The report on bags: what was read, then part by part."""
 
 from __future__ import annotations
 

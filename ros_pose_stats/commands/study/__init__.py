@@ -1,1 +1,1 @@
-"""The commands about the study: datasets of bodies, and how wrong each method is on them."""
+"""The commands of the study: datasets of bodies, and the errors of each method on them."""

@@ -1,1 +1,1 @@
-"""The study's figures: the paper's, those of its tables, and the chart."""
+"""Figures of the study: those of the paper, of tables and walks, and the chart."""

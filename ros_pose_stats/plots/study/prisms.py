@@ -96,7 +96,7 @@ def _draw_points(axes: Axes, simulated: Sequence[tuple[str, ArrayLike]],
         shift = OFFSET ** (place - 0.5 * (len(shown) - 1))
         found.append(_bars(axes, rows, shift, label, "D", GREYS[place], INK, 0.8))
     if dice is not None and _rows(dice).size:
-        # Hollow, so that what lies beneath can be seen.
+        # Hollow, so that points beneath can be seen.
         found.append(_bars(axes, _rows(dice), 1.0, "measured dice", "s", "none", DICE, 1.5))
     return found
 

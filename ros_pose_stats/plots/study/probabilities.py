@@ -145,10 +145,10 @@ FAINTEST, STRONGEST = 0.12, 0.8
 """Opacity of a dot among many and among few."""
 
 OPAQUE_IN_ALL = 2000.0
-"""Dots of opacity 1 that all dots together are worth, between these bounds."""
+"""Sum of the opacities of all dots, from which the opacity of one follows, within its bounds."""
 
 ROUNDING = 1e-9
-"""A probability may be off its bounds by so much."""
+"""Rounding by which a probability may lie beyond 0 and 1."""
 
 
 def paired(across: ArrayLike, up: ArrayLike, what: str) -> tuple[Array, Array]:

@@ -35,7 +35,7 @@ class WalkCurve(NamedTuple):
     values : (k,) array
         Probabilities, 0 to 1.
     jumps : sequence of (value, size)
-        Where it jumps, and by how much.
+        Place and size of each jump.
     """
 
     label: str
@@ -52,7 +52,7 @@ class WalkPanel(NamedTuple):
     curves : sequence of WalkCurve
         Equal ones are drawn as one.
     behind : sequence of WalkCurve
-        Drawn pale behind them, under one name.
+        Curves drawn pale behind them, under one name.
     behind_name : str
     """
 
@@ -172,7 +172,7 @@ COLUMNS = 4
 
 
 def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
-    """Draw what was expected across and what was found up, a panel a method.
+    """Draw true errors over expected ones, a panel for each method.
 
     Parameters
     ----------

@@ -33,11 +33,9 @@ def run_drops(job: Job, part: Part, listener: JobListener,
 
     Parameters
     ----------
-    job : Job
-        Told how far the run is.
+    job, listener : Job, JobListener
+        Both are told how far the run is.
     part : Part
-    listener : JobListener
-        Told likewise.
     should_give_way : callable
         Whether somebody who comes first is waiting.
 

@@ -15,7 +15,7 @@ from ...records import Part
 from .building_process import BuildRequest, main
 from .part_requests import PartRequest, part_of
 
-LARGE_TRIANGLES = 5000
+LARGE_TRIANGLES = 10_000
 """A mesh with more of them may take longer than others should wait."""
 
 CORNERS = 3

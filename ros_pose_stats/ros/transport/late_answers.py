@@ -292,6 +292,7 @@ class PatientNode(Node):
     def __init__(self, name: str, **options: Any) -> None:
         self.late_answers = LateAnswers(lambda line: self.get_logger().warning(line))
         self.turns = Turns(lambda line: self.get_logger().error(line))
+        self._last_answer = 0.0
         super().__init__(name, **options)
 
     def create_service(self, kind: Any, name: str, callback: Callable[..., Any], *,
@@ -311,6 +312,7 @@ class PatientNode(Node):
         send = service.send_response
 
         def send_now(response: Any, header: Any) -> None:
+            self._last_answer = time.monotonic()
             self.late_answers.send(service.srv_name, number_of(header),
                                    partial(send, response, header))
 
@@ -339,6 +341,13 @@ class PatientNode(Node):
 
         service.send_response = send_response if in_turn is None else take_turns
         return service
+
+
+    def wait_until_quiet(self, pause: float, longest: float) -> None:
+        """Let whoever waits be answered, until nobody was for some seconds."""
+        begin = time.monotonic()
+        while time.monotonic() < min(max(begin, self._last_answer) + pause, begin + longest):
+            time.sleep(0.01)
 
 
 @dataclass(slots=True, eq=False)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from action_msgs.msg import GoalStatus
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 
 from ros_pose_stats.ros.jobs import State, simulate_drops
 from ros_pose_stats.ros.jobs.simulate_drops import SimulateDropsServer
@@ -25,7 +25,7 @@ class FakeGoal:
     """
 
     def __init__(self, number):
-        self.request = object()
+        self.request = SimpleNamespace(part=PartMesh())
         self.goal_id = SimpleNamespace(uuid=bytes([number] * 16))
         self.status = GoalStatus.STATUS_ACCEPTED
         self.before_executing = lambda: None

@@ -13,15 +13,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from ...style import INK, REFERENCE, new_figure, open_axes
 from .labels import Array, write_names
-from .points import (
-    KINDS,
-    ChartPanel,
-    ChartPoint,
-    check_panels,
-    key_label,
-    series_of,
-    stair,
-)
+from .points import KINDS, ChartPanel, ChartPoint, check_panels, key_label, series_of, stair
 
 SUBTITLE = (
     "Time: median over parts, one core. Error: root mean square over poses, pooled over the "

@@ -1,4 +1,4 @@
-"""What is written into a panel of the chart, each text where it covers the least."""
+"""Texts in a panel of the chart, each at the place where it covers the least."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .points import ESTIMATORS, KINDS, ChartPoint, series_of
 Array = NDArray[np.float64]
 
 CLEAR = 1.5
-"""Points kept free around a text."""
+"""Free room around a text, points."""
 
 FAR = 16.0
-"""Points from which on a thin line joins a label with what it names."""
+"""Distance, in points, from which on a thin line joins a label and its point."""
 
 MARK, TEXT, OUTSIDE = 30.0, 300.0, 1000.0
-"""What it costs to cover a mark or a text, or to leave the axes; a point of distance costs 1."""
+"""Costs of covering a mark or a text, or of leaving the axes; a point of distance costs 1."""
 
 
 class Spot(NamedTuple):
@@ -32,9 +32,9 @@ class Spot(NamedTuple):
     Attributes
     ----------
     anchor : (float, float)
-        What it names, data coordinates.
+        Place that the label names, data coordinates.
     offset : (float, float)
-        From there, points.
+        Distance from there, points.
     ha, va : str
         Which side of the text lies there.
     """
@@ -56,7 +56,7 @@ def around(anchor: tuple[float, float], reach: Iterable[float] = (7.0, 14.0, 22.
 
 
 class Labels:
-    """What is taken on the axes, and the texts that were put beside it.
+    """The occupied places of the axes, and the texts that were put between them.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ class Labels:
         self.taken: list[tuple[Array, float]] = []
 
     def keep_clear(self, seconds: ArrayLike, error: ArrayLike, radius: float) -> None:
-        """Take the surroundings of a line, data coordinates and a radius in points."""
+        """Keep texts off a line, data coordinates, by a radius in points."""
         corners = self.axes.transData.transform(np.column_stack((seconds, error)))
         for begin, end in zip(corners, corners[1:] if len(corners) > 1 else corners, strict=False):
             steps = int(np.hypot(*(end - begin)) / (3.0 * self.unit)) + 2
             middle = np.linspace(begin, end, steps)
             reach = radius * self.unit
-            self._take(np.hstack((middle - reach, middle + reach)), MARK)
+            self._occupy(np.hstack((middle - reach, middle + reach)), MARK)
 
     def put(self, text: str, spots: Iterable[Spot], *, joined: bool = True,
             **style: Any) -> Annotation:
@@ -88,7 +88,7 @@ class Labels:
     def put_at(self, text: str, spot: Spot, *, joined: bool = True, **style: Any) -> Annotation:
         """Write a text at one spot; no later one will be put onto it.
 
-        From afar a line joins it with what it names, if wanted.
+        A distant text is joined to its place by a line, if wanted.
         """
         if joined and np.hypot(*spot.offset) >= FAR:
             style["arrowprops"] = {"arrowstyle": "-", "color": REFERENCE, "linewidth": 0.7,
@@ -97,10 +97,10 @@ class Labels:
                                   textcoords="offset points", ha=spot.ha, va=spot.va,
                                   annotation_clip=False, **style)
         box = self._box(self._size(text, style), spot)
-        self._take(np.array([[box.x0, box.y0, box.x1, box.y1]]), TEXT)
+        self._occupy(np.array([[box.x0, box.y0, box.x1, box.y1]]), TEXT)
         return note
 
-    def _take(self, boxes: Array, cost: float) -> None:
+    def _occupy(self, boxes: Array, cost: float) -> None:
         self.taken.append((boxes, cost))
 
     def _size(self, text: str, style: dict[str, Any]) -> tuple[float, float]:
