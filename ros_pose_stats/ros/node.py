@@ -27,7 +27,12 @@ from .requests import Requests
 from .restart.earlier_runs import earlier_runs
 from .restart.handover import Handover, RunsInUse
 from .restart.last_run import last_run
-from .restart.restore import end_unfinished_jobs, parts_to_restore, restore_parts
+from .restart.restore import (
+    end_unfinished_jobs,
+    parts_to_restore,
+    records_to_come,
+    restore_parts,
+)
 from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
@@ -110,6 +115,7 @@ class PoseStatsNode(PatientNode):
             log.warning(f"not all of {bag.name} could be read: {problem}")
         records = end_unfinished_jobs(run, settings, self.jobs, log.warning)
         parts = parts_to_restore(run, self.results) if settings.restore else []
+        self._restored_parts = parts
         self.handover = Handover(self.recorder, earlier, [
             *records, *(record for part in parts for record in part.records())])
         self.recorder.before_record = self.handover.settle
@@ -131,8 +137,8 @@ class PoseStatsNode(PatientNode):
         lost = self.recorder.lost
         self.results.record_again()
         self.reports.record_again()
-        if self.recorder.lost == lost and not self.parts.meshes.coming:
-            self.handover.repeat()
+        if self.recorder.lost == lost:
+            self.handover.repeat(records_to_come(self._restored_parts, self.parts))
 
     def restored(self, timeout: float) -> bool:
         """Wait for the parts of the last run; whether they are all there."""

@@ -82,6 +82,7 @@ class Recorder:
         self.log = RunLog(settings.directory(), bag_types(),
                           max_bag_bytes=settings.max_bag_bytes,
                           max_log_bytes=settings.max_log_bytes, node=node)
+        self.log.own_files.released = 0
         self._say = say
         self.on_gap: Callable[[], object] = lambda: None
         self.before_record: Callable[[], bool] = lambda: True
@@ -115,8 +116,9 @@ class Recorder:
         written = self._attempt(partial(self.log.write, topic, data, durable=durable))
         if written:
             self._note("")
-            if self.log.kept_from > self._noticed:
-                self._noticed = self.log.kept_from
+            kept_from = self.log.own_files.kept_from
+            if kept_from > self._noticed:
+                self._noticed = kept_from
                 self.have_recorded_again()
         return written
 
@@ -128,7 +130,7 @@ class Recorder:
     @property
     def trusted_from(self) -> int:
         """What was recorded at a lower mark is not in the bag, or not for long."""
-        return max(self._distrusted, self.log.kept_from + self._gaps)
+        return max(self._distrusted, self.log.own_files.kept_from + self._gaps)
 
     def has_room_for(self, size: int) -> bool:
         """Whether so many bytes may be recorded again and again, whenever their files go."""
@@ -183,11 +185,15 @@ class Recorder:
                 self._again.submit(self._fill_gap)
 
     def _fill_gap(self) -> None:
+        """Have it recorded again, and only then let the files go that hold it so far."""
         self._asked = False
+        kept_from, lost = self.log.own_files.kept_from, self.lost
         try:
             self.on_gap()
         except Exception as error:  # nobody looks at what is submitted
             self._say(f"internal failure: what counts is not recorded again: {error!r}")
+        if self.sync() and self.lost == lost and not self.closing:
+            self._attempt(partial(self.log.release_files, kept_from))
 
     def mend_bags(self) -> None:
         """Mend what earlier runs left unfinished in the folder, and say so."""
@@ -210,8 +216,8 @@ class Recorder:
             "bytes left": self._left(), "messages not recorded": self.lost,
             "runs deleted for max_log_bytes": len(self._deleted),
             "last run deleted": self._deleted[-1] if self._deleted else "none",
-            "files deleted for max_log_bytes": self.log.files_deleted,
-            "last file deleted": self.log.last_file_deleted or "none",
+            "files deleted for max_log_bytes": self.log.own_files.deleted,
+            "last file deleted": self.log.own_files.last_deleted or "none",
             "counts lost": self.counts_lost,
             "last repair": self._last_repair})
 

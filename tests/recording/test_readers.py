@@ -88,7 +88,7 @@ def bag(request, tmp_path, messages):
         assert len(repair_bags(tmp_path)) == 1
     else:
         log.close()
-    assert log.files_deleted == bounded
+    assert log.own_files.deleted == bounded
     return log.directory, types, recorded
 
 

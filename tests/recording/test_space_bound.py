@@ -90,13 +90,14 @@ class TestOwnFiles:
         data = data_of(log.directory)
         assert data == [numbered(number, 10_000) for number in range(100 - len(data), 100)]
         assert len(data) > 15
-        assert log.files_deleted > 10 and not log.over_bound
-        assert log.last_file_deleted == f"{log.directory.name}_{log.files_deleted - 1}.mcap"
+        own = log.own_files
+        assert own.deleted > 10 and not log.over_bound
+        assert own.last_deleted == f"{log.directory.name}_{own.deleted - 1}.mcap"
 
     def test_leave_a_bag_that_is_described_as_it_is(self, log):
         left = [file.name for file in bag_files(log.directory)]
         assert self.described(log.directory) == left
-        assert left[0].endswith(f"_{log.files_deleted}.mcap")
+        assert left[0].endswith(f"_{log.own_files.deleted}.mcap")
         log.close()
         assert self.described(log.directory) == left
         assert len(undamaged(log.directory)) == len(data_of(log.directory))
@@ -131,12 +132,12 @@ class TestOwnFiles:
         log = new_log(tmp_path, max_log_bytes=300_000)
         kept, mark = numbered(-1, 5_000), -1
         for number in range(200):
-            if mark < log.kept_from:
+            if mark < log.own_files.kept_from:
                 mark = log.mark
                 log.write(ANSWERS, kept, durable=False)
             log.write(ANSWERS, numbered(number, 1_000 + 100 * number), durable=False)
             assert kept in data_of(log.directory)
-        assert log.files_deleted > 20
+        assert log.own_files.deleted > 20
         assert data_of(log.directory).count(kept) <= 3
         log.close()
 
@@ -148,6 +149,59 @@ class TestOwnFiles:
         log.write(ANSWERS, numbered(9, 10_000), durable=True)
         assert not log.over_bound
         assert data_of(log.directory) == [numbered(8, 10_000), numbered(9, 10_000)]
+
+
+class TestRunsInUse:
+    """They are asked for a file ahead, and waited for before own files go."""
+
+    LIMIT = 400_000
+
+    @pytest.fixture
+    def needed(self):
+        """Names of runs that are in use."""
+        return set()
+
+    @pytest.fixture
+    def asked(self):
+        return []
+
+    @pytest.fixture
+    def log(self, tmp_path, old_runs, needed, asked):
+        def in_use(run):
+            asked.append(run)
+            return run in needed
+
+        log = new_log(tmp_path, max_log_bytes=self.LIMIT)
+        log.keep_runs(in_use)
+        yield log
+        log.close()
+
+    def test_are_asked_for_before_they_must_go(self, log, old_runs, asked, tmp_path):
+        write(log, 10)
+        assert old_runs[0] in asked and old_runs[-1] not in asked
+        assert runs(tmp_path) == [*old_runs, log.directory]
+
+    def test_stay_and_others_go(self, log, old_runs, needed, tmp_path, monkeypatch):
+        monkeypatch.setattr(removal, "SOON", 0.0)
+        needed.add(old_runs[0])
+        for _ in range(25):
+            write(log, 10_000)
+        assert old_runs[0].is_dir() and not old_runs[1].is_dir()
+        assert total(tmp_path) <= self.LIMIT + log.own_files.margin
+
+    def test_are_waited_for_but_not_for_ever(self, log, old_runs, needed, tmp_path):
+        needed.update(old_runs)
+        while total(tmp_path) <= self.LIMIT + log.own_files.margin // 2:
+            write(log, 10_000)
+        assert log.over_bound and log.own_files.deleted == 0
+        for _ in range(100):
+            write(log, 10_000)
+            assert total(tmp_path) <= self.LIMIT + log.own_files.margin
+        assert log.own_files.deleted > 0 and all(run.is_dir() for run in old_runs)
+        needed.clear()
+        log.release_files(log.mark)
+        assert not log.over_bound and not old_runs[0].is_dir()
+        assert total(tmp_path) <= self.LIMIT
 
 
 def test_what_is_held_unfinished_or_somebody_elses_stays(tmp_path, old_runs):

@@ -68,6 +68,10 @@ class SpaceBound:
             return None
         return max(0, self._limit - self._others - own_bytes)
 
+    def look_again(self) -> None:
+        """Look at the directory the next time, whenever that is."""
+        self._next_scan = 0.0
+
     def enforce(self, own: Path, own_bytes: int, drop_oldest: Callable[[], int]) -> None:
         """Delete what must go before this run grows to so many bytes.
 
@@ -78,8 +82,9 @@ class SpaceBound:
         own_bytes : int
             Its size to be.
         drop_oldest : callable
-            Deletes the oldest of its closed files, once no other run may go or is about to, and
-            returns how many bytes that were; 0 where there is none.
+            Deletes the oldest of its closed files, once no other run may go, and returns how
+            many bytes that were; 0 where there is none. A run that is about to be free is
+            waited for as long as the bound is exceeded by no more than the margin.
         """
         if not self._limit:
             return
@@ -87,7 +92,8 @@ class SpaceBound:
         if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
             self._delete_runs(own, own_bytes)
             self._next_scan = now + (SOON if self._waits else RESCAN)
-        while not (self._fits(own_bytes) or self._waits):
+        patience = self._margin if self._waits else 0
+        while not self._fits(own_bytes - patience):
             dropped = drop_oldest()
             if not dropped:
                 break

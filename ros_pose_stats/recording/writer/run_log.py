@@ -7,16 +7,13 @@ import time
 from collections.abc import Callable, Mapping
 from itertools import count
 from pathlib import Path
-from typing import Final
 
 from ..repair.removal import SpaceBound
 from ..run_names import new_run_name
 from .bag import Bag
 from .mcap_layout import message_size, opening
 from .message_types import CdrLength, MessageType
-
-_FILES: Final = 8
-"""Files that the bound of a log directory has room for at least, so that the oldest can go."""
+from .own_files import OwnFiles
 
 
 class RecordingError(OSError):
@@ -75,13 +72,8 @@ class RunLog:
     times_lost : int
         How often the bag was found deleted or moved away. What had been written is not written
         again.
-    kept_from : int
-        Messages written while `mark` was less are gone, or go when the bag has grown by two
-        more files. It rises a file before that, so that what still counts can be written again.
-    last_file_deleted : str
-        Name of the file of this bag that went last.
-    files_deleted : int
-        How many have gone.
+    own_files : OwnFiles
+        Which files of this bag go to make room.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
@@ -92,16 +84,11 @@ class RunLog:
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
-        self._max_log_bytes = max_log_bytes
         self._marks = count(1)
-        self.kept_from = 0
-        self.last_file_deleted = ""
-        self.files_deleted = 0
         start = len(opening("", self._types, 0, node)[0])
         self._overhead = 3 * start
-        self._max_bag_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
-                                  ) if max_log_bytes else max_bag_bytes
-        self._space = SpaceBound(log_directory, max_log_bytes, 2 * self._max_bag_bytes)
+        self.own_files = OwnFiles(max_log_bytes, max_bag_bytes, start)
+        self._space = SpaceBound(log_directory, max_log_bytes, self.own_files.margin)
         self._lock = threading.Lock()
         self._bag: Bag | None = None
         self._closed = False
@@ -132,7 +119,7 @@ class RunLog:
                 before = bag.mark
                 file, number = bag.append(topic, message, self._last_time)
                 if bag.mark != before:
-                    self._look_ahead(bag)
+                    self.own_files.look_ahead(bag, self._space)
             if durable:
                 file.sync(number)
         except OSError as error:
@@ -161,6 +148,23 @@ class RunLog:
         """
         self._space.in_use = in_use
 
+    def release_files(self, below: int) -> None:
+        """Have files of this bag with a lower mark deleted, where there is need of room.
+
+        Raises
+        ------
+        RecordingError
+            It cannot be seen what there is.
+        """
+        try:
+            with self._lock:
+                self.own_files.released = below
+                self._space.look_again()
+                if self._bag is not None:
+                    self._make_room(0)
+        except OSError as error:
+            raise RecordingError(self.directory, error) from error
+
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.
 
@@ -186,14 +190,8 @@ class RunLog:
 
     @property
     def room_to_keep(self) -> int | None:
-        """Bytes that can be written again and again to be kept; None without a bound.
-
-        Half of what the bound leaves beside runs of others, the file that is being written and
-        the one that goes next: so at least every second byte is free for what is new.
-        """
-        if not self._max_log_bytes:
-            return None
-        return max(0, self._max_log_bytes - self._space.held - 2 * self._max_bag_bytes) // 2
+        """Bytes that can be written again and again to be kept; None without a bound."""
+        return self.own_files.room_to_keep(self._space)
 
     @property
     def bytes_written(self) -> int:
@@ -227,35 +225,20 @@ class RunLog:
             self._bag = None
             self.times_lost += 1
             self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-        # Beside the record there may be the end of one file, a whole empty one, and for a moment
-        # both the old and the new metadata.yaml.
-        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
-        self._space.enforce(self.directory, size + record + self._overhead, self._drop_oldest)
+        self._make_room(record)
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node,
-                            self._marks)
+            self._bag = Bag(self.directory, self._types, self.own_files.max_bytes,
+                            self._node, self._marks)
         return self._bag
 
-    def _drop_oldest(self) -> int:
-        """Delete the oldest closed file of this bag; return its bytes."""
-        dropped = self._bag.drop_oldest() if self._bag else None
-        if dropped is None:
-            return 0
-        self.kept_from = max(self.kept_from, dropped.mark + 1)
-        self.last_file_deleted = dropped.name
-        self.files_deleted += 1
-        return dropped.size
+    def _make_room(self, record: int) -> None:
+        """Delete what must go before a record of so many bytes is written.
 
-    def _look_ahead(self, bag: Bag) -> None:
-        """Give notice of the files that must go before the next but one is full."""
-        if not self._max_log_bytes:
-            return
-        excess = (self._space.held + bag.closed_size + 2 * self._max_bag_bytes
-                  - self._max_log_bytes)
-        for file in bag.closed:
-            if excess <= 0:
-                break
-            excess -= file.size
-            self.kept_from = max(self.kept_from, file.mark + 1)
+        Beside the record there may be the end of one file, a whole empty one, and for a moment
+        both the old and the new metadata.yaml.
+        """
+        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
+        self._space.enforce(self.directory, size + record + self._overhead,
+                            lambda: self.own_files.drop_oldest(self._bag))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -57,15 +57,21 @@ class Handover:
                 self._records = ()
             return self.done
 
-    def repeat(self) -> None:
+    def repeat(self, coming: Iterable[tuple[str, bytes]]) -> None:
         """Say again which runs were taken in, where the bag may not have it any more.
 
         All that is known must be in the bag by then.
+
+        Parameters
+        ----------
+        coming : iterable of (str, bytes)
+            Topic and message of what is not known yet.
         """
         if (self.done and self._found.taken.up_to
                 and self._mark < self._recorder.trusted_from):
             mark = self._recorder.mark
-            if self._say(self._found.taken):
+            if all(self._recorder.record(*record) for record in coming) and self._say(
+                    self._found.taken):
                 self._mark = mark
 
     def needs(self, bag: Path) -> bool:

@@ -20,7 +20,7 @@ from ..messages.part_messages import request_of_part_bytes
 from ..messages.times import now, time_message
 from ..parts.mesh_queue import MeshQueue
 from ..parts.part_requests import named, plain
-from ..parts.part_store import KnownPart
+from ..parts.part_store import KnownPart, PartStore
 from ..parts.result_store import ResultStore
 from ..recorder import JOB_EVENTS, POSE_STATISTICS
 from ..settings import Settings
@@ -118,6 +118,15 @@ def restore_parts(coming: Sequence[RestoredPart], log_directory: Path, results: 
             partial(_restore_part, part, log_directory, results), large=True))  # it may be
         refusals.watch_mesh(partial(_source, part.part_id), futures[-1])
     return futures
+
+
+def records_to_come(parts: Sequence[RestoredPart],
+                    store: PartStore) -> Iterator[tuple[str, bytes]]:
+    """What the bag has to say again of parts of the last run that are still on their way."""
+    for part in parts:
+        if (part.part_id, part.mesh.digest) in store.meshes.coming and (
+                store.current(part.part_id) is None):
+            yield from part.records()
 
 
 def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore) -> KnownPart:

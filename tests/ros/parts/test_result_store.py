@@ -164,3 +164,24 @@ def test_what_was_recorded_below_a_mark_is_recorded_again(recorder, results):
     for _ in range(2):
         results.record_again()
         assert recorder.topics == 2 * ["/pose_stats/part_mesh", "/pose_stats/pose_statistics"]
+
+
+def test_what_is_too_large_to_be_kept_is_still_moved_out_of_an_earlier_run(
+        recorder, results, monkeypatch):
+    """Of the parts of a full log only those go on record again that are in a run that goes."""
+    vertices, triangles = WEDGE
+    own, moved = (results.take_part(request_of_message(flat((size * vertices, triangles), name)))
+                  for size, name in ((1.0, "own"), (1.1, "moved")))
+    meshes = results.parts.meshes
+    meshes.count_as_recorded((moved.part.part_id, moved.part.digest), moved.scene_override, "old")
+    meshes.coming.clear()
+    monkeypatch.setattr(recorder, "has_room_for", lambda size: False)
+    recorder.topics.clear()
+    recorder.mark = recorder.trusted_from = 1
+    results.record_again()
+    assert recorder.topics == [] and not meshes.holds(moved) and not meshes.holds(own)
+    assert meshes.distrust("old") and meshes.must_move(moved) and not meshes.must_move(own)
+    for _ in range(2):
+        results.record_again()
+        assert recorder.topics == ["/pose_stats/part_mesh", "/pose_stats/pose_statistics"]
+    assert not meshes.must_move(moved) and not meshes.distrust("old")
