@@ -103,9 +103,9 @@ class JobReports:
     def ended(self, job: Job, state: State) -> None:
         """Put the end and its result on record, and latch the result."""
         message = self._recorded_answer(job)
-        with self._recording:
+        with self._recording:  # until the end is on record, the acceptance has to be
             self._unfinished.pop(job.job_id, None)
-        recorded = self._record(job_event(job, int(state), job.message), durable=True)
+            recorded = self._record(job_event(job, int(state), job.message), durable=True)
         if message is not None:
             if not recorded:
                 message = self._results.announcer.warn_unrecorded(message)
@@ -124,10 +124,9 @@ class JobReports:
 
     def record_again(self) -> None:
         """Put on record again how far unfinished jobs are, where the bag may not have it."""
-        for job_id in list(self._unfinished):
-            with self._recording:
-                event, mark = self._unfinished.get(job_id, (None, 0))
-                if event is not None and mark < self._recorder.trusted_from:
+        with self._recording:
+            for event, mark in list(self._unfinished.values()):
+                if mark < self._recorder.trusted_from:
                     self._record_unfinished(event, durable=False)
 
     def _record_unfinished(self, event: JobEvent, *, durable: bool) -> bool:

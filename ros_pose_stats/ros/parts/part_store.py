@@ -202,11 +202,12 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, most: int, most_bytes: int) -> None:
+    def put(self, known: KnownPart, most: int, most_bytes: int, *,
+            newest: bool = True) -> KnownPart:
         """Record and remember a part, with no result of the same name between the two.
 
-        It takes the place of one of the same id, and of the oldest beyond `most` parts and
-        `most_bytes` of them all.
+        It takes the place of one of the same id, if it is the newest, and of the oldest beyond
+        `most` parts and `most_bytes` of them all. Returns the part that is known then.
 
         Raises
         ------
@@ -222,10 +223,14 @@ class PartStore:
         with known.revisions.lock:
             self.meshes.record(known)
             with self._lock:
+                other = self._parts.get(known.part.part_id)
+                if other is not None and not newest:
+                    return other
                 self._parts.pop(known.part.part_id, None)
                 self._parts[known.part.part_id] = known
             self.meshes.record(known)  # what held it may have gone while nobody knew the part
         self.shrink(most, most_bytes)
+        return known
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""

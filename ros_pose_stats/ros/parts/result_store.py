@@ -102,7 +102,7 @@ class ResultStore:
             REMEMBERED_POSES, lambda message: len(message.poses))
 
     def take_part(self, request: PartRequest, last: PoseStatistics | None = None, *,
-                  recorded: bool = False) -> KnownPart:
+                  recorded: bool = False, newest: bool = True) -> KnownPart:
         """Make a received mesh a known part, estimated and latched.
 
         A copy of what is known is ignored; one that was refused is refused again at once.
@@ -114,6 +114,8 @@ class ResultStore:
             What was latched for it in the last run.
         recorded : bool
             Whether that stands for this run too, if it holds.
+        newest : bool
+            Whether it takes the place of a known part of its name.
 
         Raises
         ------
@@ -129,7 +131,10 @@ class ResultStore:
             known.on_record = restored
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self.parts.put(known, settings.max_parts, settings.max_part_bytes)
+            there = self.parts.put(known, settings.max_parts, settings.max_part_bytes,
+                                   newest=newest)
+            if there is not known:
+                return there
             self.show_best(known, restored)
             self.announcer.announce_part(known)
         elif restored is not None:

@@ -130,10 +130,13 @@ def records_to_come(parts: Sequence[RestoredPart],
 
 
 def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore) -> KnownPart:
-    """Make a part known; one that cannot be is not tried again by later runs."""
+    """Make a part known, unless a newer mesh of its name has come meanwhile.
+
+    One that cannot be made known is not tried again by later runs.
+    """
     try:
         request = request_of_part_bytes(read_at(log_directory, part.mesh.place))
-        return results.take_part(request, part.last, recorded=part.holds)
+        return results.take_part(request, part.last, recorded=part.holds, newest=False)
     except PoseStatsError:
         if results.parts.current(part.part_id) is None:
             results.parts.record_forgotten(part.part_id, part.mesh.digest)

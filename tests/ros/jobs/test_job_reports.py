@@ -7,6 +7,8 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
+from rclpy.serialization import deserialize_message
+from ros_pose_stats_msgs.msg import JobEvent
 
 from ros_pose_stats import simulate
 from ros_pose_stats.errors import MeshError
@@ -92,3 +94,29 @@ def test_a_job_with_nothing_to_show_says_itself_what_is_not_on_record(accepted, 
     looked_at.ended(job, State.CANCELLED)
     assert job.message.startswith("cancelled by a client")
     assert ("NOT_RECORDED: " in job.message) == (not (accepted and ended))
+
+
+def test_an_unfinished_job_is_recorded_again_until_its_end_is():
+    """Else the file that holds its acceptance might go while its end is on its way."""
+    found, job = reports(), job_of(Future())
+    recorder, events = found._recorder, []
+    recorder.mark = recorder.trusted_from = 0
+
+    def record(topic, data, durable):
+        event = deserialize_message(data, JobEvent).event
+        if event == JobEvent.CANCELLED:
+            recorder.mark = recorder.trusted_from = 1
+            again = threading.Thread(target=found.record_again)
+            again.start()
+            again.join(0.3)
+            assert again.is_alive(), "it goes on without the job"
+            waiting.append(again)
+        events.append(event)
+        return True
+
+    waiting = []
+    recorder.record = record
+    found.queued(job)
+    found.ended(job, State.CANCELLED)
+    waiting[0].join()
+    assert events == [JobEvent.QUEUED, JobEvent.CANCELLED]

@@ -1,4 +1,4 @@
-"""Room for a running bag beside an earlier run that holds what this one still needs."""
+"""Parts of an earlier run on their way back: room is made, and newer meshes come first."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import pytest
 
 from ros_pose_stats.recording.run_names import runs
 from ros_pose_stats.ros.diagnostics import Refusals
+from ros_pose_stats.ros.messages.part_messages import request_of_message
 from ros_pose_stats.ros.parts.mesh_queue import MeshQueue
 from ros_pose_stats.ros.recorder import JOB_EVENTS, Recorder
 from ros_pose_stats.ros.restart.earlier_runs import earlier_runs
@@ -16,6 +17,7 @@ from ros_pose_stats.ros.settings import Settings
 
 from ..harness.bags import size_of
 from ..harness.client import until
+from ..harness.parts import WEDGE, flat
 from ..harness.quiet import fake_node, quiet_results
 from .test_kept_before_it_goes import event
 from .test_last_run import Writing
@@ -94,3 +96,14 @@ def test_a_run_goes_once_its_parts_have_come(started, tmp_path):
     until(lambda: size_of(tmp_path) <= BOUND, "the bound")
     started.recorder.close()
     assert left_to_the_next(tmp_path) == [kept] == ["kept"]
+
+
+def test_a_newer_mesh_that_came_first_stays(started):
+    vertices, triangles = WEDGE
+    newer = started.results.take_part(request_of_message(flat((1.3 * vertices, triangles),
+                                                              "kept")))
+    started.queue.start()
+    (coming,) = started.coming
+    assert coming.result(timeout=60.0) is newer
+    assert started.results.parts.current("kept") is newer
+    assert not started.results.parts.meshes.coming
