@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -10,14 +9,11 @@ from typing import NamedTuple
 
 from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
-from std_msgs.msg import Header
 
 from ... import records
 from ...errors import PoseStatsError
 from ...estimators import estimate
 from ...records import DropScene
-from ...simulation.drops import release_height
-from ...version import VERSION
 from ..messages.statistics_messages import Answer, copied, statistics_message
 from ..messages.times import now
 from ..settings import Settings
@@ -25,6 +21,7 @@ from .announcer import Announcer, Recorded
 from .memory import Memory
 from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import KnownPart, PartStore
+from .result_rules import known_error, labelled, replaces, still_true
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -48,30 +45,6 @@ class Key(NamedTuple):
     scene: DropScene
     plate: str
     plate_frame: str
-
-
-def known_error(message: PoseStatistics) -> float:
-    """Expected error of a result; where none has been measured, what a real plate leaves.
-
-    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
-    drops does not push it aside.
-    """
-    error: float = message.expected_error
-    return float(message.plate_error) if math.isnan(error) else error
-
-
-def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
-    """Whether a result takes the place of the latched one for the same scene.
-
-    A larger expected error never replaces a smaller one for the same digest, but that a
-    simulation ends what it has shown of itself: its last drops may raise the error a little.
-    Of two estimates the newer one counts, which is by the method that is wanted now.
-    """
-    if not new.drops and not old.drops and new.method != old.method:
-        return True
-    if new.final and new.job_id and new.job_id == old.job_id:
-        return True
-    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
 
 
 def live_size(known: KnownPart) -> int:
@@ -143,12 +116,12 @@ class ResultStore:
 
     def relabel(self, last: PoseStatistics) -> PoseStatistics:
         """A result of the last run with the present names of plate and frame."""
-        return _labelled(last, self._settings())
+        return labelled(last, self._settings())
 
     def holds(self, last: PoseStatistics, override: tuple[float, float]) -> bool:
         """Whether a result of the last run is one of the present scene of its part."""
         with suppress(PoseStatsError):  # of an override that holds no more
-            return _still_true(last, self._settings().scene(override))
+            return still_true(last, self._settings().scene(override))
         return False
 
     def _restore_result(self, known: KnownPart, last: PoseStatistics | None,
@@ -158,7 +131,7 @@ class ResultStore:
             return None
         with known.revisions.lock:
             known.revisions.newest = max(known.revisions.newest, last.revision)
-        if last.part_digest != known.part.digest or not _still_true(last, scene):
+        if last.part_digest != known.part.digest or not still_true(last, scene):
             return None
         if not last.drops:
             self._results.put(self._key(last.method, known, scene), last)
@@ -217,7 +190,7 @@ class ResultStore:
             yield best
         with known.revisions.lock:  # until it is offered, so that nothing comes in between
             if known.latched is not None and known.scene == scene:
-                yield _labelled(known.latched, self._settings())
+                yield labelled(known.latched, self._settings())
         yield self.estimate(known, "", scene)
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
@@ -320,23 +293,3 @@ class ResultStore:
         settings = self._settings()
         return Key(role, known.part.part_id, known.part.digest, scene, settings.plate,
                    settings.plate_frame)
-
-
-def _still_true(last: PoseStatistics, scene: DropScene) -> bool:
-    """Whether a result of the last run holds for its part in the present scene."""
-    if (last.version, last.restitution, last.cluster_tolerance) != (
-            VERSION, scene.restitution, scene.cluster_tolerance):
-        return False
-    released = release_height(scene, last.radius)
-    return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
-
-
-def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
-    """The same with the present names of plate and frame; itself if it has them."""
-    if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
-        return message
-    named = copied(message)
-    named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
-    named.plate = settings.plate
-    named.revision += 1
-    return named

@@ -10,7 +10,7 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ros_pose_stats.ros.messages.part_messages import request_of_message
 from ros_pose_stats.ros.parts import result_store
-from ros_pose_stats.ros.parts.result_store import replaces
+from ros_pose_stats.ros.parts.result_rules import replaces
 from ros_pose_stats.ros.settings import Settings
 
 from ..harness.parts import WEDGE, flat, whole
