@@ -106,6 +106,7 @@ def reach_into_each_other(
     budget = min(max(_PAIRS_EACH * len(triangles), _FEWEST_PAIRS), _MOST_PAIRS)
     rims = _MOST_RIMS
     while waiting and budget > 0:
+        check_patience()
         edges, faces = waiting.pop()
         faces = faces.pick(_near_others(faces, edges))
         edges = edges.pick(_near_others(edges, faces))

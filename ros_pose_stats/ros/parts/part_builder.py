@@ -25,7 +25,7 @@ CORNERS = 3
 """Vertices a triangle where each has its own."""
 
 HERE_SECONDS = 0.05
-"""For looking in the node whether the bodies of a mesh reach into each other."""
+"""For looking in the node how the bodies of a mesh lie to each other."""
 
 TRY_SECONDS = 2.0
 """For one mesh before those behind it; if that does not do, it waits for those like it."""
