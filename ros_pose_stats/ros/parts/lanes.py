@@ -5,10 +5,13 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
+
+from ...mesh.patience import TakesLongError
 
 LAST_SECONDS = 0.5
 """What is in hand may be finished for so long when the queue is closed."""
@@ -62,6 +65,26 @@ class Task:
     rank: Rank
     future: Future[Any] = field(default_factory=Future)
     lane: Pace = Pace.QUICK
+
+    def do(self, pace: Pace) -> bool:
+        """Do it; what comes of it belongs to whoever asked, if they still wait.
+
+        Returns
+        -------
+        bool
+            False where it needs more time than its lane has.
+        """
+        try:
+            found = self.work()
+        except BaseException as error:
+            if isinstance(error, TakesLongError) and pace is not Pace.SLOW:
+                return False
+            with suppress(InvalidStateError):
+                self.future.set_exception(error)
+        else:
+            with suppress(InvalidStateError):  # the queue was closed just now
+                self.future.set_result(found)
+        return True
 
 
 class Lane:

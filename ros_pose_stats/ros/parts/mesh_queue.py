@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, InvalidStateError
-from contextlib import suppress
+from concurrent.futures import Future
 from typing import TypeVar
 
 from ...errors import RequestError
-from ...mesh.patience import TakesLongError
 from .lanes import Lane, Pace, Rank, Task
 
 T = TypeVar("T")
@@ -193,7 +191,7 @@ class MeshQueue:
         task = self._next(lane)
         if task is None:
             return False
-        done = _is_done(task, lane.pace)
+        done = task.do(lane.pace)
         with self._changed:
             lane.in_hand = None
             dropped = self._closed and not done
@@ -250,27 +248,3 @@ class MeshQueue:
         ended = [lane.ended(thread)  # each is asked, so that nobody waits for what it has in hand
                  for lane, thread in zip(self._lanes, self._threads, strict=True)]
         return all(ended)
-
-
-def _is_done(task: Task, pace: Pace) -> bool:
-    """Do a task; what comes of it belongs to whoever asked, if they still wait.
-
-    Returns
-    -------
-    bool
-        False where it needs more time than its lane has.
-    """
-    try:
-        found = task.work()
-    except TakesLongError as error:
-        if pace is not Pace.SLOW:
-            return False
-        with suppress(InvalidStateError):
-            task.future.set_exception(error)
-    except BaseException as error:
-        with suppress(InvalidStateError):
-            task.future.set_exception(error)
-    else:
-        with suppress(InvalidStateError):  # the queue was closed just now
-            task.future.set_result(found)
-    return True
