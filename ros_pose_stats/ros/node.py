@@ -8,6 +8,7 @@ from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
+from ..records import Part
 from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
@@ -64,9 +65,9 @@ class PoseStatsNode(PatientNode):
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.builder = PartBuilder()
         self.parts.build = lambda request: self.builder.build(
-            request, self._settings().cluster_tolerance)
+            request, self._settings().cluster_tolerance, self.mesh_queue.pace())
         self.results = ResultStore(self._settings, self.parts, self.announcer)
-        self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
+        self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, log.info)
         self.recorder.on_gap = self._record_again
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
@@ -83,8 +84,9 @@ class PoseStatsNode(PatientNode):
 
     def _open(self) -> None:
         """Topics, services, action and diagnostics."""
-        self.requests = requests = Requests(self._settings, self.results, self.mesh_queue,
-                                            self.jobs, self.refusals)
+        self.requests = requests = Requests(
+            self._settings, self.results, self.mesh_queue, self.jobs, self.refusals,
+            self._find_poses)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
@@ -102,9 +104,16 @@ class PoseStatsNode(PatientNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
-            again = self.mesh_queue.put_later(partial(self.results.show_best, known),
+            again = self.mesh_queue.put_later(partial(self._show_again, known),
                                               is_large(known.part))
             self.refusals.watch_mesh(lambda: "parameters", again)
+
+    def _show_again(self, known: KnownPart) -> None:
+        self._find_poses(known.part, self._settings().cluster_tolerance)
+        self.results.show_best(known)
+
+    def _find_poses(self, part: Part, cluster_tolerance: float) -> None:
+        self.builder.find_poses(part, cluster_tolerance, self.mesh_queue.pace())
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
         """Go on with what earlier runs left, and mend their bags once that is on record."""

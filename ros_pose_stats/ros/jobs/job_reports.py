@@ -77,8 +77,15 @@ class JobReports:
         self.on_end: Callable[[Job], object] = lambda job: None
 
     def queued(self, job: Job) -> bool:
-        """Put the acceptance on record before it is told."""
-        return self._record_unfinished(job_event(job, JobEvent.QUEUED), durable=True)
+        """Put the acceptance on record before it is told.
+
+        Nobody is told of what the node starts by itself, so that does not wait for the disk.
+        """
+        return self._record_unfinished(job_event(job, JobEvent.QUEUED), durable=job.asked)
+
+    def joined(self, job: Job) -> bool:
+        """Have what is on record of a job on disk, since a client is told of it now."""
+        return self._recorder.sync()
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
@@ -105,7 +112,8 @@ class JobReports:
         message = self._recorded_answer(job)
         with self._recording:  # until the end is on record, the acceptance has to be
             self._unfinished.pop(job.job_id, None)
-            recorded = self._record(job_event(job, int(state), job.message), durable=True)
+            recorded = self._record(job_event(job, int(state), job.message),
+                                    durable=job.asked or state is State.DONE)
         if message is not None:
             if not recorded:
                 message = self._results.announcer.warn_unrecorded(message)

@@ -31,9 +31,9 @@ FIRST_TO_GO = "1000"
 
 
 class BuildRequest(NamedTuple):
-    """A mesh, and how its poses are merged."""
+    """A mesh, or a part that is built already, and how its poses are merged."""
 
-    request: PartRequest
+    request: PartRequest | Part
     cluster_tolerance: float
 
 
@@ -53,7 +53,7 @@ def build(asked: BuildRequest) -> Built | PoseStatsError | str:
         The refusal of a bad mesh, or what failed inside the program.
     """
     try:
-        part = part_of(asked.request)
+        part = asked.request if isinstance(asked.request, Part) else part_of(asked.request)
         estimate(part, AUTO, cluster_tolerance=asked.cluster_tolerance)
         return Built(part, part.all_prepared())
     except PoseStatsError as refusal:

@@ -16,7 +16,7 @@ from ros_pose_stats.ros.jobs import Job, State
 from ros_pose_stats.ros.jobs.job_reports import JobReports, job_event
 
 from ..harness.parts import WEDGE, library_part
-from .fake_jobs import asked, settings
+from .fake_jobs import Listener, asked, queue_of, settings, submit
 
 
 def reports():
@@ -120,3 +120,41 @@ def test_an_unfinished_job_is_recorded_again_until_its_end_is():
     found.ended(job, State.CANCELLED)
     waiting[0].join()
     assert events == [JobEvent.QUEUED, JobEvent.CANCELLED]
+
+
+class Disk:
+    """A recorder that notes which events wait for the disk."""
+
+    def __init__(self):
+        self.durable, self.synced, self.mark = [], 0, 0
+
+    def record(self, topic, data, *, durable):
+        self.durable.append(durable)
+        return True
+
+    def sync(self):
+        self.synced += 1
+        return True
+
+
+@pytest.mark.parametrize(("refinement", "waits"), [(False, True), (True, False)])
+def test_what_nobody_was_told_of_does_not_wait_for_the_disk(refinement, waits):
+    looked_at = reports()
+    looked_at._recorder = disk = Disk()
+    job = job_of(Future(), refinement=refinement)
+    job.asked = not refinement
+    looked_at.queued(job)
+    looked_at.ended(job, State.CANCELLED)
+    assert disk.durable == [waits, waits]
+
+
+def test_a_refinement_that_a_client_joins_is_on_disk_before_they_are_told(monkeypatch):
+    with queue_of(monkeypatch, listener := Listener(), started=False) as (jobs, _):
+        first = submit(jobs, refinement=True, hybrid=True)
+        assert submit(jobs, refinement=True, hybrid=True) is first
+        assert listener.of(first) == ["queued"] and not first.asked
+        assert submit(jobs, hybrid=True) is submit(jobs, hybrid=True) is first
+        assert listener.of(first) == ["queued", "joined"] and first.asked
+    looked_at = reports()
+    looked_at._recorder = disk = Disk()
+    assert looked_at.joined(first) and disk.synced == 1

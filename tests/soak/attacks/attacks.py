@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.ros.harness.cell import QuickClient
+from tests.ros.harness.slow import slivers
 from tests.ros.restart.test_kill_node import Killings
 
 from . import ending, fairness, memory, restarts
-from .bodies import fine_box, slivers, smooth_body
+from .bodies import fine_box, smooth_body
 from .cell import MEGABYTE, percentile
 
 SIZE = 2_000_000
