@@ -206,8 +206,9 @@ class Recorder:
         self._deleted += [run.name for run in self.log.deleted_runs]
         text = f"NOT_RECORDED: {self.problem}" if self.problem else "recording"
         if not self.problem and self.log.over_bound:
-            text = ("log_directory is larger than max_log_bytes, and nothing that is left in it "
-                    "may be deleted")
+            text = "log_directory is larger than max_log_bytes, " + (
+                "until what counts in its oldest files has been recorded again" if self.log.waits
+                else "and nothing that is left in it may be deleted")
         elif not self.problem and self._crowded:
             text = (f"the known parts ({self._crowded} bytes) are too large for max_log_bytes: "
                     "they are not recorded again when the files that hold them go")

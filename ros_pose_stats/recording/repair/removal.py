@@ -45,6 +45,8 @@ class SpaceBound:
         somebody else in them.
     held : int
         Bytes of the runs that other nodes had in hand at the last look.
+    waits : bool
+        Whether a run must go that was still in use at the last look.
     in_use : callable
         Whether a run holds what this one does not have yet; it is asked before the run must go,
         and then sees to it that this does not last.
@@ -54,10 +56,10 @@ class SpaceBound:
         self.deleted: list[Path] = []
         self.exceeded = False
         self.held = 0
+        self.waits = False
         self._log_directory = log_directory
         self._limit = limit
         self._margin = margin
-        self._waits = False
         self.in_use: Callable[[Path], bool] = lambda run: False
         self._others = 0
         self._next_scan = 0.0
@@ -91,8 +93,8 @@ class SpaceBound:
         now = time.monotonic()
         if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
             self._delete_runs(own, own_bytes)
-            self._next_scan = now + (SOON if self._waits else RESCAN)
-        patience = self._margin if self._waits else 0
+            self._next_scan = now + (SOON if self.waits else RESCAN)
+        patience = self._margin if self.waits else 0
         while not self._fits(own_bytes - patience):
             dropped = drop_oldest()
             if not dropped:
@@ -110,13 +112,13 @@ class SpaceBound:
         """
         sizes = {run: _size(run) for run in runs(self._log_directory) if run != own}
         self._others = sum(sizes.values())
-        self._waits = False
+        self.waits = False
         excess = self._others + own_bytes - self._limit
         for run, size in sizes.items():
             if excess + self._margin <= 0:
                 break
             if self.in_use(run):
-                self._waits = self._waits or excess > 0
+                self.waits = self.waits or excess > 0
                 excess -= size
             elif excess <= 0:
                 excess -= size

@@ -42,6 +42,8 @@ class OwnFiles:
         How many have gone.
     last_deleted : str
         Name of the one that went last.
+    waits : bool
+        Whether the oldest was to go and was not released yet.
     """
 
     def __init__(self, limit: int, max_bytes: int, start: int) -> None:
@@ -51,6 +53,7 @@ class OwnFiles:
         self.released = math.inf
         self.deleted = 0
         self.last_deleted = ""
+        self.waits = False
         self._limit = limit
 
     def room_to_keep(self, space: SpaceBound) -> int | None:
@@ -76,11 +79,13 @@ class OwnFiles:
 
     def drop_oldest(self, bag: Bag | None) -> int:
         """Delete the oldest closed file if it is released, else ask for that; its bytes."""
+        self.waits = False
         if bag is None or not bag.closed:
             return 0
         oldest = bag.closed[0]
         self.kept_from = max(self.kept_from, oldest.mark + 1)
-        if oldest.mark >= self.released or bag.drop_oldest() is None:
+        self.waits = oldest.mark >= self.released
+        if self.waits or bag.drop_oldest() is None:
             return 0
         self.last_deleted = oldest.name
         self.deleted += 1

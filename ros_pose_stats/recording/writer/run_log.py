@@ -206,8 +206,13 @@ class RunLog:
 
     @property
     def over_bound(self) -> bool:
-        """Whether the log directory is beyond its bound and nothing in it may be deleted."""
+        """Whether the log directory is beyond its bound and nothing in it may be deleted now."""
         return self._space.exceeded
+
+    @property
+    def waits(self) -> bool:
+        """Whether something is to be deleted once what counts in it has been recorded again."""
+        return self._space.waits or self.own_files.waits
 
     @property
     def deleted_runs(self) -> list[Path]:

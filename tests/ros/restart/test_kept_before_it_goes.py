@@ -65,6 +65,9 @@ def test_a_quick_flood_does_not_overtake_it(slow, tmp_path):
     slow.flood(150)
     assert slow.is_there()
     assert size_of(tmp_path) > BOUND
+    assert slow.recorder.health().text == (
+        "log_directory is larger than max_log_bytes, until what counts in its oldest files has "
+        "been recorded again")
     slow.may.set()
     until(lambda: size_of(tmp_path) <= BOUND, "the bound")
     assert slow.is_there()
