@@ -10,6 +10,7 @@ from ..harness.parts import WEDGE, flat, library_part, new_id
 from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, slivers
 
 SLOW = ellipsoid(120_000)
+SLOWISH = ellipsoid(60_000)
 MEDIUM = ellipsoid(12_000)
 
 
@@ -27,7 +28,11 @@ def node(started):
 
 @pytest.fixture
 def client(started):
-    return started[1]
+    """Its parts are forgotten, else each of them would be estimated again in later tests."""
+    client = started[1]
+    yield client
+    for one in client.call("get_statistics").statistics:
+        client.call("forget_part", part_id=one.part_id)
 
 
 @pytest.fixture
@@ -61,10 +66,10 @@ class TestOthers:
         last = library_part(WEDGE).digest
         until(lambda: latched(client, part_id).part_digest == last)
 
-
+    @pytest.mark.long
     def test_a_medium_mesh_does_not_wait_until_slow_ones_are_done(self, client):
         slow = [client.send("estimate", part=flat(((1.0 + 0.1 * k) * SLOW[0], SLOW[1]), new_id()))
-                for k in range(4)]
+                for k in range(2)]
         client.good("estimate", part=flat(MEDIUM, new_id()))
         assert not all(one.done() for one in slow)
         assert all(wait_for(one).success for one in slow)
@@ -73,7 +78,7 @@ class TestOthers:
         """A mesh of needles is small, and keeps whoever checks it for a second."""
         vertices, triangles = slivers(4900)
         needles = [client.send("estimate", part=flat(((1.0 + 0.1 * k) * vertices, triangles)))
-                   for k in range(8)]
+                   for k in range(4)]
         client.good("estimate", part=flat(WEDGE, new_id()))
         assert not any(one.done() for one in needles[2:])
         assert all(wait_for(one).success for one in needles)
@@ -81,11 +86,11 @@ class TestOthers:
 
 class TestRoom:
     def test_all_requests_that_wait_share_one_bound_in_bytes(self, client):
-        size = SLOW[0].nbytes + 12 * len(SLOW[1])
+        size = SLOWISH[0].nbytes + 12 * len(SLOWISH[1])
         assert not client.set(max_mesh_bytes=size)
         try:
             coming = [client.send("estimate", part=flat(
-                ((1.0 + 0.1 * k) * SLOW[0], SLOW[1]), new_id())) for k in range(6)]
+                ((1.0 + 0.1 * k) * SLOWISH[0], SLOWISH[1]), new_id())) for k in range(6)]
             client.good("estimate", part=flat(WEDGE, new_id()))
             refused = [answer.message for answer in map(wait_for, coming) if not answer.success]
         finally:
@@ -119,7 +124,7 @@ class TestTheProcess:
         kill(process)
         Health(client).line("parts", lambda line, _: f"part '{published}'" in line.message
                             and "send the mesh again" in line.message)
-        client.good("estimate", part=flat(SLOW, again))
+        client.good("estimate", part=flat(SLOWISH, again))
 
     def test_gone_with_a_node_that_is_killed(self, node_of, client_of):
         node = node_of().ready()
