@@ -72,11 +72,12 @@ def restart_on_a_copied_run(domain: int, folder: Path) -> Outcome:
 
 
 def many_large_parts(domain: int, folder: Path) -> Outcome:
-    """More parts than `max_part_bytes` holds."""
-    bound = 12 * SIZE
-    grown, known = memory.fill(domain, folder, 12, SIZE, max_part_bytes=bound)
-    return judge(12, f"{grown / MEGABYTE:.0f} MiB more for a bound of {bound / MEGABYTE:.0f}, "
-                 f"{len(known)} parts known", bounded=grown < 3 * bound,
+    """More parts than `max_part_bytes` holds, and as many again."""
+    bound, half = 12 * SIZE, 12
+    grown, later, known = memory.fill(domain, folder, half, SIZE, max_part_bytes=bound)
+    return judge(2 * half, f"{grown / MEGABYTE:.0f} MiB more for a bound of "
+                 f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {len(known)} parts known",
+                 bounded=grown < 5 * bound, no_more_comes=later < bound,
                  some_are_known=len(known) > 0)
 
 
