@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..tolerances import OVERLAP
 from .crossings import crossings
+from .patience import check_patience
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
 _AT_ONCE: Final = 40_000
@@ -105,6 +106,7 @@ def reach_into_each_other(
     budget = min(max(_PAIRS_EACH * len(triangles), _FEWEST_PAIRS), _MOST_PAIRS)
     rims = _MOST_RIMS
     while waiting and budget > 0:
+        check_patience()
         edges, faces = waiting.pop()
         faces = faces.pick(_near_others(faces, edges))
         edges = edges.pick(_near_others(edges, faces))
@@ -115,6 +117,7 @@ def reach_into_each_other(
             waiting += halves
             continue
         for tested, passages in _passages(points, edges, faces):
+            check_patience()
             if not passages.in_rim.all():
                 return True
             for k in range(min(rims, len(passages.body))):

@@ -19,6 +19,7 @@ from ..kernels.mesh.measures import tetrahedra
 from ..tolerances import OVERLAP
 from .crossings import crossings
 from .overlap import reach_into_each_other
+from .patience import check_patience
 from .winding import Shells
 
 # Rounding of a sum of volumes of order one; a folded sheet encloses no more.
@@ -129,6 +130,7 @@ def _parents(
     high = np.maximum.reduceat(corners.max(axis=1), first[:-1])
     parent = np.full(shells.total, -1)
     for shell in range(1, shells.total):
+        check_patience()
         if abs(volumes[shell]) <= _NO_VOLUME:
             break
         around = boxes_around(low, high, shell, OVERLAP)

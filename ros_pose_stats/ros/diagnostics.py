@@ -14,6 +14,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
 from ..errors import PoseStatsError
+from .floods import Floods
 from .jobs import Jobs
 from .messages.times import now, steady_timer, time_message
 from .settings import Settings
@@ -46,16 +47,17 @@ class _Refusal(NamedTuple):
 
 
 class Refusals:
-    """Meshes and counts that were refused, and meshes that were lost.
+    """Meshes and counts that were refused, meshes that were lost, and floods of either.
 
     Parameters
     ----------
     say : callable
-        Told each refusal in one line, but for copies.
+        Told each refusal in one line, but for copies and, beyond the usual, of a flood.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
+        self.floods = Floods(say)
         self._recent: deque[_Refusal] = deque(maxlen=REMEMBERED)
         self._lock = threading.Lock()
         self.refused = 0
@@ -70,7 +72,8 @@ class Refusals:
                 return
             self.refused += 1
             self._recent.append(_Refusal(at, now(), source, reason))
-        self._say(f"{source}: {what} refused: {reason}")
+        if self.floods.count("refusals"):
+            self._say(f"{source}: {what} refused: {reason}")
 
     def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused.
@@ -100,12 +103,15 @@ class Refusals:
         with self._lock:
             recent, refused, overrun = list(self._recent), self.refused, self.overrun
         fresh = bool(recent) and time.monotonic() - recent[-1].at < RECENT_SECONDS
-        text = f"refused: {recent[-1].source}: {recent[-1].reason}" if fresh else f"{parts} parts"
+        floods = "; ".join(f"{count} of {source} within a minute"
+                           for source, count in self.floods.current().items())
+        text = f"refused: {recent[-1].source}: {recent[-1].reason}" if fresh else (
+            f"a flood: {floods}" if floods else f"{parts} parts")
         values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
-                                  "overrun": overrun}
+                                  "overrun": overrun, "floods": floods or "none"}
         for place, one in enumerate(reversed(recent)):
             values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
-        return Health(fresh, text, values)
+        return Health(fresh or bool(floods), text, values)
 
 
 def job_health(jobs: Jobs, settings: Settings) -> Health:

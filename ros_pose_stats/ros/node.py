@@ -6,11 +6,14 @@ from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+from ..records import DropScene, Part
 from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
-from .messages.times import follow_clock
+from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
@@ -18,14 +21,19 @@ from .parts.mesh_subscriptions import MeshSubscriptions
 from .parts.part_builder import PartBuilder, is_large
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
-from .parts.result_store import ResultStore
-from .pose_counts import subscribe_to_counts
+from .parts.result_store import SECONDS_BETWEEN, ResultStore
+from .pose_counts import CountSubscription
 from .recorder import Recorder
 from .requests import Requests
 from .restart.earlier_runs import earlier_runs
 from .restart.handover import Handover, RunsInUse
 from .restart.last_run import last_run
-from .restart.restore import end_unfinished_jobs, parts_to_restore, restore_parts
+from .restart.restore import (
+    end_unfinished_jobs,
+    parts_to_restore,
+    records_to_come,
+    restore_parts,
+)
 from .services import Services
 from .settings import Settings
 from .transport.late_answers import PatientNode
@@ -52,15 +60,16 @@ class PoseStatsNode(PatientNode):
         self.table = Parameters(self, self._on_change)
         settings, log = self._settings(), self.get_logger()
         self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
-        self.announcer = Announcer(self, self.recorder)
+        self.refusals = Refusals(log.warning)
+        self.announcer = Announcer(self, self.recorder, self.refusals.floods)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.builder = PartBuilder()
-        self.parts.build = lambda request: self.builder.build(request, self._settings().scene())
+        self.parts.build = lambda request: self.builder.build(
+            request, self._settings().scene(), self.mesh_queue.pace())
         self.results = ResultStore(self._settings, self.parts, self.announcer)
-        self.mesh_queue = MeshQueue(lambda: 2 * self._settings().max_mesh_bytes)
-        self.recorder.on_gap = lambda: self.mesh_queue.put_later(self._record_again)
-        self.refusals = Refusals(log.warning)
+        self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, log.info)
+        self.recorder.on_gap = self._record_again
         self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
                          self.reports, log.error)
         self.refinement = Refinement(self._settings, self.results, self.jobs)
@@ -75,13 +84,16 @@ class PoseStatsNode(PatientNode):
 
     def _open(self) -> None:
         """Topics, services, action and diagnostics."""
-        self.requests = requests = Requests(self._settings, self.results, self.mesh_queue,
-                                            self.jobs, self.refusals)
+        self.requests = requests = Requests(
+            self._settings, self.results, self.mesh_queue, self.jobs, self.refusals,
+            self._find_poses)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
-        subscribe_to_counts(self, self.recorder, self.parts.current, self.refusals)
+        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
+        steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
+                     MutuallyExclusiveCallbackGroup())
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
@@ -92,9 +104,16 @@ class PoseStatsNode(PatientNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
-            again = self.mesh_queue.put_later(partial(self.results.show_best, known),
+            again = self.mesh_queue.put_later(partial(self._show_again, known),
                                               is_large(known.part))
             self.refusals.watch_mesh(lambda: "parameters", again)
+
+    def _show_again(self, known: KnownPart) -> None:
+        self._find_poses(known.part, self._settings().scene())
+        self.results.show_best(known)
+
+    def _find_poses(self, part: Part, scene: DropScene) -> None:
+        self.builder.find_poses(part, scene, self.mesh_queue.pace())
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
         """Go on with what earlier runs left, and mend their bags once that is on record."""
@@ -105,10 +124,12 @@ class PoseStatsNode(PatientNode):
             log.warning(f"not all of {bag.name} could be read: {problem}")
         records = end_unfinished_jobs(run, settings, self.jobs, log.warning)
         parts = parts_to_restore(run, self.results) if settings.restore else []
+        self._restored_parts = parts
         self.handover = Handover(self.recorder, earlier, [
             *records, *(record for part in parts for record in part.records())])
         self.recorder.before_record = self.handover.settle
-        self.recorder.log.keep_runs(RunsInUse(self.handover, self.results, self.mesh_queue))
+        self.recorder.log.keep_runs(RunsInUse(
+            self.handover, self.parts.meshes, self.recorder.have_recorded_again))
         coming = restore_parts(parts, folder, self.results, self.mesh_queue, self.refusals)
         if parts:
             log.info(f"restoring {len(parts)} parts of the last run")
@@ -118,11 +139,15 @@ class PoseStatsNode(PatientNode):
         return coming
 
     def _record_again(self) -> None:
-        """Put all that is known on record, after a gap in it."""
+        """Put on record what still counts and may be missing in the bag.
+
+        Only then does it say again that nothing else is to be taken from earlier runs.
+        """
         lost = self.recorder.lost
         self.results.record_again()
+        self.reports.record_again()
         if self.recorder.lost == lost:
-            self.handover.repeat()
+            self.handover.repeat(records_to_come(self._restored_parts, self.parts))
 
     def restored(self, timeout: float) -> bool:
         """Wait for the parts of the last run; whether they are all there."""
@@ -146,6 +171,8 @@ class PoseStatsNode(PatientNode):
         self.action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
+        self.counts.take_waiting()
+        self.results.record_waiting()
         self.recorder.close()
         if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
@@ -12,18 +15,37 @@ from ros_pose_stats_msgs.msg import PoseCounts
 from ..errors import RequestError
 from ..recording.analysis.numbering import numbering_of
 from .diagnostics import Refusals
-from .parts.mesh_subscriptions import DEPTH
+from .floods import MINUTE
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
 from .recorder import POSE_COUNTS, Recorder
+from .transport.overruns import SequenceGaps
+
+TOPIC = "~/pose_counts"
+
+DEPTH = 1000
+"""Counts that wait in the middleware."""
 
 MOST_BYTES = 2**20
 """Of a camera's count: some 80 000 poses."""
 
+MOST_AT_ONCE = 2**22
+"""Bytes of counts that are recorded with one sync."""
 
-def subscribe_to_counts(node: Node, recorder: Recorder, known: Callable[[str], KnownPart | None],
-                        refusals: Refusals) -> None:
-    """Record each count as it is, and say if it cannot be compared with anything.
+OVERHEAD = 1000
+"""Bytes that a count is taken to occupy beside its own, decoded and on its way."""
+
+MOST_PROBLEMS = 60
+"""Counts that cannot be compared, of which each is told, in a minute."""
+
+Received = tuple[bytes, Mapping[str, int]]
+
+
+class CountSubscription:
+    """Records each count as it is, and says if it cannot be compared with anything.
+
+    All that wait go to the disk with one sync: while that lasts, more come. Those that came too
+    quickly all the same are told by the numbers that are missing.
 
     Parameters
     ----------
@@ -34,19 +56,66 @@ def subscribe_to_counts(node: Node, recorder: Recorder, known: Callable[[str], K
     refusals : Refusals
         Told of bytes that are no count; in the bag they would be in the way of its readers.
     """
-    def on_counts(data: bytes) -> None:
-        try:
-            counts = counts_of_bytes(data)
-        except RequestError as refusal:
-            refusals.refuse("~/pose_counts", str(refusal), "count")
-            return
-        recorder.record(POSE_COUNTS, data, durable=True)
-        problem = count_problem(counts, known)
-        if problem:
-            node.get_logger().warning(f"~/pose_counts: recorded, but {problem}")
 
-    node.create_subscription(PoseCounts, "~/pose_counts", on_counts, DEPTH, raw=True,
-                             callback_group=MutuallyExclusiveCallbackGroup())
+    def __init__(self, node: Node, recorder: Recorder,
+                 known: Callable[[str], KnownPart | None], refusals: Refusals) -> None:
+        self._log = node.get_logger()
+        self._recorder = recorder
+        self._known = known
+        self._refusals = refusals
+        self._gaps = SequenceGaps()
+        self._lost_told = -math.inf
+        self._lock = threading.Lock()
+        self._subscription = node.create_subscription(
+            PoseCounts, TOPIC, self._on_counts, DEPTH, raw=True,
+            callback_group=MutuallyExclusiveCallbackGroup())
+
+    def take_waiting(self) -> None:
+        """Record what the middleware still has, at the end of the node."""
+        with self._lock:
+            while waiting := self._take(0):
+                self._record(waiting)
+
+    def _on_counts(self, data: bytes, info: Mapping[str, int]) -> None:
+        with self._lock:
+            self._record([(data, info), *self._take(len(data))])
+
+    def _take(self, size: int) -> list[Received]:
+        """What waits in the middleware, up to so many bytes that can be held at once."""
+        found: list[Received] = []
+        handle = self._subscription.handle
+        with handle:
+            while size < MOST_AT_ONCE:
+                received = handle.take_message(PoseCounts, True)
+                if received is None:
+                    break
+                found.append(received)
+                size += len(received[0]) + OVERHEAD
+        return found
+
+    def _record(self, received: list[Received]) -> None:
+        """Put counts on record, together."""
+        sound: list[tuple[bytes, PoseCounts]] = []
+        for data, info in received:
+            self._count_lost(self._gaps.missing_before(info["publication_sequence_number"] or 0))
+            self._refusals.floods.count(f"counts on {TOPIC}")
+            try:
+                sound.append((data, counts_of_bytes(data)))
+            except RequestError as refusal:
+                self._refusals.refuse(TOPIC, str(refusal), "count")
+        for place, (data, _) in enumerate(sound, start=1):
+            self._recorder.record(POSE_COUNTS, data, durable=place == len(sound))
+        for _, counts in sound:
+            problem = count_problem(counts, self._known)
+            if problem and self._refusals.floods.count("counts of nothing", MOST_PROBLEMS):
+                self._log.warning(f"{TOPIC}: recorded, but {problem}")
+
+    def _count_lost(self, lost: int) -> None:
+        self._recorder.counts_lost += lost
+        if lost and time.monotonic() - self._lost_told > MINUTE:
+            self._lost_told = time.monotonic()
+            self._log.warning(f"{TOPIC}: {self._recorder.counts_lost} counts lost so far: they "
+                              "come faster than they can be recorded")
 
 
 def counts_of_bytes(data: bytes) -> PoseCounts:

@@ -14,9 +14,9 @@ from ..records import DropScene, Part
 from ..resting.poses import are_found, resting_poses
 from .diagnostics import Refusals
 from .jobs import Job, JobRequest, Jobs
-from .messages.part_messages import is_given, request_of_message
+from .messages.part_messages import is_given, let_go, mesh_size, taken_request
 from .parts.mesh_queue import MeshQueue
-from .parts.part_builder import is_large
+from .parts.part_builder import are_many, is_large
 from .parts.part_requests import PartRequest, check_request, shown
 from .parts.part_store import KnownPart, at_hand
 from .parts.result_store import ResultStore
@@ -41,8 +41,8 @@ class ResolvedPart(NamedTuple):
     ----------
     coming : Future of KnownPart
     part_id : str
-    content : bytes
-        Digest of the mesh as it was sent.
+    content : callable
+        Gives the digest of the mesh as it was sent, which takes a while for a large one.
     scene_override : (restitution, drop_height)
         Of the part's own scene; negative: the node's.
     slow : bool
@@ -51,9 +51,14 @@ class ResolvedPart(NamedTuple):
 
     coming: Future[KnownPart]
     part_id: str
-    content: bytes
+    content: Callable[[], bytes]
     scene_override: tuple[float, float]
     slow: bool = False
+
+
+def poses_in(part: Part, scene: DropScene) -> object:
+    """Poses of a part as a scene has them."""
+    return resting_poses(part, scene.cluster_tolerance, scene.round_sides)
 
 
 class Requests:
@@ -63,12 +68,14 @@ class Requests:
     """
 
     def __init__(self, settings: Callable[[], Settings], results: ResultStore,
-                 mesh_queue: MeshQueue, jobs: Jobs, refusals: Refusals) -> None:
+                 mesh_queue: MeshQueue, jobs: Jobs, refusals: Refusals,
+                 find_poses: Callable[[Part, DropScene], object] = poses_in) -> None:
         self._settings = settings
         self._results = results
         self._mesh_queue = mesh_queue
         self._jobs = jobs
         self._refusals = refusals
+        self._find_poses = find_poses
         self._closed = False
 
     def close(self) -> None:
@@ -83,6 +90,7 @@ class Requests:
         ----------
         part_id : str
         message : PartMesh
+            Is let go of: the request is kept until it is answered.
         accepted : Event, optional
             A mesh that takes longer than its answer should is begun with only then.
 
@@ -103,18 +111,30 @@ class Requests:
         message.part_id = message.part_id or part_id
         if not carried:
             return _known_part(self._results.parts.known(message.part_id))
+        same = self._results.parts.find(message.part_id) if message.part_id else None
+        if same is None:
+            self._check_room(message)
         request, override = self._checked(message)
-        same = self._results.parts.find(request.part_id) if request.part_id else None
         if same is not None and (same.content, same.scene_override) == (request.content, override):
             return _known_part(same)
         slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
         coming = self._take(request, accepted if slow else None)
-        return ResolvedPart(coming, request.part_id, request.content, override, slow)
+        return ResolvedPart(coming, request.part_id, lambda: request.content, override, slow)
+
+    def _check_room(self, message: Any) -> None:
+        """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
+        triangles, vertices = mesh_size(message)
+        try:
+            self._mesh_queue.check_room(12 * triangles + 24 * vertices, message.part_id,
+                                        are_many(triangles, vertices))
+        except RequestError:
+            let_go(message)
+            raise
 
     def _checked(self, message: Any) -> tuple[PartRequest, tuple[float, float]]:
         """A carried part and its own scene, as far as that is quickly looked at."""
         try:
-            request = request_of_message(message)
+            request = taken_request(message)
             check_request(request, self._settings().max_mesh_bytes)
             override = (request.restitution, request.drop_height)
             self._settings().scene(override)
@@ -140,8 +160,7 @@ class Requests:
                 known.part, scene.cluster_tolerance, scene.round_sides):
             return at_hand(None)
         return self._mesh_queue.put_first(
-            lambda: resting_poses(known.part, scene.cluster_tolerance, scene.round_sides),
-            large=True)
+            lambda: self._find_poses(known.part, scene), large=True)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.
@@ -161,14 +180,15 @@ class Requests:
             scene = settings.scene((request.restitution, request.drop_height),
                                    resolved.scene_override)
             return self._jobs.submit(
-                JobRequest(resolved.part_id, resolved.content, scene, *asked),
+                JobRequest(resolved.part_id, resolved.content(), scene, *asked),
                 _bare_part(resolved.coming), settings)
         finally:
             accepted.set()
 
 
 def _known_part(known: KnownPart) -> ResolvedPart:
-    return ResolvedPart(at_hand(known), known.part.part_id, known.content, known.scene_override)
+    return ResolvedPart(at_hand(known), known.part.part_id, lambda: known.content,
+                        known.scene_override)
 
 
 def _source(part_id: str) -> str:

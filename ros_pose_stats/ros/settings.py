@@ -95,8 +95,8 @@ class Settings:
     max_bag_bytes: int = _parameter(
         512 * 2**20, "Bytes after which a bag goes on in a new file.", 65536, MOST, fixed=True)
     max_log_bytes: int = _parameter(
-        0, "Most bytes of all bags in log_directory, the oldest closed runs being deleted; "
-        "0: unlimited.", 0, MOST, fixed=True)
+        2**33, "Most bytes of all bags in log_directory, the running one included: the oldest "
+        "closed files are deleted; 0: unlimited.", 0, MOST, fixed=True)
     log_drops: bool = _parameter(False, "Record every single drop of the simulations.")
     restore: bool = _parameter(
         True, "Begin with the parts and results of the newest bag.", fixed=True)

@@ -63,7 +63,7 @@ def messages():
         ]
 
 
-@pytest.fixture(params=["closed", "repaired", "rotated"])
+@pytest.fixture(params=["closed", "repaired", "rotated", "bounded"])
 def bag(request, tmp_path, messages):
     """A bag with all of them, and their bytes."""
     from rclpy.serialization import serialize_message
@@ -71,8 +71,13 @@ def bag(request, tmp_path, messages):
     types = {topic: message_type(f"ros_pose_stats_msgs/msg/{kind}",
                                  lambda package: Path(sys.prefix) / "share" / package)
              for topic, kind in TOPICS.items()}
-    log = RunLog(tmp_path, types,
-                 max_bag_bytes=1 if request.param == "rotated" else 1 << 29)
+    rotated, bounded = (request.param == one for one in ("rotated", "bounded"))
+    log = RunLog(tmp_path, types, max_bag_bytes=1 if rotated or bounded else 1 << 29,
+                 max_log_bytes=1_000_000 if bounded else 0)
+    if bounded:
+        topic, mesh = messages[0]
+        large = type(mesh)(vertices=np.zeros(120_000))
+        log.write(topic, serialize_message(large), durable=False)
     recorded = []
     for topic, message in messages:
         data = serialize_message(message)
@@ -83,6 +88,7 @@ def bag(request, tmp_path, messages):
         assert len(repair_bags(tmp_path)) == 1
     else:
         log.close()
+    assert log.own_files.deleted == bounded
     return log.directory, types, recorded
 
 

@@ -1,21 +1,29 @@
-"""A bounded log directory loses its oldest finished runs, and nothing else."""
+"""A bounded log directory loses its oldest finished runs, then the oldest files of the bag."""
 
 from __future__ import annotations
+
+import re
+from contextlib import suppress
 
 import pytest
 
 from ros_pose_stats.recording.directory_lock import DirectoryLock
+from ros_pose_stats.recording.finished import is_finished
 from ros_pose_stats.recording.repair import removal
-from ros_pose_stats.recording.run_names import runs
+from ros_pose_stats.recording.repair.repair import repair_bags
+from ros_pose_stats.recording.run_names import METADATA, bag_files, runs
+from ros_pose_stats.recording.writer.run_log import RecordingError
 from tests.recording.bags import (
     ANSWERS,
     data_of,
     finished_bag,
+    let_die,
     new_log,
     numbered,
     undamaged,
     unfinished_bag,
 )
+from tests.recording.faults import Faults
 
 
 def name(number: int) -> str:
@@ -59,14 +67,141 @@ def test_without_a_bound_nothing_goes(tmp_path, old_runs):
     assert (log.bytes_left, log.over_bound, log.deleted_runs) == (None, False, [])
 
 
-def test_the_own_run_stays_and_says_that_it_is_too_large(tmp_path, old_runs):
-    log = new_log(tmp_path, max_log_bytes=100_000, max_bag_bytes=60_000)
-    for number in range(10):
-        log.write(ANSWERS, numbered(number, 30_000), durable=True)
-    assert runs(tmp_path) == [log.directory]
-    assert log.over_bound
-    assert log.bytes_left == 0
-    assert data_of(log.directory) == [numbered(number, 30_000) for number in range(10)]
+class TestOwnFiles:
+    """Once no other run may go, the oldest closed files of the running bag do."""
+
+    @pytest.fixture
+    def log(self, tmp_path, old_runs):
+        """A bag that has lost files; each of its messages has 10 kB and its number."""
+        log = new_log(tmp_path, max_log_bytes=300_000)
+        for number in range(100):
+            log.write(ANSWERS, numbered(number, 10_000), durable=False)
+            assert total(tmp_path) <= 300_000
+        assert runs(tmp_path) == [log.directory]
+        yield log
+        log.close()
+
+    @staticmethod
+    def described(directory):
+        """The files that metadata.yaml names."""
+        return re.findall(r'path: "(.*mcap)"', (directory / METADATA).read_text())
+
+    def test_go_and_the_last_messages_stay(self, log):
+        data = data_of(log.directory)
+        assert data == [numbered(number, 10_000) for number in range(100 - len(data), 100)]
+        assert len(data) > 15
+        own = log.own_files
+        assert own.deleted > 10 and not log.over_bound
+        assert own.last_deleted == f"{log.directory.name}_{own.deleted - 1}.mcap"
+
+    def test_leave_a_bag_that_is_described_as_it_is(self, log):
+        left = [file.name for file in bag_files(log.directory)]
+        assert self.described(log.directory) == left
+        assert left[0].endswith(f"_{log.own_files.deleted}.mcap")
+        log.close()
+        assert self.described(log.directory) == left
+        assert len(undamaged(log.directory)) == len(data_of(log.directory))
+        assert is_finished(log.directory)
+
+    def test_leave_a_bag_that_can_be_mended(self, tmp_path, log):
+        log.sync()
+        data = data_of(log.directory)
+        let_die(log)
+        (repair,) = repair_bags(tmp_path)
+        assert (repair.kept, repair.problem) == (len(data), "")
+        assert undamaged(log.directory) == data
+
+    @pytest.mark.parametrize("call", ["replace", "unlink"])
+    def test_that_cannot_be_deleted_now_go_later(self, log, monkeypatch, call):
+        first = bag_files(log.directory)[0]
+        with monkeypatch.context() as patch:
+            faults = Faults(patch, lambda number: True, [call])
+            for number in range(100, 110):
+                with suppress(RecordingError):
+                    log.write(ANSWERS, numbered(number, 10_000), durable=False)
+            assert faults.failed
+            assert first.exists() == log.over_bound == (call == "unlink")
+        log.write(ANSWERS, numbered(110, 10_000), durable=False)
+        assert not first.exists() and not log.over_bound
+        log.close()
+        assert self.described(log.directory) == [one.name for one in bag_files(log.directory)]
+        assert is_finished(log.directory)
+
+    def test_give_notice_before_they_go(self, tmp_path):
+        """What is written again at the notice is always there, by its mark or by the other."""
+        log = new_log(tmp_path, max_log_bytes=300_000)
+        kept, mark = numbered(-1, 5_000), -1
+        for number in range(200):
+            if mark < log.own_files.kept_from:
+                mark = log.mark
+                log.write(ANSWERS, kept, durable=False)
+            log.write(ANSWERS, numbered(number, 1_000 + 100 * number), durable=False)
+            assert kept in data_of(log.directory)
+        assert log.own_files.deleted > 20
+        assert data_of(log.directory).count(kept) <= 3
+        log.close()
+
+    def test_one_message_that_is_larger_than_the_bound_is_said(self, log):
+        log.write(ANSWERS, numbered(7, 400_000), durable=True)
+        assert log.over_bound and not log.waits and log.bytes_left == 0
+        assert data_of(log.directory)[-1] == numbered(7, 400_000)
+        log.write(ANSWERS, numbered(8, 10_000), durable=True)
+        log.write(ANSWERS, numbered(9, 10_000), durable=True)
+        assert not log.over_bound
+        assert data_of(log.directory) == [numbered(8, 10_000), numbered(9, 10_000)]
+
+
+class TestRunsInUse:
+    """They are asked for a file ahead, and waited for before own files go."""
+
+    LIMIT = 400_000
+
+    @pytest.fixture
+    def needed(self):
+        """Names of runs that are in use."""
+        return set()
+
+    @pytest.fixture
+    def asked(self):
+        return []
+
+    @pytest.fixture
+    def log(self, tmp_path, old_runs, needed, asked):
+        def in_use(run):
+            asked.append(run)
+            return run in needed
+
+        log = new_log(tmp_path, max_log_bytes=self.LIMIT)
+        log.keep_runs(in_use)
+        yield log
+        log.close()
+
+    def test_are_asked_for_before_they_must_go(self, log, old_runs, asked, tmp_path):
+        write(log, 10)
+        assert old_runs[0] in asked and old_runs[-1] not in asked
+        assert runs(tmp_path) == [*old_runs, log.directory]
+
+    def test_stay_and_others_go(self, log, old_runs, needed, tmp_path, monkeypatch):
+        monkeypatch.setattr(removal, "SOON", 0.0)
+        needed.add(old_runs[0])
+        for _ in range(25):
+            write(log, 10_000)
+        assert old_runs[0].is_dir() and not old_runs[1].is_dir()
+        assert total(tmp_path) <= self.LIMIT + log.own_files.margin
+
+    def test_are_waited_for_but_not_for_ever(self, log, old_runs, needed, tmp_path):
+        needed.update(old_runs)
+        while total(tmp_path) <= self.LIMIT + log.own_files.margin // 2:
+            write(log, 10_000)
+        assert log.over_bound and log.waits and log.own_files.deleted == 0
+        for _ in range(100):
+            write(log, 10_000)
+            assert total(tmp_path) <= self.LIMIT + log.own_files.margin
+        assert log.own_files.deleted > 0 and all(run.is_dir() for run in old_runs)
+        needed.clear()
+        log.release_files(log.mark)
+        assert not log.over_bound and not old_runs[0].is_dir()
+        assert total(tmp_path) <= self.LIMIT
 
 
 def test_what_is_held_unfinished_or_somebody_elses_stays(tmp_path, old_runs):

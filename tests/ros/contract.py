@@ -29,9 +29,10 @@ DEFAULTS = {
     "default_method": "auto", "restitution": 0.5, "drop_height": -1.0, "refine_drops": 0,
     "drops": 10_000, "target_error": 0.0, "workers": 0, "keep_cores": 1, "max_queued_jobs": 16,
     "max_drops": 10_000_000, "max_job_seconds": 600.0, "max_parts": 256,
-    "max_mesh_bytes": 67_108_864, "max_part_bytes": 2**30, "cluster_tolerance": 0.0025, "round_sides": 192,
-    "log_directory": "", "max_bag_bytes": 536_870_912, "max_log_bytes": 0, "log_drops": False,
-    "restore": True,
+    "max_mesh_bytes": 67_108_864, "max_part_bytes": 2**30, "cluster_tolerance": 0.0025,
+    "round_sides": 192,
+    "log_directory": "", "max_bag_bytes": 536_870_912, "max_log_bytes": 2**33,
+    "log_drops": False, "restore": True,
 }
 
 FIELDS = {

@@ -1,52 +1,70 @@
-"""Which counts of cameras cannot be compared, without a node."""
+"""Counts of cameras: recorded together, and those that come too quickly counted as lost."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+import signal
+import time
 
 import pytest
-from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics, StablePose
+from ros_pose_stats_msgs.msg import PoseCounts
 
-from ros_pose_stats.ros.pose_counts import count_problem
-
-DIGEST = "ab" * 32
-
-
-def known(part_id):
-    """One part that has two poses."""
-    if part_id != "clamp":
-        return None
-    latched = PoseStatistics(cluster_tolerance=0.0025, round_sides=192,
-                             poses=[StablePose(index=1), StablePose(index=0)])
-    return SimpleNamespace(part=SimpleNamespace(digest=DIGEST), latched=latched)
+from .harness.bags import recorded
+from .harness.cell import Health, MeshPublisher, cell_of
+from .harness.client import until
+from .harness.parts import WEDGE, flat
 
 
-def problem(**fields):
-    return count_problem(PoseCounts(**{
-        "part_id": "clamp", "part_digest": DIGEST, "cluster_tolerance": 0.0025,
-        "round_sides": 192, "index": [0, 1], "count": [5, 3], **fields}), known)
+@pytest.fixture
+def cell(domain, tmp_path):
+    """A node, its client, a camera's publisher, and a maker of counts."""
+    with cell_of(domain, tmp_path, "counting") as (node, client):
+        found = client.good("estimate", part=flat(WEDGE, "counted")).statistics
+
+        def count(number):
+            return PoseCounts(part_id="counted", part_digest=found.part_digest,
+                              cluster_tolerance=found.cluster_tolerance,
+                              round_sides=found.round_sides, index=[0],
+                              count=[number])
+
+        camera = MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched()
+        yield node, client, camera, count
 
 
-def test_counts_of_the_same_poses():
-    assert problem() == problem(part_digest="") == ""
+def numbers(folder):
+    return [one.count[0] for one in recorded(folder, "pose_counts")]
 
 
-@pytest.mark.parametrize(("fields", "counted"), [
-    ({"round_sides": 0}, "cluster_tolerance 0.0025 and round_sides 0"),
-    ({"cluster_tolerance": 0.005}, "cluster_tolerance 0.005 and round_sides 192"),
-    ({"cluster_tolerance": float("nan")}, "cluster_tolerance unknown and round_sides 192"),
-])
-def test_another_numbering_is_named_with_that_of_the_results(fields, counted):
-    assert problem(**fields) == (
-        f"it has {counted}, the results have cluster_tolerance 0.0025 and round_sides 192; copy "
-        "both from PoseStatistics")
+def test_a_quick_camera_loses_nothing(cell, tmp_path):
+    node, client, camera, count = cell
+    for number in range(2000):
+        camera.publish(count(number))
+        time.sleep(0.0004)
+    until(lambda: len(numbers(tmp_path)) >= 1990, "the counts")
+    _, values = Health(client).line("recording")
+    assert len(numbers(tmp_path)) + int(values["counts lost"]) == 2000
+    line, values = Health(client).line("parts")
+    assert "2000 of counts on ~/pose_counts" in values["floods"] and "flood" in line.message
+    assert node.log.count("a flood: more than 600 of counts on ~/pose_counts") == 1
 
 
-@pytest.mark.parametrize(("fields", "said"), [
-    ({"count": [5]}, "2 pose indices and 1 counts"),
-    ({"part_id": "other"}, "is known"),
-    ({"part_digest": "cd" * 32}, "another part_digest"),
-    ({"index": [0, 7]}, "no pose 7"),
-])
-def test_what_else_is_in_the_way(fields, said):
-    assert said in problem(**fields)
+def test_what_is_received_when_the_node_ends_is_recorded(cell, tmp_path):
+    node, _, camera, count = cell
+    camera.publish(*map(count, range(300)))
+    time.sleep(0.2)
+    node.stop(signal.SIGTERM)
+    assert numbers(tmp_path) == list(range(300))
+
+
+def test_all_are_recorded_or_counted_as_lost(cell, tmp_path):
+    node, client, camera, count = cell
+    camera.publish(count(0))
+    until(lambda: numbers(tmp_path) == [0], "the first")
+    node.send(signal.SIGSTOP)
+    camera.publish(*map(count, range(1, 4000)))
+    time.sleep(0.2)
+    node.send(signal.SIGCONT)
+    until(lambda: 3999 in numbers(tmp_path), "the last")
+    _, values = Health(client).line("recording")
+    lost = int(values["counts lost"])
+    assert lost > 0 and lost + len(numbers(tmp_path)) == 4000
+    node.says("counts lost so far")

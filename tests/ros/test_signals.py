@@ -43,6 +43,7 @@ sender.start()
 while sender.is_alive():
     stop.asked = False
     stop.wait(0.0)
+os.kill(os.getpid(), signal.SIGINT)  # the last one may have been forgotten above
 assert stop.wait()
 """
 

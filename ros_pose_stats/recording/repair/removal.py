@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from ..directory_lock import DirectoryLock
+from ..directory_lock import DirectoryLock, is_locked
 from ..finished import is_finished
 from ..run_names import LOCK, being_removed, foreign_names, passing_directories, runs
 
@@ -18,6 +18,9 @@ _YOUNG: Final = 60.0
 
 RESCAN: Final = 10.0
 """Seconds after which the log directory is looked at again, for what other nodes have done."""
+
+SOON: Final = 0.1
+"""Seconds after which it is looked at again where a run must go that is still in use."""
 
 
 class SpaceBound:
@@ -29,23 +32,34 @@ class SpaceBound:
         Where the runs are.
     limit : int
         Bytes of all runs together; 0 for no bound.
+    margin : int, optional
+        A run is asked for while the directory may still grow by so many bytes.
 
     Attributes
     ----------
     deleted : list of Path
         Runs that were deleted.
     exceeded : bool
-        Whether there was too much at the last look, and nothing that may be deleted: this run,
-        runs of living nodes, unfinished runs, and runs with files of somebody else in them.
+        Whether there was too much at the last look, and nothing that may be deleted: the file
+        that this run is writing, runs of living nodes, unfinished runs, and runs with files of
+        somebody else in them.
+    held : int
+        Bytes of the runs that other nodes had in hand at the last look.
+    waits : bool
+        Whether a run must go that was still in use at the last look.
     in_use : callable
-        Whether a run holds what this one does not have yet; then it stays until it does.
+        Whether a run holds what this one does not have yet; it is asked before the run must go,
+        and then sees to it that this does not last.
     """
 
-    def __init__(self, log_directory: Path, limit: int) -> None:
+    def __init__(self, log_directory: Path, limit: int, margin: int = 0) -> None:
         self.deleted: list[Path] = []
         self.exceeded = False
+        self.held = 0
+        self.waits = False
         self._log_directory = log_directory
         self._limit = limit
+        self._margin = margin
         self.in_use: Callable[[Path], bool] = lambda run: False
         self._others = 0
         self._next_scan = 0.0
@@ -56,32 +70,63 @@ class SpaceBound:
             return None
         return max(0, self._limit - self._others - own_bytes)
 
-    def enforce(self, own: Path, own_bytes: int) -> None:
+    def look_again(self) -> None:
+        """Look at the directory the next time, whenever that is."""
+        self._next_scan = 0.0
+
+    def enforce(self, own: Path, own_bytes: int, drop_oldest: Callable[[], int]) -> None:
         """Delete what must go before this run grows to so many bytes.
 
         Parameters
         ----------
         own : Path
-            This run; never deleted.
+            This run; never deleted as a whole.
         own_bytes : int
             Its size to be.
+        drop_oldest : callable
+            Deletes the oldest of its closed files, once no other run may go, and returns how
+            many bytes that were; 0 where there is none. A run that is about to be free is
+            waited for as long as the bound is exceeded by no more than the margin.
         """
         if not self._limit:
             return
         now = time.monotonic()
-        fits = self._others + own_bytes <= self._limit
-        if now < self._next_scan and (fits or self.exceeded):
-            return
-        self._next_scan = now + RESCAN
+        if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
+            self._delete_runs(own, own_bytes)
+            self._next_scan = now + (SOON if self.waits else RESCAN)
+        patience = self._margin if self.waits else 0
+        while not self._fits(own_bytes - patience):
+            dropped = drop_oldest()
+            if not dropped:
+                break
+            own_bytes -= dropped
+        self.exceeded = not self._fits(own_bytes)
+
+    def _fits(self, own_bytes: int) -> bool:
+        return self._others + own_bytes <= self._limit
+
+    def _delete_runs(self, own: Path, own_bytes: int) -> None:
+        """Look at the directory again, and delete the oldest runs until it fits.
+
+        Those that are in use are waited for; the next ones are asked for in good time.
+        """
         sizes = {run: _size(run) for run in runs(self._log_directory) if run != own}
         self._others = sum(sizes.values())
+        self.waits = False
+        excess = self._others + own_bytes - self._limit
         for run, size in sizes.items():
-            if self._others + own_bytes <= self._limit:
+            if excess + self._margin <= 0:
                 break
-            if not self.in_use(run) and delete_run(run):
+            if self.in_use(run):
+                self.waits = self.waits or excess > 0
+                excess -= size
+            elif excess <= 0:
+                excess -= size
+            elif delete_run(run):
                 self._others -= size
+                excess -= size
                 self.deleted.append(run)
-        self.exceeded = self._others + own_bytes > self._limit
+        self.held = sum(size for run, size in sizes.items() if is_locked(run))
 
 
 def _size(run: Path) -> int:

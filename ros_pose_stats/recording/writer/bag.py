@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 from ..directory_lock import DirectoryLock
 from ..durable import make_directories, replace_file, sync_directory
@@ -17,6 +19,14 @@ from .bag_file import BagFile
 from .contents import Contents, metadata_yaml
 from .mcap_layout import message_size
 from .message_types import MessageType
+
+
+class ClosedFile(NamedTuple):
+    """A file that is not written any more: its name, bytes and mark."""
+
+    name: str
+    size: int
+    mark: int
 
 
 class Bag:
@@ -32,6 +42,17 @@ class Bag:
         A file that would grow beyond it is finished and followed by the next.
     node : str
         Name of the node that records.
+    marks : iterator of int, optional
+        Each file takes the next one for its mark; they rise, over several bags too.
+
+    Attributes
+    ----------
+    mark : int
+        Of the file that is being written, or was last.
+    closed : list of ClosedFile
+        Files of the bag before that, the oldest first.
+    metadata_size : int
+        Bytes of `metadata.yaml`.
 
     Raises
     ------
@@ -40,7 +61,7 @@ class Bag:
     """
 
     def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
-                 node: str = "") -> None:
+                 node: str = "", marks: Iterator[int] | None = None) -> None:
         self._path = path
         self._lock = _locked_directory(path)
         self._types = types
@@ -48,7 +69,10 @@ class Bag:
         self._max_bytes = max_bytes
         self._file: BagFile | None = None
         self._finished: dict[str, Contents] = {}
-        self._finished_bytes = 0
+        self._marks = count() if marks is None else marks
+        self.mark = 0
+        self.closed: list[ClosedFile] = []
+        self.metadata_size = 0
         self._next_number = 0
         self._described = False
         self._abandoned = False
@@ -56,7 +80,12 @@ class Bag:
     @property
     def size(self) -> int:
         """Bytes of all files."""
-        return self._finished_bytes + (self._file.size if self._file else 0)
+        return self.closed_size + (self._file.size if self._file else 0)
+
+    @property
+    def closed_size(self) -> int:
+        """Bytes of the files that are not written any more."""
+        return sum(file.size for file in self.closed)
 
     @property
     def file(self) -> BagFile | None:
@@ -80,6 +109,28 @@ class Bag:
         if not self._described:
             self._describe()
         return file, number
+
+    def drop_oldest(self) -> ClosedFile | None:
+        """Delete the oldest file that is closed and return what it was, if there is one.
+
+        The bag is described without it first, so that no reader looks for what is gone. That
+        fails where the disk is full; the file goes all the same.
+        """
+        if not self.closed:
+            return None
+        oldest = self.closed[0]
+        contents = self._finished.pop(oldest.name, None)
+        self._described = False  # the next append tries again
+        with suppress(OSError):
+            self._describe()
+        try:
+            (self._path / oldest.name).unlink(missing_ok=True)
+        except OSError:
+            if contents is not None:
+                self._finished = {oldest.name: contents, **self._finished}
+            self._described = False
+            return None
+        return self.closed.pop(0)
 
     def finish(self) -> None:
         """Finish the last file, describe the bag for good, and let go of it.
@@ -120,6 +171,8 @@ class Bag:
                 self._next_number += 1
             path = bag_file(self._path, self._next_number)
             self._file = BagFile(path, self._types, self._node)
+            self._next_number += 1
+            self.mark = next(self._marks)
             self._described = False
         return self._file
 
@@ -129,8 +182,7 @@ class Bag:
         if file is None or not (file.broken or file.is_gone()):
             return False
         file.abandon(OSError(errno.ENOENT, os.strerror(errno.ENOENT)))
-        self._file = None
-        self._finished_bytes += file.size
+        self._close(file)
         self._abandoned = True
         return True
 
@@ -138,9 +190,12 @@ class Bag:
         file = self._file
         assert file is not None
         file.finish()
-        self._file = None
         self._finished[file.path.name] = file.contents
-        self._finished_bytes += file.size
+        self._close(file)
+
+    def _close(self, file: BagFile) -> None:
+        self._file = None
+        self.closed.append(ClosedFile(file.path.name, file.size, self.mark))
 
     def _describe(self) -> None:
         files = {name: contents for name, contents in self._finished.items()
@@ -148,7 +203,9 @@ class Bag:
         if self._file is not None:
             files[self._file.path.name] = self._file.contents
         if files:
-            replace_file(self._path / METADATA, metadata_yaml(files).encode())
+            text = metadata_yaml(files).encode()
+            replace_file(self._path / METADATA, text)
+            self.metadata_size = len(text)
         self._described = True
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
+from itertools import count
 from pathlib import Path
 
 from ..repair.removal import SpaceBound
@@ -12,6 +13,7 @@ from ..run_names import new_run_name
 from .bag import Bag
 from .mcap_layout import message_size, opening
 from .message_types import CdrLength, MessageType
+from .own_files import OwnFiles
 
 
 class RecordingError(OSError):
@@ -55,8 +57,9 @@ class RunLog:
     max_bag_bytes : int
         A file that would grow beyond it is finished and followed by the next.
     max_log_bytes : int, optional
-        Bound of the log directory: the oldest finished runs are deleted to stay below it; 0
-        for no bound.
+        Bound of the log directory, this bag included; 0 for no bound. To stay below it the
+        oldest finished runs are deleted, then the oldest closed files of this bag, which are at
+        most an eighth of the bound.
     name : str, optional
         Of the directory, in place of one made from time and process.
     node : str, optional
@@ -69,6 +72,8 @@ class RunLog:
     times_lost : int
         How often the bag was found deleted or moved away. What had been written is not written
         again.
+    own_files : OwnFiles
+        Which files of this bag go to make room.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
@@ -79,9 +84,11 @@ class RunLog:
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
-        self._max_bag_bytes = max_bag_bytes
-        self._overhead = 2 * len(opening("", self._types, 0, node)[0])
-        self._space = SpaceBound(log_directory, max_log_bytes)
+        self._marks = count(1)
+        start = len(opening("", self._types, 0, node)[0])
+        self._overhead = 3 * start
+        self.own_files = OwnFiles(max_log_bytes, max_bag_bytes, start)
+        self._space = SpaceBound(log_directory, max_log_bytes, self.own_files.margin)
         self._lock = threading.Lock()
         self._bag: Bag | None = None
         self._closed = False
@@ -109,7 +116,10 @@ class RunLog:
             with self._lock:
                 bag = self._bag_for(message_size(message))
                 self._last_time = max(time.time_ns(), self._last_time + 1)
+                before = bag.mark
                 file, number = bag.append(topic, message, self._last_time)
+                if bag.mark != before:
+                    self.own_files.look_ahead(bag, self._space)
             if durable:
                 file.sync(number)
         except OSError as error:
@@ -132,8 +142,28 @@ class RunLog:
             raise RecordingError(self.directory, error) from error
 
     def keep_runs(self, in_use: Callable[[Path], bool]) -> None:
-        """Have runs asked for before they are deleted to make room, by their directories."""
+        """Have runs asked for before they are deleted to make room, by their directories.
+
+        That happens while this log is locked; nothing of it may be called meanwhile.
+        """
         self._space.in_use = in_use
+
+    def release_files(self, below: int) -> None:
+        """Have files of this bag with a lower mark deleted, where there is need of room.
+
+        Raises
+        ------
+        RecordingError
+            It cannot be seen what there is.
+        """
+        try:
+            with self._lock:
+                self.own_files.released = below
+                self._space.look_again()
+                if self._bag is not None:
+                    self._make_room(0)
+        except OSError as error:
+            raise RecordingError(self.directory, error) from error
 
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.
@@ -153,6 +183,17 @@ class RunLog:
                 raise RecordingError(self.directory, error) from error
 
     @property
+    def mark(self) -> int:
+        """A number that rises with each file; what is written later has this one or more."""
+        with self._lock:
+            return self._bag.mark if self._bag else 0
+
+    @property
+    def room_to_keep(self) -> int | None:
+        """Bytes that can be written again and again to be kept; None without a bound."""
+        return self.own_files.room_to_keep(self._space)
+
+    @property
     def bytes_written(self) -> int:
         """Bytes of the bag's files."""
         with self._lock:
@@ -165,8 +206,13 @@ class RunLog:
 
     @property
     def over_bound(self) -> bool:
-        """Whether the log directory is beyond its bound and nothing in it may be deleted."""
+        """Whether the log directory is beyond its bound and nothing in it may be deleted now."""
         return self._space.exceeded
+
+    @property
+    def waits(self) -> bool:
+        """Whether something is to be deleted once what counts in it has been recorded again."""
+        return self._space.waits or self.own_files.waits
 
     @property
     def deleted_runs(self) -> list[Path]:
@@ -184,10 +230,20 @@ class RunLog:
             self._bag = None
             self.times_lost += 1
             self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-        size = self._bag.size if self._bag else 0
-        self._space.enforce(self.directory, size + record + self._overhead)
+        self._make_room(record)
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-            self._bag = Bag(self.directory, self._types, self._max_bag_bytes, self._node)
+            self._bag = Bag(self.directory, self._types, self.own_files.max_bytes,
+                            self._node, self._marks)
         return self._bag
+
+    def _make_room(self, record: int) -> None:
+        """Delete what must go before a record of so many bytes is written.
+
+        Beside the record there may be the end of one file, a whole empty one, and for a moment
+        both the old and the new metadata.yaml.
+        """
+        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
+        self._space.enforce(self.directory, size + record + self._overhead,
+                            lambda: self.own_files.drop_oldest(self._bag))

@@ -95,6 +95,8 @@ class Job:
         The end result as a serialised message, once made.
     recorded : bool
         Whether the acceptance is on record.
+    asked : bool
+        Whether a client has been told of it, who may rely on what is on record.
     ending : bool
         Whether its end is being told; that happens once.
     name : str
@@ -114,6 +116,7 @@ class Job:
     message: str = ""
     answer: bytes = b""
     recorded: bool = True
+    asked: bool = False
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
     ending: bool = False
@@ -168,10 +171,13 @@ class Job:
 
 
 class JobListener(Protocol):
-    """Told what happens to jobs; all but `queued` in the queue's own thread."""
+    """Told what happens to jobs; all but the first two in the queue's own thread."""
 
     def queued(self, job: Job) -> bool:
         """Accepted; returns when that is on record, false where it could not be put there."""
+
+    def joined(self, job: Job) -> bool:
+        """A client asked for what the node had begun by itself; returns as `queued` does."""
 
     def started(self, job: Job) -> None:
         """Begins to run."""

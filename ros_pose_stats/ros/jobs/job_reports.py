@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from array import array
 from collections import deque
 from collections.abc import Callable
@@ -67,6 +68,8 @@ class JobReports:
         self._results = results
         self._recorder = recorder
         self._say = say
+        self._unfinished: dict[str, tuple[JobEvent, int]] = {}
+        self._recording = threading.RLock()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._answered: deque[Job] = deque()
         self._answer_bytes = 0
@@ -75,12 +78,19 @@ class JobReports:
         self.on_end: Callable[[Job], object] = lambda job: None
 
     def queued(self, job: Job) -> bool:
-        """Put the acceptance on record before it is told."""
-        return self._record(job_event(job, JobEvent.QUEUED), durable=True)
+        """Put the acceptance on record before it is told.
+
+        Nobody is told of what the node starts by itself, so that does not wait for the disk.
+        """
+        return self._record_unfinished(job_event(job, JobEvent.QUEUED), durable=job.asked)
+
+    def joined(self, job: Job) -> bool:
+        """Have what is on record of a job on disk, since a client is told of it now."""
+        return self._recorder.sync()
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        self._record(job_event(job, JobEvent.RUNNING), durable=False)
+        self._record_unfinished(job_event(job, JobEvent.RUNNING), durable=False)
         self.on_started(job)
 
     def progressed(self, job: Job) -> None:
@@ -101,7 +111,10 @@ class JobReports:
     def ended(self, job: Job, state: State) -> None:
         """Put the end and its result on record, and latch the result."""
         message = self._recorded_answer(job)
-        recorded = self._record(job_event(job, int(state), job.message), durable=True)
+        with self._recording:  # until the end is on record, the acceptance has to be
+            self._unfinished.pop(job.job_id, None)
+            recorded = self._record(job_event(job, int(state), job.message),
+                                    durable=job.asked or state is State.DONE)
         if message is not None:
             if not recorded:
                 message = self._results.announcer.warn_unrecorded(message)
@@ -117,6 +130,21 @@ class JobReports:
     def told(self, job: Job) -> None:
         """Tell the goals."""
         self.on_end(job)
+
+    def record_again(self) -> None:
+        """Put on record again how far unfinished jobs are, where the bag may not have it."""
+        with self._recording:
+            for event, mark in list(self._unfinished.values()):
+                if mark < self._recorder.trusted_from:
+                    self._record_unfinished(event, durable=False)
+
+    def _record_unfinished(self, event: JobEvent, *, durable: bool) -> bool:
+        """Put on record that a job waits or runs, and keep that until its end."""
+        with self._recording:
+            mark = self._recorder.mark
+            recorded = self._record(event, durable=durable)
+            self._unfinished[event.job_id] = event, mark if recorded else -1
+            return recorded
 
     def _recorded_answer(self, job: Job) -> PoseStatistics | None:
         """The message of what a job has done; it is durable once the job's end is."""

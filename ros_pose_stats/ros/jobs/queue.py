@@ -78,11 +78,13 @@ class Jobs:
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = self._twin(request)
-                if twin is not None:
-                    return twin
-                self._check_room(request, settings.max_queued_jobs)
+                if twin is None:
+                    self._check_room(request, settings.max_queued_jobs)
+            if twin is not None:
+                return self._join(twin, request)
             seed = request.seed or secrets.randbits(32) or 1
-            job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings)
+            job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings,
+                      asked=not request.refinement)
             job.recorded = self._listener.queued(job)
             with self._changed:
                 self._known[job.job_id] = job
@@ -93,6 +95,13 @@ class Jobs:
             if too_late:  # closed while the acceptance went on record
                 self._end(job, State.CANCELLED, too_late)
             return job
+
+    def _join(self, job: Job, request: JobRequest) -> Job:
+        """Have somebody else share a job; what a client is told of is on record."""
+        if not request.refinement and not job.asked:
+            job.asked = True
+            job.recorded = self._listener.joined(job) and job.recorded
+        return job
 
     def cancel(self, job_id: str, reason: str) -> Job | None:
         """Ask a job to end; None if it is not known. One that has ended stays as it is."""

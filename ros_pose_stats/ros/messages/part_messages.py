@@ -63,6 +63,30 @@ def request_of_message(message: PartMesh) -> PartRequest:
     return request_of_part_bytes(serialize_message(message))
 
 
+def taken_request(message: PartMesh) -> PartRequest:
+    """Take a `PartMesh` that came in a request, and let go of what it holds.
+
+    Raises
+    ------
+    MeshError, RequestError
+    """
+    try:
+        return request_of_message(message)
+    finally:
+        let_go(message)
+
+
+def let_go(message: PartMesh) -> None:
+    """Let go of the mesh that a message holds."""
+    message.mesh, message.vertices, message.triangles = Mesh(), array("d"), array("I")
+
+
+def mesh_size(message: PartMesh) -> tuple[int, int]:
+    """Triangles and vertices that a message holds, about."""
+    return (len(message.triangles) // 3 + len(message.mesh.triangles),
+            len(message.vertices) // 3 + len(message.mesh.vertices))
+
+
 def is_given(message: PartMesh) -> bool:
     """Whether a request carries a part."""
     return bool(len(message.mesh.triangles) or len(message.mesh.vertices)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks
@@ -16,11 +17,12 @@ from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
 from ...records import Part
+from ..floods import MOST_SWAPS, Floods
 from ..messages.markers import marker_array, poses_each, triangles_each
 from ..messages.statistics_messages import with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
-from .part_requests import part_line
+from .part_requests import part_line, shown
 from .part_store import KnownPart
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
@@ -42,6 +44,17 @@ class _Shown:
     message: PoseStatistics
 
 
+class Recorded(NamedTuple):
+    """A result that was put on record, warned of if it is not there, and the same serialised.
+
+    `mark` is the recorder's before that; -1 where it is not on record.
+    """
+
+    message: PoseStatistics
+    data: bytes
+    mark: int
+
+
 class Announcer:
     """Publishes and records results.
 
@@ -49,9 +62,10 @@ class Announcer:
     A late joiner gets the current result of every part, whatever the others do.
     """
 
-    def __init__(self, node: Node, recorder: Recorder) -> None:
+    def __init__(self, node: Node, recorder: Recorder, floods: Floods) -> None:
         self._node = node
-        self._recorder = recorder
+        self.recorder = recorder
+        self._floods = floods
         self._shown: dict[str, _Shown] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
@@ -60,26 +74,25 @@ class Announcer:
                      MutuallyExclusiveCallbackGroup())
 
     def announce_part(self, known: KnownPart) -> None:
-        """Say what has come, so that a wrong unit is seen at once."""
+        """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
+        of_part = self._floods.count(f"meshes of part {shown(known.part.part_id)}", MOST_SWAPS)
+        if not (self._floods.count("new parts") and of_part):
+            return
         log = self._node.get_logger()
         log.info(part_line(known.part, known.latched))
         for warning in known.part.warnings:
             log.warning(f"{known.part.part_id}: {warning}")
 
-    def record_result(self, message: PoseStatistics,
-                      recorded: bool = False) -> tuple[PoseStatistics, bytes]:
-        """Put a result that is latched on record, unless it is there.
-
-        Returns
-        -------
-        PoseStatistics, bytes
-            The message, warned of if it is not on record, and the same serialised.
-        """
+    def record_result(self, message: PoseStatistics, recorded: bool = False) -> Recorded:
+        """Put a result that is latched on record, unless it is there from the beginning."""
         data = serialize_message(message)
-        if recorded or self._recorder.record(POSE_STATISTICS, data):
-            return message, data
+        if recorded and not self.recorder.trusted_from:
+            return Recorded(message, data, 0)
+        mark = self.recorder.mark
+        if self.recorder.record(POSE_STATISTICS, data):
+            return Recorded(message, data, mark)
         message = self.warn_unrecorded(message)
-        return message, serialize_message(message)
+        return Recorded(message, serialize_message(message), -1)
 
     def publish_result(self, part: Part, message: PoseStatistics, data: bytes) -> None:
         """Latch a message as the part's current one."""
@@ -101,7 +114,7 @@ class Announcer:
 
     def record_answer(self, message: PoseStatistics, *, durable: bool = True) -> PoseStatistics:
         """Put an answer on record before it goes to a caller; warn where that fails."""
-        if self._recorder.record(ANSWERS, serialize_message(message), durable=durable):
+        if self.recorder.record(ANSWERS, serialize_message(message), durable=durable):
             return message
         return self.warn_unrecorded(message)
 
@@ -113,7 +126,7 @@ class Announcer:
 
     def not_recorded(self) -> str:
         """The warning of an answer that could not be put on record."""
-        return NOT_RECORDED.format(self._recorder.last_problem)
+        return NOT_RECORDED.format(self.recorder.last_problem)
 
     def _draw_markers(self) -> None:
         """Draw what is latched, at most once a second and only where it has changed."""

@@ -32,9 +32,9 @@ FIRST_TO_GO = "1000"
 
 
 class BuildRequest(NamedTuple):
-    """A mesh, and the scene of its first estimate."""
+    """A mesh, or a part that is built already, and the scene of its first estimate."""
 
-    request: PartRequest
+    request: PartRequest | Part
     scene: DropScene
 
 
@@ -54,7 +54,7 @@ def build(asked: BuildRequest) -> Built | PoseStatsError | str:
         The refusal of a bad mesh, or what failed inside the program.
     """
     try:
-        part = part_of(asked.request)
+        part = asked.request if isinstance(asked.request, Part) else part_of(asked.request)
         estimate(part, AUTO, cluster_tolerance=asked.scene.cluster_tolerance,
                  round_sides=asked.scene.round_sides)
         visible_triangles(part)  # for its markers

@@ -31,58 +31,84 @@ def _key(known: KnownPart) -> Key:
 
 
 class MeshRecord:
-    """Puts each mesh on record once."""
+    """Puts each mesh on record once, and again before that record goes.
+
+    A mesh counts as recorded while its mark in this run is trusted, or while the bag of the
+    earlier run stays in which it lies, and what this run's first file says of that.
+
+    Attributes
+    ----------
+    coming : set of (str, str)
+        Meshes of earlier runs whose parts are not known yet.
+    """
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
-        self._recorded: Memory[Key, Override] = Memory(RECORDED)
-        self._elsewhere: dict[Key, str] = {}
-        self._lock = threading.Lock()
+        self._recorded: Memory[Key, tuple[Override, int]] = Memory(RECORDED)
+        self._elsewhere: dict[Key, tuple[Override, str]] = {}
+        self._distrusted: set[str] = set()
+        self.coming: set[Key] = set()
+        self._lock = threading.Lock()  # held while nothing else is called
 
     def record(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, unless it is there with the same scene of its own."""
+        """Put a part's mesh on record, unless it is there with the same scene of its own.
+
+        The result that is latched next goes on record too: it tells the mesh's digest.
+        """
         request = known.request
         if request is None or self.holds(known):
             return
+        known.mesh_is_last = True
         message = part_message(request, known.part.part_id, request.stamp or now())
+        mark = self._recorder.mark
         if self._recorder.record(PART_MESH, serialize_message(message)):
-            self._recorded.put(_key(known), known.scene_override)
+            self._recorded.put(_key(known), (known.scene_override, mark))
 
     def holds(self, known: KnownPart) -> bool:
-        """Whether a part's mesh is on record with the same scene of its own."""
-        return self._recorded.get(_key(known)) == known.scene_override
+        """Whether a part's mesh is on record with the same scene of its own, and stays there."""
+        if known.request is None:
+            return True
+        key, trusted_from = _key(known), self._recorder.trusted_from
+        override, mark = self._recorded.get(key) or (None, -1)
+        if override == known.scene_override and mark >= trusted_from:
+            return True
+        with self._lock:
+            override, run = self._elsewhere.get(key) or (None, "")
+            return (override == known.scene_override and not trusted_from
+                    and run not in self._distrusted)
+
+    def must_move(self, known: KnownPart) -> bool:
+        """Whether a part's mesh lies in a distrusted run, and perhaps nowhere else."""
+        with self._lock:
+            _, run = self._elsewhere.get(_key(known)) or (None, "")
+            return run in self._distrusted
 
     def count_as_recorded(self, key: Key, override: Override, run: str) -> None:
-        """Take a mesh for recorded that lies in the bag of an earlier run."""
-        self._recorded.put(key, override)
+        """Take a mesh for recorded that lies in the bag of an earlier run and is coming."""
         with self._lock:
-            self._elsewhere[key] = run
+            self.coming.add(key)
+            self._elsewhere[key] = override, run
 
-    def needs_run(self, run: str) -> bool:
-        """Whether meshes lie in the bag of an earlier run and perhaps nowhere else."""
+    def distrust(self, run: str) -> bool:
+        """Count no mesh in the bag of an earlier run as recorded; whether there are any."""
         with self._lock:
-            return run in self._elsewhere.values()
+            needed = any(run == one for _, one in self._elsewhere.values())
+            if needed:
+                self._distrusted.add(run)
+            return needed
 
-    def distrust(self, run: str | None = None) -> None:
-        """Count no mesh as recorded any more, or none in the bag of an earlier run."""
-        if run is None:
-            self._recorded.clear()
-        for key in self._in_run(run):
-            self._recorded.drop(key)
+    def leave_runs(self, parts: Iterable[KnownPart]) -> None:
+        """Note that what known parts need of distrusted runs was recorded again.
 
-    def leave_run(self, run: str | None, parts: Iterable[KnownPart]) -> None:
-        """Note that what known parts need of an earlier run (of all) was recorded again.
-
-        Meshes of which that failed stay where they are.
+        Meshes of which that failed stay where they are, and so do those still to come.
         """
-        self._recorder.sync()
+        if not self._distrusted:
+            return
         missing = {_key(known) for known in parts if not self.holds(known)}
-        for key in self._in_run(run):
-            if key not in missing:
-                with self._lock:
-                    self._elsewhere.pop(key, None)
-
-    def _in_run(self, run: str | None) -> list[Key]:
-        """Meshes in the bag of an earlier run, of any for None."""
+        if not self._recorder.sync():
+            return
         with self._lock:
-            return [key for key, one in self._elsewhere.items() if run in (None, one)]
+            for key, (_, run) in list(self._elsewhere.items()):
+                if run in self._distrusted and key not in missing | self.coming:
+                    del self._elsewhere[key]
+            self._distrusted &= {run for _, run in self._elsewhere.values()}

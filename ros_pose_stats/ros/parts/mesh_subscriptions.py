@@ -67,6 +67,7 @@ class MeshSubscriptions:
         gaps = SequenceGaps()
 
         def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
+            self._refusals.floods.count(f"meshes on {topic}")
             self._refusals.count_lost(
                 gaps.missing_before(info["publication_sequence_number"] or 0))
             on_mesh(data)

@@ -1,4 +1,4 @@
-"""Builds parts: small ones here, large ones in a process that can be stopped."""
+"""Builds parts: small ones here, what takes long in processes that can be stopped."""
 
 from __future__ import annotations
 
@@ -11,15 +11,24 @@ from contextlib import suppress
 from typing import Any
 
 from ...errors import MeshError, PoseStatsError, RequestError
+from ...mesh.patience import TakesLongError, within
 from ...records import DropScene, Part
-from .building_process import BuildRequest, main
+from ...resting.poses import are_found
+from .building_process import BuildRequest, Built, main
+from .lanes import Pace
 from .part_requests import PartRequest, part_of
 
-LARGE_TRIANGLES = 10_000
+LARGE_TRIANGLES = 5000
 """A mesh with more of them may take longer than others should wait."""
 
 CORNERS = 3
 """Vertices a triangle where each has its own."""
+
+HERE_SECONDS = 0.05
+"""For looking in the node how the bodies of a mesh lie to each other."""
+
+TRY_SECONDS = 2.0
+"""For one mesh before those behind it; if that does not do, it waits for those like it."""
 
 BUDGET_SECONDS = 60.0
 """For one mesh."""
@@ -34,8 +43,12 @@ class NotBuiltError(RequestError):
 
 def is_large(request: PartRequest | Part) -> bool:
     """Whether a mesh may take longer than others should wait."""
-    return (len(request.triangles) > LARGE_TRIANGLES
-            or len(request.vertices) > CORNERS * LARGE_TRIANGLES)
+    return are_many(len(request.triangles), len(request.vertices))
+
+
+def are_many(triangles: int, vertices: int) -> bool:
+    """Whether a mesh of so many triangles and vertices is large."""
+    return triangles > LARGE_TRIANGLES or vertices > CORNERS * LARGE_TRIANGLES
 
 
 class BuildingProcess:
@@ -90,7 +103,57 @@ class BuildingProcess:
 
 
 class PartBuilder:
-    """Builds parts one at a time, each large one within `BUDGET_SECONDS`."""
+    """Builds parts, each within the time of the lane that it is built in."""
+
+    def __init__(self) -> None:
+        self._builders = {Pace.MIDDLE: ProcessBuilder(), Pace.SLOW: ProcessBuilder()}
+
+    def build(self, request: PartRequest, scene: DropScene,
+              pace: Pace = Pace.SLOW) -> Part:
+        """Build a part; one that takes long with its poses.
+
+        Raises
+        ------
+        PoseStatsError
+            With one line that says what is wrong.
+        TakesLongError
+            If a slower lane has to build it.
+        """
+        if not is_large(request):
+            try:
+                with within(HERE_SECONDS):
+                    return part_of(request)
+            except TakesLongError:
+                if pace is Pace.QUICK:
+                    raise
+        found = self._ask(request, scene, pace)
+        found.part.keep_all(found.prepared)
+        return found.part
+
+    def find_poses(self, part: Part, scene: DropScene, pace: Pace = Pace.SLOW) -> None:
+        """Have the poses of a large part at hand; see `build`."""
+        if is_large(part) and not are_found(
+                part, scene.cluster_tolerance, scene.round_sides):
+            part.keep_all(self._ask(part, scene, pace).prepared)
+
+    def _ask(self, request: PartRequest | Part, scene: DropScene, pace: Pace) -> Built:
+        seconds = BUDGET_SECONDS if pace is Pace.SLOW else TRY_SECONDS
+        try:
+            return self._builders[pace].build(BuildRequest(request, scene), seconds)
+        except TakesLongError as late:
+            if pace is not Pace.SLOW:
+                raise
+            raise MeshError(f"a mesh that is checked within {seconds:g} s",
+                            f"{len(request.triangles)} triangles", "decimate it") from late
+
+    def close(self) -> None:
+        """End what is being built."""
+        for builder in self._builders.values():
+            builder.close()
+
+
+class ProcessBuilder:
+    """Builds parts in a process, one at a time."""
 
     def __init__(self) -> None:
         self._turn = threading.Lock()
@@ -98,44 +161,42 @@ class PartBuilder:
         self._idle: threading.Timer | None = None
         self._closed = threading.Event()
 
-    def build(self, request: PartRequest, scene: DropScene) -> Part:
-        """Build a part; a large one with its poses.
+    def build(self, asked: BuildRequest, seconds: float) -> Built:
+        """Build a part with its poses.
 
         Raises
         ------
         PoseStatsError
             With one line that says what is wrong.
+        TakesLongError
+            If it takes longer than so many seconds.
         """
-        if not is_large(request):
-            return part_of(request)
         with self._turn:
-            found = self._built(request, scene)
+            found = self._built(asked, seconds)
         if isinstance(found, PoseStatsError):
             raise found
         if isinstance(found, str):
             raise RuntimeError(found)
-        part: Part = found.part
-        part.keep_all(found.prepared)
-        return part
+        built: Built = found
+        return built
 
-    def _built(self, request: PartRequest, scene: DropScene) -> Any:
+    def _built(self, asked: BuildRequest, seconds: float) -> Any:
         begin, late = time.monotonic(), threading.Event()
         try:
             process = self._running()
             begin = time.monotonic()
-            guard = threading.Timer(BUDGET_SECONDS, self._stop, (process, late))
+            guard = threading.Timer(seconds, self._stop, (process, late))
             guard.daemon = True
             guard.start()
             try:
-                return process.ask(BuildRequest(request, scene))
+                return process.ask(asked)
             finally:
                 guard.cancel()
                 self._rest(process)
         except (EOFError, BrokenPipeError, pickle.UnpicklingError) as error:
             status = self._drop()
             if late.is_set():
-                return MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
-                                 f"{len(request.triangles)} triangles", "decimate it")
+                raise TakesLongError from error
             raise self._not_built(status, time.monotonic() - begin) from error
 
     @staticmethod

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -33,6 +34,9 @@ BUILT_BYTES = 64 * 2**20
 NUMBERED = 1024
 """Forgotten parts whose revisions go on where they come again."""
 
+LAST_RECORDED = 16
+"""Results of a name that are known to have been recorded: its meshes may change places."""
+
 
 @dataclass(eq=False)
 class Revisions:
@@ -44,12 +48,18 @@ class Revisions:
         Given to a result.
     shown : int
         Of what was latched last.
+    recorded : deque of int
+        Numbers of the last results that were put on record when latched, as they were first.
+    recorded_at : float
+        When that was last, by the monotonic clock.
     lock : RLock
         Held while a result of the name is numbered, latched or withdrawn.
     """
 
     newest: int = 0
     shown: int = 0
+    recorded: deque[int] = field(default_factory=lambda: deque(maxlen=LAST_RECORDED))
+    recorded_at: float = -math.inf
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def next(self) -> int:
@@ -85,6 +95,14 @@ class KnownPart:
     size : int
         Bytes of the mesh as it was sent, of the part, and of what was prepared on it when it
         became known.
+    origin : PoseStatistics or None
+        The latched result as it was before it got another number to be latched under.
+    mark : int
+        The recorder's, when the latched result was put on record; -1 where it is not.
+    latched_bytes : int
+        Size of the latched result as a message.
+    mesh_is_last : bool
+        Whether the mesh went on record, and no result of it since.
     """
 
     part: Part
@@ -97,6 +115,10 @@ class KnownPart:
     published: float = 0.0
     on_record: PoseStatistics | None = None
     size: int = 0
+    origin: PoseStatistics | None = None
+    mark: int = -1
+    latched_bytes: int = 0
+    mesh_is_last: bool = False
 
 
 def at_hand(value: T) -> Future[T]:
@@ -180,11 +202,12 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, most: int, most_bytes: int) -> None:
+    def put(self, known: KnownPart, most: int, most_bytes: int, *,
+            newest: bool = True) -> KnownPart:
         """Record and remember a part, with no result of the same name between the two.
 
-        It takes the place of one of the same id, and of the oldest beyond `most` parts and
-        `most_bytes` of them all.
+        It takes the place of one of the same id, if it is the newest, and of the oldest beyond
+        `most` parts and `most_bytes` of them all. Returns the part that is known then.
 
         Raises
         ------
@@ -200,9 +223,14 @@ class PartStore:
         with known.revisions.lock:
             self.meshes.record(known)
             with self._lock:
+                other = self._parts.get(known.part.part_id)
+                if other is not None and not newest:
+                    return other
                 self._parts.pop(known.part.part_id, None)
                 self._parts[known.part.part_id] = known
+            self.meshes.record(known)  # what held it may have gone while nobody knew the part
         self.shrink(most, most_bytes)
+        return known
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import NamedTuple
 
+from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
-from std_msgs.msg import Header
 
 from ... import records
 from ...errors import PoseStatsError
 from ...estimators import estimate
 from ...records import DropScene
-from ...simulation.drops import release_height
-from ...version import VERSION
 from ..messages.statistics_messages import Answer, copied, statistics_message
 from ..messages.times import now
 from ..settings import Settings
-from .announcer import Announcer
+from .announcer import Announcer, Recorded
 from .memory import Memory
 from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import KnownPart, PartStore
+from .result_rules import known_error, labelled, replaces, still_true
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -49,28 +47,11 @@ class Key(NamedTuple):
     plate_frame: str
 
 
-def known_error(message: PoseStatistics) -> float:
-    """Expected error of a result; where none has been measured, what a real plate leaves.
-
-    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
-    drops does not push it aside.
-    """
-    error: float = message.expected_error
-    return float(message.plate_error) if math.isnan(error) else error
-
-
-def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
-    """Whether a result takes the place of the latched one for the same scene.
-
-    A larger expected error never replaces a smaller one for the same digest, but that a
-    simulation ends what it has shown of itself: its last drops may raise the error a little.
-    Of two estimates the newer one counts, which is by the method that is wanted now.
-    """
-    if not new.drops and not old.drops and new.method != old.method:
-        return True
-    if new.final and new.job_id and new.job_id == old.job_id:
-        return True
-    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
+def live_size(known: KnownPart) -> int:
+    """Bytes that a part and what is latched for it take in a bag, names aside."""
+    request = known.request
+    mesh = 0 if request is None else request.vertices.nbytes + request.triangles.nbytes
+    return mesh + known.latched_bytes
 
 
 class ResultStore:
@@ -87,12 +68,14 @@ class ResultStore:
         self._settings = settings
         self.parts = parts
         self.announcer = announcer
+        self.recorder = announcer.recorder
+        self._waiting: dict[str, KnownPart] = {}
         self.on_shown: Callable[[KnownPart], object] = lambda known: None
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
     def take_part(self, request: PartRequest, last: PoseStatistics | None = None, *,
-                  recorded: bool = False) -> KnownPart:
+                  recorded: bool = False, newest: bool = True) -> KnownPart:
         """Make a received mesh a known part, estimated and latched.
 
         A copy of what is known is ignored; one that was refused is refused again at once.
@@ -104,6 +87,8 @@ class ResultStore:
             What was latched for it in the last run.
         recorded : bool
             Whether that stands for this run too, if it holds.
+        newest : bool
+            Whether it takes the place of a known part of its name.
 
         Raises
         ------
@@ -119,7 +104,10 @@ class ResultStore:
             known.on_record = restored
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self.parts.put(known, settings.max_parts, settings.max_part_bytes)
+            there = self.parts.put(known, settings.max_parts, settings.max_part_bytes,
+                                   newest=newest)
+            if there is not known:
+                return there
             self.show_best(known, restored)
             self.announcer.announce_part(known)
         elif restored is not None:
@@ -128,12 +116,12 @@ class ResultStore:
 
     def relabel(self, last: PoseStatistics) -> PoseStatistics:
         """A result of the last run with the present names of plate and frame."""
-        return _labelled(last, self._settings())
+        return labelled(last, self._settings())
 
     def holds(self, last: PoseStatistics, override: tuple[float, float]) -> bool:
         """Whether a result of the last run is one of the present scene of its part."""
         with suppress(PoseStatsError):  # of an override that holds no more
-            return _still_true(last, self._settings().scene(override))
+            return still_true(last, self._settings().scene(override))
         return False
 
     def _restore_result(self, known: KnownPart, last: PoseStatistics | None,
@@ -143,30 +131,48 @@ class ResultStore:
             return None
         with known.revisions.lock:
             known.revisions.newest = max(known.revisions.newest, last.revision)
-        if last.part_digest != known.part.digest or not _still_true(last, scene):
+        if last.part_digest != known.part.digest or not still_true(last, scene):
             return None
         if not last.drops:
             self._results.put(self._key(last.method, known, scene), last)
         return last
 
-    def record_again(self, run: str | None = None) -> None:
-        """Put all parts and what is latched for them on record, after a gap in it.
+    def record_again(self) -> None:
+        """Put parts and what is latched for them on record where the bag may not have them.
 
-        Parameters
-        ----------
-        run : str, optional
-            Only parts whose mesh lies in the bag of this earlier run, which then may go.
+        A mesh is followed by its result, which tells its digest. Parts that are too large to be
+        recorded again and again go with the files of this run; meshes of earlier runs are
+        recorded once in any case.
         """
-        meshes = self.parts.meshes
-        meshes.distrust(run)
-        for known in self.parts.all():
+        meshes, parts = self.parts.meshes, self.parts.all()
+        may_repeat = self.recorder.has_room_for(sum(map(live_size, parts)))
+        for known in parts:
             with known.revisions.lock:
-                if meshes.holds(known):
+                if self.recorder.closing or self.parts.current(known.part.part_id) is not known:
                     continue
-                meshes.record(known)
-                if known.latched is not None:
-                    self.announcer.record_result(known.latched)
-        meshes.leave_run(run, self.parts.all())
+                if meshes.holds(known) and known.mark >= self.recorder.trusted_from:
+                    continue
+                if may_repeat or known.mark < 0 or meshes.must_move(known):
+                    meshes.record(known)
+                    self._record_latched(known)
+        meshes.leave_runs(self.parts.all())
+
+    def record_waiting(self) -> None:
+        """Put repeated results on record that were not when they were latched."""
+        for part_id in list(self._waiting):
+            known = self._waiting.get(part_id)
+            if known is None:
+                continue
+            with known.revisions.lock:
+                if self._waiting.get(part_id) is known:
+                    del self._waiting[part_id]
+                    if self.parts.current(part_id) is known:
+                        self._record_latched(known)
+
+    def _record_latched(self, known: KnownPart) -> None:
+        """Put what is latched for a part on record as it was published."""
+        if known.latched is not None:
+            known.mark = self.announcer.record_result(known.latched).mark
 
     def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -184,7 +190,7 @@ class ResultStore:
             yield best
         with known.revisions.lock:  # until it is offered, so that nothing comes in between
             if known.latched is not None and known.scene == scene:
-                yield _labelled(known.latched, self._settings())
+                yield labelled(known.latched, self._settings())
         yield self.estimate(known, "", scene)
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
@@ -246,7 +252,8 @@ class ResultStore:
 
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
-        if self.parts.current(known.part.part_id) is not known or message is known.latched:
+        if self.parts.current(known.part.part_id) is not known or (
+                message is known.latched or message is known.origin):
             return False
         if self._settings().scene(known.scene_override) != scene:
             return False
@@ -256,36 +263,33 @@ class ResultStore:
         return message.final or self.is_due(known, scene)
 
     def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
-        """Show a result under a number above that of the one before, and put it on record."""
-        if message.revision <= known.revisions.shown:
+        """Show a result under a number above that of the one before, and put it on record.
+
+        One that is latched again, because meshes change places, is put on record at most once
+        a second; the last one always, by `record_waiting`.
+        """
+        at, revisions, origin = time.monotonic(), known.revisions, message
+        if message.revision <= revisions.shown:
             message = copied(message)
-            message.revision = known.revisions.next()
-        known.revisions.shown = message.revision
-        message, data = self.announcer.record_result(message, message is known.on_record)
-        known.latched, known.scene, known.published = message, scene, time.monotonic()
-        self.announcer.publish_result(known.part, message, data)
+            message.revision = revisions.next()
+        revisions.shown = message.revision
+        again = origin is not message and origin.revision in revisions.recorded
+        if (again and not known.mesh_is_last
+                and at - revisions.recorded_at < SECONDS_BETWEEN):
+            self._waiting[known.part.part_id] = known
+            found = Recorded(message, serialize_message(message), -1)
+        else:
+            self._waiting.pop(known.part.part_id, None)
+            found = self.announcer.record_result(message, message is known.on_record)
+            revisions.recorded_at, known.mesh_is_last = at, False
+            if found.mark >= 0 and not again:
+                revisions.recorded.append(origin.revision)
+        known.origin, known.mark, known.latched = origin, found.mark, found.message
+        known.latched_bytes = len(found.data)
+        known.scene, known.published = scene, at
+        self.announcer.publish_result(known.part, found.message, found.data)
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()
         return Key(role, known.part.part_id, known.part.digest, scene, settings.plate,
                    settings.plate_frame)
-
-
-def _still_true(last: PoseStatistics, scene: DropScene) -> bool:
-    """Whether a result of the last run holds for its part in the present scene."""
-    if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
-            VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
-        return False
-    released = release_height(scene, last.radius)
-    return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
-
-
-def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
-    """The same with the present names of plate and frame; itself if it has them."""
-    if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
-        return message
-    named = copied(message)
-    named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
-    named.plate = settings.plate
-    named.revision += 1
-    return named

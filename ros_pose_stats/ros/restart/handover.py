@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,8 +12,7 @@ from ros_pose_stats_msgs.msg import JobEvent
 
 from ...recording.reader.run_identity import identity_of
 from ..messages.times import now, time_message
-from ..parts.mesh_queue import MeshQueue
-from ..parts.result_store import ResultStore
+from ..parts.mesh_record import MeshRecord
 from ..recorder import JOB_EVENTS, Recorder
 from .earlier_runs import RUNS_TAKEN_IN, EarlierRuns, Taken
 
@@ -39,6 +38,7 @@ class Handover:
         self._records = records
         self._lock = threading.RLock()
         self._busy = False
+        self._mark = 0
         self.done = False
 
     def settle(self) -> bool:
@@ -57,10 +57,22 @@ class Handover:
                 self._records = ()
             return self.done
 
-    def repeat(self) -> None:
-        """Say again which runs were taken in, in a bag that holds all that is known."""
-        if self.done and self._found.taken.up_to:
-            self._say(self._found.taken)
+    def repeat(self, coming: Iterable[tuple[str, bytes]]) -> None:
+        """Say again which runs were taken in, where the bag may not have it any more.
+
+        All that is known must be in the bag by then.
+
+        Parameters
+        ----------
+        coming : iterable of (str, bytes)
+            Topic and message of what is not known yet.
+        """
+        if (self.done and self._found.taken.up_to
+                and self._mark < self._recorder.trusted_from):
+            mark = self._recorder.mark
+            if all(self._recorder.record(*record) for record in coming) and self._say(
+                    self._found.taken):
+                self._mark = mark
 
     def needs(self, bag: Path) -> bool:
         """Whether a bag is still to be handed over."""
@@ -83,13 +95,20 @@ class RunsInUse:
     """Which runs must stay for the present, when the oldest make room.
 
     A run that holds meshes of known parts stays until they are in the bag of this run too.
+
+    Parameters
+    ----------
+    handover : Handover
+    meshes : MeshRecord
+    have_recorded_again : callable
+        Sees to it, elsewhere, that meshes in distrusted runs are recorded again.
     """
 
-    def __init__(self, handover: Handover, results: ResultStore, mesh_queue: MeshQueue) -> None:
+    def __init__(self, handover: Handover, meshes: MeshRecord,
+                 have_recorded_again: Callable[[], object]) -> None:
         self._handover = handover
-        self._results = results
-        self._mesh_queue = mesh_queue
-        self._asked: set[str] = set()
+        self._meshes = meshes
+        self._have_recorded_again = have_recorded_again
 
     def __call__(self, bag: Path) -> bool:
         """Whether a run is in use; then it is seen to that it will not be."""
@@ -98,14 +117,7 @@ class RunsInUse:
         identity = None
         with suppress(OSError):
             identity = identity_of(bag)
-        run = bag.name if identity is None else identity.run
-        if not self._results.parts.meshes.needs_run(run):
-            return False
-        if run not in self._asked:
-            self._asked.add(run)
-            self._mesh_queue.put_later(lambda: self._move(run))
-        return True
-
-    def _move(self, run: str) -> None:
-        self._asked.discard(run)
-        self._results.record_again(run)
+        in_use = self._meshes.distrust(bag.name if identity is None else identity.run)
+        if in_use:
+            self._have_recorded_again()
+        return in_use

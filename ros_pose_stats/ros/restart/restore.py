@@ -20,7 +20,7 @@ from ..messages.part_messages import request_of_part_bytes
 from ..messages.times import now, time_message
 from ..parts.mesh_queue import MeshQueue
 from ..parts.part_requests import named, plain
-from ..parts.part_store import KnownPart
+from ..parts.part_store import KnownPart, PartStore
 from ..parts.result_store import ResultStore
 from ..recorder import JOB_EVENTS, POSE_STATISTICS
 from ..settings import Settings
@@ -112,24 +112,37 @@ def restore_parts(coming: Sequence[RestoredPart], log_directory: Path, results: 
     futures = []
     for part in coming:
         mesh = part.mesh
-        if mesh.digest:
-            results.parts.meshes.count_as_recorded((part.part_id, mesh.digest), (
-                mesh.restitution, mesh.drop_height), mesh.place.run)
+        results.parts.meshes.count_as_recorded((part.part_id, mesh.digest), (
+            mesh.restitution, mesh.drop_height), mesh.place.run)
         futures.append(mesh_queue.put_later(
             partial(_restore_part, part, log_directory, results), large=True))  # it may be
         refusals.watch_mesh(partial(_source, part.part_id), futures[-1])
     return futures
 
 
+def records_to_come(parts: Sequence[RestoredPart],
+                    store: PartStore) -> Iterator[tuple[str, bytes]]:
+    """What the bag has to say again of parts of the last run that are still on their way."""
+    for part in parts:
+        if (part.part_id, part.mesh.digest) in store.meshes.coming and (
+                store.current(part.part_id) is None):
+            yield from part.records()
+
+
 def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore) -> KnownPart:
-    """Make a part known; one that cannot be is not tried again by later runs."""
+    """Make a part known, unless a newer mesh of its name has come meanwhile.
+
+    One that cannot be made known is not tried again by later runs.
+    """
     try:
         request = request_of_part_bytes(read_at(log_directory, part.mesh.place))
-        return results.take_part(request, part.last, recorded=part.holds)
+        return results.take_part(request, part.last, recorded=part.holds, newest=False)
     except PoseStatsError:
         if results.parts.current(part.part_id) is None:
             results.parts.record_forgotten(part.part_id, part.mesh.digest)
         raise
+    finally:
+        results.parts.meshes.coming.discard((part.part_id, part.mesh.digest))
 
 
 def _source(part_id: str) -> str:

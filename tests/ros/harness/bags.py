@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from rclpy.serialization import deserialize_message
 from ros_pose_stats_msgs import msg
 
@@ -25,4 +27,13 @@ def ends(log_directory):
     for event in recorded(log_directory, "job_events"):
         if event.event in (msg.JobEvent.DONE, msg.JobEvent.CANCELLED, msg.JobEvent.FAILED):
             found.setdefault(event.job_id, []).append(event)
+    return found
+
+
+def size_of(log_directory):
+    """Bytes of all files in a folder; what is deleted meanwhile counts nothing."""
+    found = 0
+    for path in log_directory.rglob("*"):
+        with suppress(FileNotFoundError):
+            found += path.stat().st_size if path.is_file() else 0
     return found

@@ -60,7 +60,7 @@ class Door:
         recorder, here = FakeRecorder(), self.settings
         node = fake_node(self.failures)
         self.results = quiet_results(here, recorder, node)
-        self.mesh_queue = MeshQueue(lambda: 2 * here.max_mesh_bytes)
+        self.mesh_queue = MeshQueue(lambda: here.max_mesh_bytes)
         reports = JobReports(self.results, recorder, lambda line: None)
         self.jobs = Jobs("run", reports, self.failures.append)
         self.requests = Requests(lambda: here, self.results, self.mesh_queue, self.jobs,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+from ros_pose_stats.ros.floods import Floods
 from ros_pose_stats.ros.parts.announcer import Announcer
 from ros_pose_stats.ros.parts.part_store import PartStore
 from ros_pose_stats.ros.parts.result_store import ResultStore
@@ -16,6 +17,8 @@ class FakeRecorder:
 
     def __init__(self):
         self.topics = []
+        self.mark = self.trusted_from = 0
+        self.closing = False
 
     def record(self, topic, data, *, durable=False):
         self.topics.append(topic)
@@ -23,6 +26,10 @@ class FakeRecorder:
 
     def sync(self):
         """Nothing is written."""
+        return True
+
+    def has_room_for(self, size):
+        return True
 
 
 def fake_node(failures):
@@ -37,6 +44,6 @@ def fake_node(failures):
 
 def quiet_results(settings, recorder, node):
     """A store of results around stores of its own."""
-    announcer = Announcer(node, recorder)
+    announcer = Announcer(node, recorder, Floods(print))
     parts = PartStore(recorder, announcer.withdraw_result)
     return ResultStore(lambda: settings, parts, announcer)

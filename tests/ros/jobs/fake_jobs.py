@@ -50,6 +50,9 @@ class Listener:
     def queued(self, job):
         self._note("queued", job)
         return True
+
+    def joined(self, job):
+        self._note("joined", job)
         return True
 
     def started(self, job):

@@ -7,6 +7,8 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
+from rclpy.serialization import deserialize_message
+from ros_pose_stats_msgs.msg import JobEvent
 
 from ros_pose_stats import simulate
 from ros_pose_stats.errors import MeshError
@@ -14,7 +16,7 @@ from ros_pose_stats.ros.jobs import Job, State
 from ros_pose_stats.ros.jobs.job_reports import JobReports, job_event
 
 from ..harness.parts import WEDGE, library_part
-from .fake_jobs import asked, settings
+from .fake_jobs import Listener, asked, queue_of, settings, submit
 
 
 def reports():
@@ -92,3 +94,67 @@ def test_a_job_with_nothing_to_show_says_itself_what_is_not_on_record(accepted, 
     looked_at.ended(job, State.CANCELLED)
     assert job.message.startswith("cancelled by a client")
     assert ("NOT_RECORDED: " in job.message) == (not (accepted and ended))
+
+
+def test_an_unfinished_job_is_recorded_again_until_its_end_is():
+    """Else the file that holds its acceptance might go while its end is on its way."""
+    found, job = reports(), job_of(Future())
+    recorder, events = found._recorder, []
+    recorder.mark = recorder.trusted_from = 0
+
+    def record(topic, data, durable):
+        event = deserialize_message(data, JobEvent).event
+        if event == JobEvent.CANCELLED:
+            recorder.mark = recorder.trusted_from = 1
+            again = threading.Thread(target=found.record_again)
+            again.start()
+            again.join(0.3)
+            assert again.is_alive(), "it goes on without the job"
+            waiting.append(again)
+        events.append(event)
+        return True
+
+    waiting = []
+    recorder.record = record
+    found.queued(job)
+    found.ended(job, State.CANCELLED)
+    waiting[0].join()
+    assert events == [JobEvent.QUEUED, JobEvent.CANCELLED]
+
+
+class Disk:
+    """A recorder that notes which events wait for the disk."""
+
+    def __init__(self):
+        self.durable, self.synced, self.mark = [], 0, 0
+
+    def record(self, topic, data, *, durable):
+        self.durable.append(durable)
+        return True
+
+    def sync(self):
+        self.synced += 1
+        return True
+
+
+@pytest.mark.parametrize(("refinement", "waits"), [(False, True), (True, False)])
+def test_what_nobody_was_told_of_does_not_wait_for_the_disk(refinement, waits):
+    looked_at = reports()
+    looked_at._recorder = disk = Disk()
+    job = job_of(Future(), refinement=refinement)
+    job.asked = not refinement
+    looked_at.queued(job)
+    looked_at.ended(job, State.CANCELLED)
+    assert disk.durable == [waits, waits]
+
+
+def test_a_refinement_that_a_client_joins_is_on_disk_before_they_are_told(monkeypatch):
+    with queue_of(monkeypatch, listener := Listener(), started=False) as (jobs, _):
+        first = submit(jobs, refinement=True, hybrid=True)
+        assert submit(jobs, refinement=True, hybrid=True) is first
+        assert listener.of(first) == ["queued"] and not first.asked
+        assert submit(jobs, hybrid=True) is submit(jobs, hybrid=True) is first
+        assert listener.of(first) == ["queued", "joined"] and first.asked
+    looked_at = reports()
+    looked_at._recorder = disk = Disk()
+    assert looked_at.joined(first) and disk.synced == 1

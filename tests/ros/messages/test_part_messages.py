@@ -16,6 +16,7 @@ from ros_pose_stats.ros.messages.part_messages import (
     part_message,
     request_of_message,
     request_of_part_bytes,
+    taken_request,
 )
 from ros_pose_stats.ros.parts.part_requests import PartRequest, check_name, check_request, part_of
 
@@ -75,6 +76,22 @@ class TestRoundTrip:
         other = PartRequest("other", *WEDGE[:1], WEDGE[1].astype(np.uint32), restitution=0.1,
                             drop_height=3.0, stamp=5)
         assert other.content == request().content
+
+
+class TestTaken:
+    @pytest.mark.parametrize("make", [flat, nested])
+    def test_a_message_does_not_keep_its_mesh(self, make):
+        message = make(WEDGE, "wedge")
+        found = taken_request(message)
+        assert part_of(found).digest == library_part(WEDGE).digest
+        assert not is_given(message) and message.part_id == "wedge"
+
+    def test_nor_does_one_that_is_refused(self):
+        message = flat(WEDGE)
+        message.triangles.append(1)
+        with pytest.raises(MeshError, match="multiple of three"):
+            taken_request(message)
+        assert not is_given(message)
 
 
 class TestGiven:

@@ -7,6 +7,8 @@ import threading
 import pytest
 
 from ros_pose_stats.errors import PoseStatsError
+from ros_pose_stats.mesh.patience import TakesLongError
+from ros_pose_stats.ros.parts.lanes import Pace
 from ros_pose_stats.ros.parts.mesh_queue import MOST_WAITING, MeshQueue
 
 PATIENCE = 60.0
@@ -14,7 +16,7 @@ PATIENCE = 60.0
 
 @pytest.fixture
 def queue():
-    found = MeshQueue(lambda: 1000)
+    found = MeshQueue(lambda: 250)
     yield found
     found.close()
 
@@ -48,7 +50,8 @@ def blocked_put(queue, size):
 
 def started_gate(queue, **options):
     """A gate in a queue that has begun to work."""
-    queue.start()
+    if not queue._threads[0].is_alive():
+        queue.start()
     found = Gate(queue, **options)
     assert found.entered.wait(PATIENCE)
     return found
@@ -114,15 +117,93 @@ class TestLanes:
 
     def test_too_many_large_ones_are_refused(self, queue):
         slow = started_gate(queue, large=True)
-        queue.put(lambda: None, 600, large=True)
-        refused = queue.put(lambda: None, 600, large=True)
+        queue.put(lambda: None, 400, large=True)
+        refused = queue.put(lambda: None, 400, large=True)
         with pytest.raises(PoseStatsError, match="large meshes"):
             refused.result(PATIENCE)
         assert queue.put(lambda: 1, 600).result(PATIENCE) == 1
         slow.open()
 
 
+class Long:
+    """A task that only the slow lane has the time for; which lanes it has been in."""
+
+    def __init__(self, queue, done, name=""):
+        self._queue, self._done, self._name = queue, done, name
+        self.paces = []
+
+    def __call__(self):
+        self.paces.append(self._queue.pace())
+        if self.paces[-1] is not Pace.SLOW:
+            raise TakesLongError
+        self._done.append(self._name)
+
+
+class TestTime:
+    def test_what_takes_long_goes_on_to_the_next_lane(self, queue):
+        queue.start()
+        long = Long(queue, [])
+        queue.put_first(long, 1).result(PATIENCE)
+        assert long.paces == [Pace.QUICK, Pace.MIDDLE, Pace.SLOW]
+        long = Long(queue, [])
+        queue.put(long, 1, large=True).result(PATIENCE)
+        assert long.paces == [Pace.MIDDLE, Pace.SLOW]
+        assert queue.put(lambda: 1, 900).result(PATIENCE) == 1  # nothing is held of them
+
+    def test_a_medium_mesh_does_not_wait_for_slow_ones(self, queue):
+        opened = threading.Event()
+
+        def slow():
+            if queue.pace() is not Pace.SLOW:
+                raise TakesLongError
+            assert opened.wait(PATIENCE)
+
+        queue.start()
+        waiting = [queue.put_first(slow, 1, large=True) for _ in range(8)]
+        assert queue.put(lambda: 1, 1, large=True).result(PATIENCE) == 1
+        assert not any(one.done() for one in waiting)
+        opened.set()
+
+    def test_the_later_one_of_a_name_is_done_last(self, queue, gate):
+        done = []
+        long = Long(queue, done, "long")
+        coming = [queue.put(long, 1, "a"),
+                  queue.put(lambda: done.append("small"), 1, "a"),
+                  queue.put(lambda: done.append("large"), 1, "a", large=True),
+                  queue.put(lambda: done.append("last"), 1, "a")]
+        gate.open()
+        for one in coming:
+            one.result(PATIENCE)
+        assert done == ["long", "small", "large", "last"]
+
+    def test_without_end_it_fails(self, queue):
+        def never():
+            raise TakesLongError
+
+        queue.start()
+        assert isinstance(queue.put(never, 1).exception(PATIENCE), TakesLongError)
+
+
 class TestBounds:
+    def test_all_that_waits_has_one_bound_in_bytes(self, queue, gate):
+        queue.put(lambda: None, 300)
+        queue.put(lambda: None, 300, large=True)
+        queue.put_first(lambda: None, 300)
+        with pytest.raises(PoseStatsError) as refusal:
+            queue.put_first(lambda: None, 150)
+        assert str(refusal.value) == (
+            "expected at most 1000 bytes of meshes waiting (4 times max_mesh_bytes), got 150 "
+            "bytes more than the 900 that wait; send it again once they are done, or decimate it")
+        queue.put_first(lambda: None, 100)
+
+    def test_large_ones_leave_room_for_small_ones(self, queue, gate):
+        slow = started_gate(queue, large=True)
+        queue.put_first(lambda: None, 500, large=True)
+        with pytest.raises(PoseStatsError, match="500 bytes of large meshes"):
+            queue.put_first(lambda: None, 1, large=True)
+        queue.put_first(lambda: None, 500)
+        slow.open()
+
     def test_bytes(self, queue, gate):
         queue.put(lambda: None, 600)
         assert not (second := blocked_put(queue, 600)).wait(0.1)

@@ -10,14 +10,17 @@ import pytest
 
 from ros_pose_stats import estimate, shapes
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ros_pose_stats.mesh.patience import TakesLongError
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ros_pose_stats.resting.poses import are_found
 from ros_pose_stats.ros.parts import part_builder
+from ros_pose_stats.ros.parts.lanes import Pace
 from ros_pose_stats.ros.parts.part_builder import NotBuiltError, PartBuilder, is_large
 from ros_pose_stats.ros.parts.part_requests import PartRequest, part_of
 
 from ..harness.client import until
-from ..harness.slow import ellipsoid, is_gone, kill
+from ..harness.slow import ellipsoid, is_gone, kill, slivers
 
 PATIENCE = 120.0
 LARGE, SLOW = 12_000, 250_000
@@ -57,12 +60,17 @@ class Attempt:
 
 
 def build(builder, asked):
-    return builder.build(asked, DEFAULT_CLUSTER_TOLERANCE)
+    return builder.build(asked, DropScene())
+
+
+def processes(builder, pace=Pace.SLOW):
+    """What starts its processes at a pace."""
+    return builder._builders[pace]
 
 
 def process_of(builder):
     """The id of its process, once that has begun."""
-    return until(lambda: builder._process, "a process").process.pid
+    return until(lambda: processes(builder)._process, "a process").process.pid
 
 
 class TestParts:
@@ -70,15 +78,15 @@ class TestParts:
         vertices, triangles = shapes.box(0.01, 0.02, 0.03)
         part = build(builder, PartRequest("box", vertices, np.asarray(triangles, np.uint32)))
         assert len(estimate(part).poses) == 6
-        assert builder._process is None
+        assert processes(builder)._process is None
 
     def test_a_large_one_is_the_same_as_here_with_its_poses_at_hand(self, builder):
         asked = request(LARGE)
         assert is_large(asked)
         part, here = build(builder, asked), part_of(asked)
         assert (part.digest, part.part_id) == (here.digest, "round")
-        assert are_found(part, DEFAULT_CLUSTER_TOLERANCE)
-        assert not are_found(here, DEFAULT_CLUSTER_TOLERANCE)
+        assert are_found(part, DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+        assert not are_found(here, DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
         assert [pose.probability for pose in estimate(part).poses] == [
             pose.probability for pose in estimate(here).poses]
 
@@ -90,6 +98,35 @@ class TestParts:
         process = process_of(builder)
         build(builder, asked)
         assert process_of(builder) == process
+
+
+class TestTime:
+    def test_needles_do_not_keep_the_node(self, builder):
+        asked = PartRequest("needles", *slivers(4000))
+        assert not is_large(asked)
+        begin = time.monotonic()
+        with pytest.raises(TakesLongError):
+            builder.build(asked, DropScene(), Pace.QUICK)
+        tried = time.monotonic()
+        here = part_of(asked)
+        assert tried - begin < 0.5 * (time.monotonic() - tried)
+        part = build(builder, asked)
+        assert (part.digest, part.warnings) == (here.digest, here.warnings)
+
+    def test_a_try_is_short(self, builder, monkeypatch):
+        monkeypatch.setattr(part_builder, "TRY_SECONDS", 0.2)
+        with pytest.raises(TakesLongError):
+            builder.build(request(SLOW), DropScene(), Pace.MIDDLE)
+        assert processes(builder)._process is None
+
+    def test_poses_of_another_tolerance_are_found_in_the_process_too(self, builder, monkeypatch):
+        part, tolerance = build(builder, request(LARGE)), 4.0 * DEFAULT_CLUSTER_TOLERANCE
+        assert not are_found(part, tolerance, DEFAULT_ROUND_SIDES)
+        builder.find_poses(part, DropScene(cluster_tolerance=tolerance), Pace.SLOW)
+        assert are_found(part, tolerance, DEFAULT_ROUND_SIDES)
+        monkeypatch.setattr(part_builder, "BUDGET_SECONDS", 1e-4)
+        with pytest.raises(PoseStatsError, match="checked within"):
+            builder.find_poses(part, DropScene(cluster_tolerance=2.0 * tolerance))
 
 
 class TestEnds:
@@ -114,7 +151,7 @@ class TestEnds:
 
     def test_killed_while_it_rests(self, builder):
         build(builder, request(LARGE))
-        builder._process.end()
+        processes(builder)._process.end()
         assert build(builder, request(LARGE)).part_id == "round"
 
     def test_closed_in_the_middle(self, builder):
@@ -128,4 +165,4 @@ class TestEnds:
     def test_it_ends_when_nothing_comes(self, builder, monkeypatch):
         monkeypatch.setattr(part_builder, "IDLE_SECONDS", 0.1)
         build(builder, request(LARGE))
-        assert until(lambda: builder._process is None)
+        assert until(lambda: processes(builder)._process is None)

@@ -131,7 +131,7 @@ def test_a_mesh_is_recorded_once_until_the_record_is_distrusted():
     assert store.resolve(request(TETRAHEDRON)) == (new, False)
     store.meshes.record(new)
     assert recorder.topics == ["/pose_stats/part_mesh"]
-    store.meshes.distrust()
+    recorder.trusted_from = recorder.mark = 1
     store.meshes.record(new)
     assert recorder.topics == 2 * ["/pose_stats/part_mesh"]
 
@@ -161,13 +161,29 @@ def test_what_makes_room_is_recorded_as_forgotten():
 def test_a_mesh_in_the_bag_of_an_earlier_run_is_not_recorded_until_that_goes():
     recorder = FakeRecorder()
     store = PartStore(recorder, print)
+    meshes, (new, _) = store.meshes, store.resolve(request(TETRAHEDRON))
+    key = "part", new.part.digest
+    meshes.count_as_recorded(key, new.scene_override, "earlier")
+    store.put(new, 10, PLENTY)
+    assert recorder.topics == [] and meshes.distrust("earlier") and not meshes.distrust("other")
+    meshes.leave_runs(store.all())
+    assert meshes.distrust("earlier")  # it could not be recorded
+    meshes.record(new)
+    meshes.leave_runs(store.all())
+    assert meshes.distrust("earlier")  # it is still read by whoever brings it back
+    meshes.coming.discard(key)
+    meshes.leave_runs(store.all())
+    assert recorder.topics == ["/pose_stats/part_mesh"] and not meshes.distrust("earlier")
+
+
+def test_a_mesh_in_an_earlier_run_is_recorded_again_before_the_file_that_says_so_goes():
+    recorder = FakeRecorder()
+    store = PartStore(recorder, print)
     new, _ = store.resolve(request(TETRAHEDRON))
     store.meshes.count_as_recorded(("part", new.part.digest), new.scene_override, "earlier")
     store.put(new, 10, PLENTY)
-    assert recorder.topics == [] and store.meshes.needs_run("earlier")
-    store.meshes.distrust("earlier")
-    store.meshes.leave_run("earlier", store.all())
-    assert store.meshes.needs_run("earlier")  # it could not be recorded
+    assert recorder.topics == []
+    recorder.trusted_from = recorder.mark = 1
     store.meshes.record(new)
-    store.meshes.leave_run("earlier", store.all())
-    assert recorder.topics == ["/pose_stats/part_mesh"] and not store.meshes.needs_run("earlier")
+    store.meshes.record(new)
+    assert recorder.topics == ["/pose_stats/part_mesh"]

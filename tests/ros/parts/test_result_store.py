@@ -9,7 +9,8 @@ import pytest
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ros_pose_stats.ros.messages.part_messages import request_of_message
-from ros_pose_stats.ros.parts.result_store import replaces
+from ros_pose_stats.ros.parts import result_store
+from ros_pose_stats.ros.parts.result_rules import replaces
 from ros_pose_stats.ros.settings import Settings
 
 from ..harness.parts import WEDGE, flat, whole
@@ -95,3 +96,96 @@ class TestOfTheLastRun:
         assert not results.holds(last, (-1.0, -1.0))
         known = results.take_part(request_of_message(flat(WEDGE, "part")), last)
         assert known.latched.drops == 0 and known.latched.revision > 70
+
+
+class TestSwaps:
+    """Two publishers send two meshes of one part in turn."""
+
+    STATISTICS = "/pose_stats/pose_statistics"
+
+    @pytest.fixture
+    def swap(self, results, monkeypatch):
+        """Takes the mesh of this number; 10 ms pass on the clock, or as many seconds as given."""
+        vertices, triangles = WEDGE
+        now = [100.0]
+        monkeypatch.setattr(result_store.time, "monotonic", lambda: now[0])
+
+        def take(number, seconds=0.01):
+            now[0] += seconds
+            return results.take_part(request_of_message(
+                flat(((1.0 + 0.1 * number) * vertices, triangles), "part")))
+        return take
+
+    def test_are_published_each_and_recorded_once_a_second(self, recorder, results, swap):
+        revisions = [swap(number % 2).latched.revision for number in range(100)]
+        assert revisions == sorted(set(revisions))
+        assert recorder.topics.count("/pose_stats/part_mesh") == 2
+        assert recorder.topics.count(self.STATISTICS) == 2
+        swap(0, seconds=1.1)
+        assert recorder.topics.count(self.STATISTICS) == 3
+
+    def test_are_published_once_each(self, results, swap, monkeypatch):
+        shown = []
+        monkeypatch.setattr(results.announcer, "publish_result",
+                            lambda part, message, data: shown.append(message.revision))
+        known = [swap(number % 2) for number in range(6)]
+        assert shown == [one.latched.revision for one in known]
+
+    def test_the_last_one_is_recorded_in_the_end(self, recorder, results, swap):
+        for number in range(7):
+            known = swap(number % 2)
+        assert known.mark < 0
+        results.record_waiting()
+        assert known.mark >= 0
+        assert recorder.topics.count(self.STATISTICS) == 3
+        results.record_waiting()
+        assert recorder.topics.count(self.STATISTICS) == 3
+
+    def test_a_mesh_that_is_recorded_again_is_followed_by_its_result(self, recorder, swap):
+        """Readers take the first result after a mesh for that mesh's."""
+        for number in range(4):
+            swap(number % 2)
+        recorder.mark = recorder.trusted_from = 1
+        recorder.topics.clear()
+        for number in range(6):
+            swap(number % 2)
+        assert recorder.topics == 2 * ["/pose_stats/part_mesh", self.STATISTICS]
+
+    def test_what_is_new_is_recorded_at_once(self, recorder, swap):
+        for number in range(20):
+            swap(number)
+        assert recorder.topics.count(self.STATISTICS) == 20
+
+
+def test_what_was_recorded_below_a_mark_is_recorded_again(recorder, results):
+    vertices, triangles = WEDGE
+    meshes = [flat(((1.0 + 0.1 * number) * vertices, triangles), f"part {number}")
+              for number in range(3)]
+    for recorder.mark, mesh in enumerate(meshes):
+        results.take_part(request_of_message(mesh))
+    recorder.topics.clear()
+    recorder.trusted_from = 2
+    for _ in range(2):
+        results.record_again()
+        assert recorder.topics == 2 * ["/pose_stats/part_mesh", "/pose_stats/pose_statistics"]
+
+
+def test_what_is_too_large_to_be_kept_is_still_moved_out_of_an_earlier_run(
+        recorder, results, monkeypatch):
+    """Of the parts of a full log only those go on record again that are in a run that goes."""
+    vertices, triangles = WEDGE
+    own, moved = (results.take_part(request_of_message(flat((size * vertices, triangles), name)))
+                  for size, name in ((1.0, "own"), (1.1, "moved")))
+    meshes = results.parts.meshes
+    meshes.count_as_recorded((moved.part.part_id, moved.part.digest), moved.scene_override, "old")
+    meshes.coming.clear()
+    monkeypatch.setattr(recorder, "has_room_for", lambda size: False)
+    recorder.topics.clear()
+    recorder.mark = recorder.trusted_from = 1
+    results.record_again()
+    assert recorder.topics == [] and not meshes.holds(moved) and not meshes.holds(own)
+    assert meshes.distrust("old") and meshes.must_move(moved) and not meshes.must_move(own)
+    for _ in range(2):
+        results.record_again()
+        assert recorder.topics == ["/pose_stats/part_mesh", "/pose_stats/pose_statistics"]
+    assert not meshes.must_move(moved) and not meshes.distrust("old")

@@ -7,9 +7,11 @@ import pytest
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
 from ..harness.client import until, wait_for
 from ..harness.parts import WEDGE, flat, library_part, new_id
-from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill
+from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, slivers
 
 SLOW = ellipsoid(120_000)
+SLOWISH = ellipsoid(60_000)
+MEDIUM = ellipsoid(12_000)
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,11 @@ def node(started):
 
 @pytest.fixture
 def client(started):
-    return started[1]
+    """Its parts are forgotten, else each of them would be estimated again in later tests."""
+    client = started[1]
+    yield client
+    for one in client.call("get_statistics").statistics:
+        client.call("forget_part", part_id=one.part_id)
 
 
 @pytest.fixture
@@ -60,8 +66,52 @@ class TestOthers:
         last = library_part(WEDGE).digest
         until(lambda: latched(client, part_id).part_digest == last)
 
+    @pytest.mark.long
+    def test_a_medium_mesh_does_not_wait_until_slow_ones_are_done(self, client):
+        slow = [client.send("estimate", part=flat(((1.0 + 0.1 * k) * SLOW[0], SLOW[1]), new_id()))
+                for k in range(2)]
+        client.good("estimate", part=flat(MEDIUM, new_id()))
+        assert not all(one.done() for one in slow)
+        assert all(wait_for(one).success for one in slow)
+
+    def test_needles_hold_up_no_small_mesh(self, client):
+        """A mesh of needles is small, and keeps whoever checks it for a second."""
+        vertices, triangles = slivers(4900)
+        needles = [client.send("estimate", part=flat(((1.0 + 0.1 * k) * vertices, triangles)))
+                   for k in range(4)]
+        client.good("estimate", part=flat(WEDGE, new_id()))
+        assert not any(one.done() for one in needles[2:])
+        assert all(wait_for(one).success for one in needles)
+
+
+class TestRoom:
+    def test_all_requests_that_wait_share_one_bound_in_bytes(self, client):
+        size = SLOWISH[0].nbytes + 12 * len(SLOWISH[1])
+        assert not client.set(max_mesh_bytes=size)
+        try:
+            coming = [client.send("estimate", part=flat(
+                ((1.0 + 0.1 * k) * SLOWISH[0], SLOWISH[1]), new_id())) for k in range(6)]
+            client.good("estimate", part=flat(WEDGE, new_id()))
+            refused = [answer.message for answer in map(wait_for, coming) if not answer.success]
+        finally:
+            client.set(max_mesh_bytes=2**26)
+        assert 3 <= len(refused) <= 5  # one is built and another one waits
+        assert all(f"at most {2 * size} bytes of large meshes waiting (2 times max_mesh_bytes)"
+                   in message for message in refused)
+
 
 class TestTheProcess:
+    def test_poses_for_another_tolerance_are_found_there(self, node, client):
+        part_id = new_id()
+        client.good("estimate", part=flat(SLOW, part_id))
+        before = latched(client, part_id)
+        assert not client.set(cluster_tolerance=0.02)
+        try:
+            builder_at_work(node.process.pid)
+            until(lambda: latched(client, part_id).cluster_tolerance != before.cluster_tolerance)
+        finally:
+            client.set(cluster_tolerance=before.cluster_tolerance)
+
     def test_killed_in_the_middle(self, node, client, publisher):
         first, again, published = (new_id() for _ in range(3))
         asked = client.send("estimate", part=flat(SLOW, first))
@@ -74,7 +124,7 @@ class TestTheProcess:
         kill(process)
         Health(client).line("parts", lambda line, _: f"part '{published}'" in line.message
                             and "send the mesh again" in line.message)
-        client.good("estimate", part=flat(SLOW, again))
+        client.good("estimate", part=flat(SLOWISH, again))
 
     def test_gone_with_a_node_that_is_killed(self, node_of, client_of):
         node = node_of().ready()

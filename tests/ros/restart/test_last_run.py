@@ -18,7 +18,7 @@ from ..harness.parts import WEDGE, flat
 
 TYPES = bag_types()
 VERTICES, TRIANGLES = WEDGE
-RUNS = [f"pose_stats_20260102T030405_00000{k}_7" for k in range(6)]
+RUNS = [f"pose_stats_20260102T030405_{k:06}_7" for k in range(16)]
 
 
 class Writing:

@@ -228,21 +228,22 @@ def test_two_nodes_leave_each_other_alone(again, domain, tmp_path):
 
 @pytest.mark.long
 def test_the_oldest_bags_make_room(again, tmp_path):
-    for number in range(4):
+    for number in range(16):
         writing = Writing(tmp_path, number, "again/pose_stats")
         for k in range(50):
             writing.part(f"part {k}", 1.0)
         writing.end()
     old = runs(tmp_path)
     size = sum(file.stat().st_size for file in old[-1].iterdir())
-    bound = 4 * size
+    bound = 14 * size
     with again(max_log_bytes=bound) as (_, client):
         assert len(shown(client)) == 50
         _, values = Health(client).line("recording")
         left = runs(tmp_path)[:-1]
-        assert left == old[-len(left):] and 1 <= len(left) <= 3
-        assert int(values["runs deleted for max_log_bytes"]) == 4 - len(left)
-        assert values["last run deleted"] == old[3 - len(left)].name
+        assert left == old[-len(left):] and 1 <= len(left) <= 13
+        assert int(values["runs deleted for max_log_bytes"]) == 16 - len(left)
+        assert values["last run deleted"] == old[15 - len(left)].name
+        assert values["files deleted for max_log_bytes"] == "0"
         assert 0 <= int(values["bytes left"]) < bound - len(left) * size
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import shutil
+from itertools import count
 
 import pytest
 from ros_pose_stats_msgs.msg import JobEvent
 
 from ros_pose_stats.recording.run_names import runs
 
-from ..harness.bags import recorded
+from ..harness.bags import recorded, size_of
 from ..harness.cell import cell_of, latched
 from ..harness.client import until
 from ..harness.jobs import LONG, start
@@ -29,10 +30,6 @@ def names(client):
     return {one.part_id for one in client.call("get_statistics").statistics}
 
 
-def size(folder):
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-
-
 def estimate(client, *part_ids):
     for number, part_id in enumerate(part_ids):
         client.good("estimate", part=flat(((1.0 + 0.1 * number) * WEDGE[0], WEDGE[1]), part_id))
@@ -43,17 +40,17 @@ def test_nothing_new_adds_nothing(again, tmp_path):
     with again() as (_, client):
         client.good("estimate", part=flat((vertices, triangles), "large"))
         before = latched(client, "large")
-    full = size(tmp_path)
+    full = size_of(tmp_path)
     for _ in range(2):
         with again() as (_, client):
             assert latched(client, "large") == before
-        assert size(tmp_path) - full < 0.01 * (vertices.nbytes + triangles.nbytes)
+        assert size_of(tmp_path) - full < 0.01 * (vertices.nbytes + triangles.nbytes)
     with again() as (_, client):
         estimate(client, "small")
     with again() as (_, client):
         assert names(client) == {"large", "small"}
         assert latched(client, "large") == before
-    assert size(tmp_path) - full < 0.2 * full
+    assert size_of(tmp_path) - full < 0.2 * full
     assert [one.part_id for one in recorded(tmp_path, "part_mesh")] == ["large", "small"]
 
 
@@ -113,20 +110,23 @@ def test_a_mesh_that_is_gone_is_said_once(again, tmp_path):
 
 
 def test_a_run_with_live_meshes_makes_room_once_they_are_recorded_again(again, tmp_path):
-    vertices, triangles = fine_box(TRIANGLES)
+    vertices, triangles = fine_box(TRIANGLES // 10)
     with again() as (_, client):
         client.good("estimate", part=flat((vertices, triangles), "large"))
         before = latched(client, "large")
     (first,) = runs(tmp_path)
-    bound = 2 * size(tmp_path)
-    with again(max_log_bytes=bound) as (_, client):
-        client.good("estimate", part=flat((1.1 * vertices, triangles), "another"))
+    bound = 8 * size_of(tmp_path)
+    with again(max_log_bytes=bound) as (node, client):
+        sizes = count(1)
 
         def gone():
-            client.good("estimate", part_id="large")
+            client.good("estimate", part=flat(
+                ((1.0 + 0.01 * next(sizes)) * vertices, triangles), "another"))
             return not first.is_dir()
 
         until(gone, "the first run to be deleted")
+        node.kill()
+        assert size_of(tmp_path) < 1.25 * bound
     with again() as (_, client):
         assert names(client) == {"large", "another"}
         assert latched(client, "large").part_digest == before.part_digest

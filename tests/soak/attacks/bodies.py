@@ -45,17 +45,3 @@ def smooth_body(triangles, length=0.04):
     ball = trimesh.creation.uv_sphere(count=[rings, rings])
     return (np.asarray(ball.vertices) * [0.5, 0.4, 0.3] * length,
             np.asarray(ball.faces, dtype=np.uint32))
-
-
-def slivers(triangles, length=0.04, seed=0):
-    """Needles in a closed hull: tetrahedra a million times longer than they are thick."""
-    chance = np.random.default_rng(seed)
-    count = triangles // 4
-    ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
-    aside = chance.normal(size=(2, count, 3)) * 1e-6 * length
-    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[0] + aside[1]], 1)
-    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
-    corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
-    rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
-    starts = 4 * np.arange(count)[:, None, None]
-    return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)

@@ -47,22 +47,33 @@ def flood_counts(domain, folder, counts, rate, **values):
     return len(recorded(folder, "pose_counts")), values_told
 
 
-def fill_disk(domain, folder, seconds, rate, **values):
-    """Two publishers send two meshes of one part in turn; bytes of the bags at most."""
-    vertices, triangles = WEDGE
-    most = 0
+def fill_disk(domain, folder, surface, seconds, rate, **values):
+    """Publish meshes of one part, each of a new size.
+
+    Returns
+    -------
+    most, end : int
+        Bytes of the bags at most, and once nothing more came.
+    sent : int
+    deleted : int
+        Files of the running bag that went to make room.
+    """
+    vertices, triangles = surface
+    most = number = 0
     with attacked(domain, folder, **values) as (_, client):
         publisher = MeshPublisher(client).matched()
-        until_time = time.monotonic() + seconds
-        number = 0
-        while time.monotonic() < until_time:
-            publisher.publish(flat((vertices * (1.0 + 0.1 * (number % 2)), triangles), "swaps"))
+        begin = time.monotonic()
+        while time.monotonic() < begin + seconds:
+            publisher.publish(flat((vertices * (1.0 + 1e-3 * number), triangles), "grows"))
             number += 1
-            time.sleep(1.0 / rate)
-            if number % 20 == 0:
+            time.sleep(max(0.0, begin + number / rate - time.monotonic()))
+            if number % 10 == 0:
                 most = max(most, disk(folder))
-        until(lambda: client.call("get_statistics", part_id="swaps").success, "the part")
-    return max(most, disk(folder)), number
+        until(lambda: client.call("get_statistics", part_id="grows").success, "the part")
+        time.sleep(3.0)
+        end = disk(folder)
+        _, told = Health(client).line("recording")
+    return max(most, end), end, number, int(told["files deleted for max_log_bytes"])
 
 
 def simulated_time(domain, folder):

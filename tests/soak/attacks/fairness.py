@@ -11,6 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_pose_stats_msgs import srv
 
 from tests.ros.harness.cell import MeshPublisher
+from tests.ros.harness.client import until
 from tests.ros.harness.parts import WEDGE, flat
 
 from .cell import Stopwatch, attacked
@@ -41,9 +42,12 @@ def mesh_under_check(client, surface):
 
 @contextmanager
 def queued_requests(client, surface, count=1000):
-    """Somebody asks for a thousand estimates at once."""
-    waiting = [client.send("estimate", part_id="known", restitution=0.3 + 1e-4 * number)
-               for number in range(count)]
+    """Somebody else asks for a thousand estimates at once."""
+    other = client.node.create_client(
+        srv.EstimatePoses, f"{client.prefix}/estimate", qos_profile=QoSProfile(depth=count))
+    until(other.service_is_ready, "the service")
+    waiting = [other.call_async(srv.EstimatePoses.Request(
+        part_id="known", restitution=0.3 + 1e-4 * number)) for number in range(count)]
     yield
     for one in waiting:
         one.cancel()

@@ -20,12 +20,22 @@ def large_part(size, name, factor=1.0):
 
 
 def fill(domain, folder, parts, size, **values):
-    """Publish parts; bytes by which the node grew, and which it knows in the end."""
+    """Publish parts, and as many again.
+
+    Returns
+    -------
+    grown, later : int
+        Bytes by which the node grew with the first half, and with the second.
+    known : list of str
+        Names of the parts in the end.
+    """
     with attacked(domain, folder, **values) as (node, client):
         publish_parts(client, 1, size)
         before = resident(node)
         publish_parts(client, parts, size, first=1)
-        return resident(node) - before, part_ids(client)
+        between = resident(node)
+        publish_parts(client, parts, size, first=1 + parts)
+        return between - before, resident(node) - between, part_ids(client)
 
 
 def refuse_goals(domain, folder, goals, size, **values):
