@@ -133,7 +133,7 @@ class TestChanges:
         client.set(restitution=0.25, plate="oak", max_job_seconds=1.0, cluster_tolerance=0.0)
         until(lambda: get(client, job_id).drops_done > 500)
         found = cancelled(client, job_id).statistics
-        assert (found.restitution, found.cluster_tolerance) == (0.5, 0.005)
+        assert (found.restitution, found.cluster_tolerance) == (0.5, 0.0025)
         assert found.plate == "brass"
 
     def test_numbers_of_jobs(self, client):

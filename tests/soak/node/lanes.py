@@ -129,8 +129,8 @@ def counts(life: Life) -> Lane:
     while True:
         body = life.chance.choice(BODIES)
         life.publish(COUNT_TOPIC, bytes(serialize_message(PoseCounts(
-            part_id=body.part_id, part_digest=body.part.digest, cluster_tolerance=0.005,
-            index=[0, 1], count=[3, 4]))), "count")
+            part_id=body.part_id, part_digest=body.part.digest, cluster_tolerance=0.0025,
+            round_sides=192, index=[0, 1], count=[3, 4]))), "count")
         life.publish(COUNT_TOPIC, next(bad), "fuzzed count")
         yield 0.2
 
