@@ -125,14 +125,13 @@ class ConvexBody:
         return areas_below(self.arrays, level, True)
 
 
-def foot_direction(body: ConvexBody, side: int) -> Array:
-    """Direction (3,) of the point of a polygon side that is nearest to the centre of mass."""
-    first = body.points[body.arrays.corner[side]]
-    last = body.points[body.arrays.corner[body.arrays.twin[side]]]
-    length = float(np.linalg.norm(last - first))
-    along = (last - first) / length
-    foot = first + np.clip(-(first @ along), 0.0, length) * along
-    return np.asarray(foot / np.linalg.norm(foot))
+def foot_directions(body: ConvexBody, sides: Index) -> Array:
+    """Directions (n, 3) of the points of polygon sides (n,) that are nearest to the centre."""
+    first = body.points[body.arrays.corner[sides]]
+    step = body.points[body.arrays.corner[body.arrays.twin[sides]]] - first
+    along = -(first * step).sum(axis=1) / (step * step).sum(axis=1)
+    foot = first + np.clip(along, 0.0, 1.0)[:, None] * step
+    return np.asarray(foot / lengths(foot)[:, None])
 
 
 def convex_body(part: Part, round_sides: int) -> ConvexBody:

@@ -21,7 +21,7 @@ from ..mesh.vectors import lengths
 from ..records import DropScene, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from .clusters import Clusters, clusters
-from .convex_body import ConvexBody, foot_direction
+from .convex_body import ConvexBody, foot_directions
 from .equilibria import Equilibria, equilibria
 from .orientation import resting_quaternions, rotation_matrices
 from .surface_trial import SurfaceTrial
@@ -240,10 +240,12 @@ def _margins(found: Equilibria, grouped: Clusters) -> Array:
     sides = ways_out(arrays, found.arrays.basin, pose_of_face)
     faces = arrays.face[sides]
     tilts = np.arctan2(arrays.inset[sides], arrays.distance[faces])
-    for i in np.flatnonzero(on_shelf[faces]).tolist():
-        rests = found.downs[grouped.near & (grouped.pose == pose_of_face[faces[i]])]
-        tilts[i] = 2.0 * math.asin(min(1.0, 0.5 * float(lengths(
-            rests - foot_direction(found.body, int(sides[i]))).min())))
+    shelved = np.flatnonzero(on_shelf[faces])
+    feet, own = foot_directions(found.body, sides[shelved]), pose_of_face[faces[shelved]]
+    for pose in np.unique(own).tolist():
+        rests = cKDTree(found.downs[grouped.near & (grouped.pose == pose)])
+        chord = rests.query(feet[own == pose])[0]
+        tilts[shelved[own == pose]] = 2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
     np.minimum.at(margins, pose_of_face[faces], tilts)
     return margins
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .convex_body import foot_direction
+from .convex_body import foot_directions
 from .poses import RestingPoses
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
         built[leaves + j] = SplittingNode(
             tuple(sorted({*parts[0].poses, *parts[1].poses})), float(probability[leaves + j]),
             float(tree.level[j]) * resting.body.radius,
-            foot_direction(resting.body, int(tree.side[j])), parts,
+            foot_directions(resting.body, tree.side[j:j + 1])[0], parts,
             tuple(float(a) for a in areas[j]), shares)
     (root,) = built.values()
     return root
