@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -152,5 +153,10 @@ def _order(part: Part, found: Equilibria, face: int, runs: list[Run],
 
 
 def _turn_matrix(axis: Array, angle: float) -> Array:
-    return np.ascontiguousarray(np.stack(
-        [_turned(unit, axis, np.array([angle]))[0] for unit in np.eye(3)]).T)
+    """Turn (3, 3) by an angle, radians, about a unit axis (Rodrigues)."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    x, y, z = axis.tolist()
+    a, b, c = (1.0 - cos) * x, (1.0 - cos) * y, (1.0 - cos) * z
+    return np.array([(a * x + cos, a * y - sin * z, a * z + sin * y),
+                     (b * x + sin * z, b * y + cos, b * z - sin * x),
+                     (c * x - sin * y, c * y + sin * x, c * z + cos)])

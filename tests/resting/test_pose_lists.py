@@ -15,9 +15,9 @@ import pytest
 import trimesh
 from manifold3d import CrossSection, Manifold
 
+from benchmarks.exports import parts as exports
 from ros_pose_stats import resting_poses, shapes
 from ros_pose_stats.shapes import demo_parts
-from tests.resting import exports
 
 
 def surface_of(solid):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from benchmarks.exports import parts as exports
 from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.resting.convex_body import convex_body
 from tests.bodies import moved, rotation
-from tests.resting import exports
 
 SIDES = 192
 HEIGHT_OF_ARC = 1.0 - np.cos(np.pi / SIDES)

@@ -81,6 +81,11 @@ def cylinder(sides, height, start=0.0):
     return turned([(0.0, 0.0), (0.5, 0.0), (0.5, height), (0.0, height)], circle(sides, start))
 
 
+def tube(sides, start=0.0):
+    """A ring with a bore of half its diameter."""
+    return turned([(0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.5)], circle(sides, start))
+
+
 def ring(sides, start=0.0):
     """A bearing: chamfered outside, with a bore."""
     return turned([(0.5, 0.0), (0.96, 0.0), (1.0, 0.04), (1.0, 0.56), (0.96, 0.6), (0.5, 0.6)],
