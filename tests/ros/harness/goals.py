@@ -25,7 +25,7 @@ class Goals:
         return Goal(self.client, self._actions, SimulateDrops.Goal(**fields))
 
     def close(self):
-        self._actions.destroy()
+        self.client.run(self._actions.destroy)  # the executor might have it in hand
 
 
 class Goal:

@@ -227,4 +227,4 @@ def test_clients_that_cannot_hear(domain, tmp_path):
         assert node.log.count("could not be delivered") == 2
         asks.call_async(srv.GetStatistics.Request())  # not given up when the node ends
         assert client.good("get_statistics")
-        drops.destroy()
+        client.run(drops.destroy)
