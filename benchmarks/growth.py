@@ -109,7 +109,7 @@ def _row(body: Body, pace: Pace) -> Row:
     calls: dict[str, tuple[Callable[..., object], Callable[[], object]]] = {
         HULL: (lambda _: ConvexHull(body.vertices), lambda: None),
         MESH: (part, lambda: None),
-        BODY: (equilibria, part),
+        BODY: (lambda made: equilibria(made, 0), part),
         SPLITS: (lambda _: resting.passage_r, forget),
         AFTER: (lambda made: estimate(made, "meae", cluster_tolerance=TOLERANCE, round_sides=0),
                 part),

@@ -10,7 +10,7 @@ from tests.plots.texts import clipped, overlapping
 
 
 def drawing(surface, tolerance=0.005):
-    resting = resting_poses(part_from_mesh(*surface), tolerance)
+    resting = resting_poses(part_from_mesh(*surface), tolerance, round_sides=0)
     root = splitting_graph(resting)
     return root, splitting_figure(root, resting.poses)
 

@@ -119,11 +119,11 @@ class TestChanges:
 
     def test_cluster_tolerance(self, client):
         part_id = known_part(client)
-        merged = client.good("estimate", part_id=part_id).statistics
-        client.set(cluster_tolerance=0.0)
+        apart = client.good("estimate", part_id=part_id).statistics
+        client.set(cluster_tolerance=0.1)
         with client.late_joiner() as joiner:
-            found = joiner.wait(part_id, lambda message: message.cluster_tolerance == 0.0)
-        assert len(found.poses) > len(merged.poses)
+            found = joiner.wait(part_id, lambda message: message.cluster_tolerance == 0.1)
+        assert len(found.poses) < len(apart.poses)
 
     def test_running_jobs_keep_their_snapshot(self, client):
         client.set(plate="brass")

@@ -24,7 +24,7 @@ class MergeTree(NamedTuple):
     """Binary tree over S stable faces: nodes 0 … S-1 are leaves, S … 2S-2 joins, root last."""
 
     child: Index2       # (S - 1, 2) nodes joined
-    level: Array1       # (S - 1,) distance from the centre of mass at which they join
+    level: Array1       # (S - 1,) distance from the centre of mass at which they join, rising
     side: Index1        # (S - 1,) polygon side where they join
     leaf_order: Index1  # (S,) leaves from left to right: each node covers a range of it
     leaf_range: Index2  # (2S - 1, 2) that range
@@ -64,7 +64,9 @@ def merge_tree(body: BodyArrays, stable: Index, basin: Index) -> MergeTree:
         if a == b:
             continue
         child[joins, 0], child[joins, 1] = node[a], node[b]
-        level[joins], where[joins] = levels[i], k
+        # Among ties a later one may lie lower by rounding; what follows searches rising levels.
+        level[joins] = max(levels[i], level[joins - 1]) if joins > 0 else levels[i]
+        where[joins] = k
         link[b] = a
         bottom[a] = min(bottom[a], bottom[b])
         node[a] = leaves + joins

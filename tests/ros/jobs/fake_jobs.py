@@ -99,7 +99,7 @@ class FakeSimulation:
             self._leave.release()
 
     def __call__(self, part, drops, restitution, seed, drop_height, target_error, workers, *,
-                 on_progress, on_drops, should_stop, cluster_tolerance, background,
+                 on_progress, on_drops, should_stop, cluster_tolerance, round_sides, background,
                  judge):
         self.runs.append(seed)
         done = 0
