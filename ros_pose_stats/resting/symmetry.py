@@ -148,8 +148,7 @@ def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:
 
 
 def _candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
-    """Rotations that take one contact polygon to the other, corner to corner; not the identity.
-    """
+    """Rotations but the identity that take one contact polygon to the other, corner to corner."""
     here, there = frames(face), frames(other)
     size = [np.sqrt((frame[0] ** 2).sum(axis=1)) for frame in (here, there)]
     start = int(np.argmax(size[0]))

@@ -152,10 +152,10 @@ class TestCacheDirectory:
             assert f"ros_pose_stats.kernels.{kernel}.code" in stored
 
 
-def met_type(ready, find):
-    """The type that `find` gives, once the other thread is there too."""
+def meet(ready, find, *arguments):
+    """What `find` gives, once the other thread is there too."""
     ready.wait()
-    return find()
+    return find(*arguments)
 
 
 class TestOneSignature:
@@ -194,18 +194,19 @@ class TestOneSignature:
         sys.setswitchinterval(1e-6)
         try:
             for _ in range(1000):
-                point = NamedTuple("point", [("x", float), ("y", float)])
+                class Point(NamedTuple):
+                    x: float
+                    y: float
 
                 def kernel(point): ...
 
-                kernel.__annotations__["point"] = point
+                kernel.__annotations__["point"] = Point
                 made = compilation.EntryKernel(kernel)
                 ready = threading.Barrier(2)
                 with ThreadPoolExecutor(2) as threads:
-                    asked = [threads.submit(met_type, ready, find) for find in (
-                        lambda value=point(1.0, 2.0): numba.typeof(value),
-                        lambda made=made: made.declared[0])]
-                assert asked[0].result()._code == asked[1].result()._code
+                    met = threads.submit(meet, ready, numba.typeof, Point(1.0, 2.0))
+                    declared = threads.submit(meet, ready, getattr, made, "declared")
+                assert met.result()._code == declared.result()[0]._code
         finally:
             sys.setswitchinterval(before)
 

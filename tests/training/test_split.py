@@ -56,8 +56,8 @@ def table(some):
 @pytest.mark.long
 class TestFit:
     def test_the_gradient_is_that_of_the_loss(self, table):
-        arrays = (table.first_split, table.splits, table.first_pose, table.children, table.kept,
-                  table.share)
+        arrays = (table.first_split, table.splits, table.first_pose, table.poses,
+                  table.children, table.leaf_pose, table.kept, table.share)
         random = np.random.default_rng(5)
         weight = random.normal(size=table.inputs.shape[0])
         slopes = tree_loss(weight, *arrays, 3.0, True)[1]
@@ -71,7 +71,8 @@ class TestFit:
         found = predict(SPLIT_FITS, table)
         begin = 0
         for row in some:
-            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family))
+            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family),
+                                    round_sides=0)
             told = ESTIMATORS["split"].function(resting, DropScene(
                 row.restitution, row.height * resting.body.radius, family_tolerance(row.family)))
             np.testing.assert_allclose(found[begin:begin + told.size], told, atol=2e-5)

@@ -113,5 +113,5 @@ def _objective(values: Array, table: Table, inputs: Single, bases: Single,
 
 
 def _loss(table: Table, told: Array, gradient: bool) -> tuple[float, Array, Array]:
-    return tree_loss(told, table.first_split, table.splits, table.first_pose, table.children,
-                     table.kept, table.share, SQUARE, gradient)
+    return tree_loss(told, table.first_split, table.splits, table.first_pose, table.poses,
+                     table.children, table.leaf_pose, table.kept, table.share, SQUARE, gradient)
