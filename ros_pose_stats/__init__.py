@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         DropEvent,
         DropProgress,
         DropScene,
+        FlipStatistics,
         Part,
         PoseStatistics,
         StablePose,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     )
     from .resting.poses import resting_poses
     from .resting.splitting_graph import splitting_graph
+    from .simulation.flips import simulate_flips
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
 
@@ -38,6 +40,7 @@ _HOMES = {
     "DropEvent": "records",
     "DropProgress": "records",
     "DropScene": "records",
+    "FlipStatistics": "records",
     "Part": "records",
     "PoseStatistics": "records",
     "PoseStatsError": "errors",
@@ -53,13 +56,14 @@ _HOMES = {
     "record_drop": "simulation.record_drop",
     "resting_poses": "resting.poses",
     "simulate": "simulation.simulate",
+    "simulate_flips": "simulation.flips",
     "splitting_graph": "resting.splitting_graph",
 }
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "PoseStatsError",
+__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics", "PoseStatsError",
            "StablePose", "Trajectory", "__version__", "analyse_bags", "auto", "estimate",
            "estimate_all", "hybrid", "load_part", "part_from_mesh", "record_drop",
-           "resting_poses", "simulate", "splitting_graph"]
+           "resting_poses", "simulate", "simulate_flips", "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,7 +12,13 @@ from ros_pose_stats import DropScene, part_from_mesh
 from ros_pose_stats.kernels.drops.drop import run_drops
 from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.drops import NO_TAPE, DropOutcomes, compute_drops, drop_rules
+from ros_pose_stats.simulation.drops import (
+    NO_TAPE,
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    states_at_rest,
+)
 from ros_pose_stats.simulation.starts import starting_directions
 
 from .. import bodies
@@ -50,10 +56,10 @@ class Dropper:
 
     def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
         """Mean cost of such drops."""
-        ups = np.ascontiguousarray(
-            -starting_directions("random", seed, 0, drops) @ self.prepared.axes)
+        states = states_at_rest(self.prepared, rules.height,
+                                starting_directions("random", seed, 0, drops))
         outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
-        run_drops(self.prepared.arrays, rules, ups, outcome, measure, NO_TAPE)
+        run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
         impacts = outcome[:, IMPACT_COUNT]
         return Effort(float(impacts.mean()), float((outcome[:, STEP_COUNT] - impacts).mean()))
 

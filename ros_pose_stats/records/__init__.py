@@ -10,17 +10,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .flips import FlipStatistics
     from .part import Part
     from .scene import DropScene
     from .statistics import DropProgress, PoseStatistics, RestingShape, StablePose
     from .trajectory import DropEvent, Trajectory
 
 _HOMES = {"DropEvent": "trajectory", "DropProgress": "statistics", "DropScene": "scene",
-          "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
+          "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
           "StablePose": "statistics", "Trajectory": "trajectory"}
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "Part", "PoseStatistics", "RestingShape",
-           "StablePose", "Trajectory"]
+__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part",
+           "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
 
 
 def __getattr__(name: str) -> Any:

@@ -16,10 +16,13 @@ from ..kernels.drops.layout import (
     ENERGY,
     IMPACT_COUNT,
     POSE,
+    STATE,
     TAPE,
     TOUCHED,
     TRAPPED,
     DropRules,
+    P,
+    Z,
 )
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
@@ -115,10 +118,43 @@ def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
     tape : (T, 14) array
         Takes the events of the last drop; see `kernels.drops.layout`.
     """
-    ups = np.ascontiguousarray(-turn_vectors(downs, body.axes))
-    outcome = np.empty((ups.shape[0], 5), dtype=np.int64)
-    measure = np.empty((ups.shape[0], 2))
-    run_drops(body.arrays, rules, ups, outcome, measure, tape)
+    return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
+
+
+def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> Array:
+    """States (n, 8) of a body at rest, in principal axes.
+
+    Parameters
+    ----------
+    body : PreparedBody
+    heights : float or (n,) array
+        Of the centre of mass, radii.
+    downs : (n, 3) array
+        Unit vectors in part axes that point vertically down.
+    """
+    states = np.zeros((downs.shape[0], STATE))
+    states[:, Z] = heights
+    states[:, P:P + 3] = -turn_vectors(downs, body.axes)
+    return states
+
+
+def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
+                    tape: Array = NO_TAPE) -> DropOutcomes:
+    """Compute what becomes of a body that is released in given states.
+
+    Parameters
+    ----------
+    body : PreparedBody
+    rules : DropRules
+        Whose height has no say.
+    states : (n, 8) array
+        At release, in principal axes; see `kernels.drops.layout`.
+    tape : (T, 14) array
+        Takes the events of the last one.
+    """
+    outcome = np.empty((states.shape[0], 5), dtype=np.int64)
+    measure = np.empty((states.shape[0], 2))
+    run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(outcome[:, POSE], outcome[:, IMPACT_COUNT],
                         measure[:, DURATION] * math.sqrt(body.radius / GRAVITY),
                         measure[:, ENERGY], outcome[:, ENDING] == TRAPPED,

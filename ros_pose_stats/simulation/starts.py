@@ -27,7 +27,8 @@ _WORDS: Final = 4
 
 _RANDOM_STREAM: Final = 1
 _LATTICE_STREAM: Final = 2
-"""Second words of the key, so that the two samplings of one seed have nothing in common."""
+_FLIP_STREAM: Final = 3
+"""Second words of the key, so that drops and flips of one seed have nothing in common."""
 
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -71,9 +72,16 @@ def random_starts(seed: int, first: int, count: int) -> Array:
         Unit vectors `down` in part axes that point vertically down at release; row k is the
         same in every call that includes it.
     """
-    place, before = divmod(2 * first, _WORDS)
-    pairs = _uniforms(seed, _RANDOM_STREAM, place, before + 2 * count)[before:].reshape(count, 2)
+    pairs = _pairs(seed, _RANDOM_STREAM, first, count)
     return _on_sphere(pairs[:, 0], pairs[:, 1])
+
+
+def flip_draws(seed: int, first: int, count: int) -> Array:
+    """Two uniform numbers in [0, 1) for each of the flips first ... first + count - 1, (count, 2).
+
+    Row k is the same in every call that includes it.
+    """
+    return _pairs(seed, _FLIP_STREAM, first, count)
 
 
 def lattice_starts(seed: int, first: int, count: int) -> Array:
@@ -107,6 +115,11 @@ def lattice_starts(seed: int, first: int, count: int) -> Array:
     blocks = sum(turns[:, None, :, j] * pattern[None, :, j, None] for j in range(3))
     skipped = first - begin * BLOCK
     return np.asarray(blocks).reshape(-1, 3)[skipped:skipped + count]
+
+
+def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
+    place, before = divmod(2 * first, _WORDS)
+    return _uniforms(seed, stream, place, before + 2 * count)[before:].reshape(count, 2)
 
 
 def _uniforms(seed: int, stream: int, place: int, count: int) -> Array:

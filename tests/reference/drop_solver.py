@@ -278,8 +278,40 @@ def reference_drop(points, inertia, down, restitution, height, events=5, finenes
         In order of time; fewer than `events` when the body comes to rest.
     """
     body = Body(points, inertia)
-    state, time, found = released(body, down, height), 0.0, []
+    state = released(body, down, height)
     contacts = body.supports(state, np.flatnonzero(state[GAPS] == 0.0).tolist())
+    return follow(body, state, contacts, restitution, events, fineness)
+
+
+def reference_flip(points, inertia, down, at, kick, restitution, events=5):
+    """Simulate a kick of a body that rests on the plate; arguments as of `reference_drop`.
+
+    Parameters
+    ----------
+    at : (3,) array
+        Where the plate hits it, body axes.
+    kick : float
+        Energy of the kick over the weight.
+
+    Returns
+    -------
+    list of ReferenceEvent
+        After the impacts that go with the kick itself.
+    """
+    body = Body(points, inertia)
+    state, contacts = released(body, down, 0.0), []
+    arm = np.cross(at, state[UP])
+    impulse = np.sqrt(2.0 * kick / (1.0 + arm @ body.inverse @ arm))
+    state[V], state[W] = impulse, impulse * body.inverse @ arm
+    near = np.flatnonzero(state[GAPS] == 0.0)
+    if body.velocities(state)[near].min() < 0.0:
+        contacts = body.supports(state, strike(body, state, [], near[0], restitution)[1])
+    return follow(body, state, contacts, restitution, events)
+
+
+def follow(body, state, contacts, restitution, events, fineness=1.0):
+    """Events that follow a state on given contacts; see `reference_drop`."""
+    time, found = 0.0, []
     while len(found) < events and contacts is not None and not at_rest(body, state, contacts):
         duration, state, vertex = next_event(body, state, contacts, fineness)
         time += duration

@@ -6,7 +6,6 @@ import math
 
 from ..array_types import Array, Array2, Fixed2, Index, Index2
 from ..compilation import entry_kernel, inlined
-from ..vectors import Vec3, point_at, write_vector
 from .contacts import let_go
 from .events import LANDING, NOTHING, first_landing, first_release
 from .landing import corner_height, lowest_corner, resolve
@@ -29,6 +28,7 @@ from .layout import (
     REACH,
     RELEASE,
     SPARE,
+    STATE,
     STEP,
     STEP_COUNT,
     STEPS,
@@ -37,9 +37,7 @@ from .layout import (
     UNSETTLED,
     DropBody,
     DropRules,
-    P,
     V,
-    W,
     Work,
     Z,
     new_work,
@@ -50,7 +48,7 @@ from .trap import energy, judge_outcome, may_go_on
 
 
 @entry_kernel
-def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
+def run_drops(body: DropBody, rules: DropRules, states: Fixed2, outcome: Index2,
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 
@@ -58,8 +56,8 @@ def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
     ----------
     body : DropBody
     rules : DropRules
-    ups : (k, 3) array
-        Vertical direction at release in principal axes, unit vectors.
+    states : (k, 8) array
+        State at release; see `layout`. A body that reaches below the plate is lifted onto it.
     outcome : (k, 5) array
         Filled; see `layout` for its columns. The pose is -1 where a drop is unsettled.
     measure : (k, 2) array
@@ -71,19 +69,18 @@ def run_drops(body: DropBody, rules: DropRules, ups: Fixed2, outcome: Index2,
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
-    for i in range(ups.shape[0]):
-        _release(body, rules, point_at(ups, i), top, work, outcome[i], tape)
+    for i in range(states.shape[0]):
+        _release(body, rules, states[i], top, work, outcome[i], tape)
         _drop(body, rules, top, work, outcome[i], measure[i], tape)
 
 
 @inlined
-def _release(body: DropBody, rules: DropRules, up: Vec3, top: float, work: Work,
+def _release(body: DropBody, rules: DropRules, begin: Array, top: float, work: Work,
              outcome: Index, tape: Array) -> None:
-    """Put the body above the plate at rest, touching it where the height is too low to fit."""
+    """Put the body above the plate, touching it where the height is too low to fit."""
     state, tally = work.state, work.tally
-    write_vector(state, P, up)
-    write_vector(state, W, Vec3(0.0, 0.0, 0.0))
-    state[Z], state[V] = rules.height, 0.0
+    for k in range(STATE):
+        state[k] = begin[k]
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
     tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS], tally[LOWEST] = FLIGHT, 0, 0, 0, 0
@@ -91,7 +88,7 @@ def _release(body: DropBody, rules: DropRules, up: Vec3, top: float, work: Work,
     work.active[0] = work.active[1] = -1
     work.clock[TIME], work.clock[EXPECTED_BOUNCE], work.clock[REACH] = 0.0, math.inf, LONGEST
     outcome[TOUCHED] = 0
-    if rules.height <= max(1.0, top) + rules.touching:
+    if state[Z] <= max(1.0, top) + rules.touching:
         tally[LOWEST] = lowest_corner(state, body)
         low = corner_height(state, body, tally[LOWEST])
         if low < 0.0:

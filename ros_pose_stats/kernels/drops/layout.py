@@ -146,7 +146,7 @@ class DropRules(NamedTuple):
     """Scene and thresholds; `ros_pose_stats.tolerances` gives their values and reasons."""
 
     restitution: float
-    height: float       # of the centre of mass at release, radii
+    height: float       # of the centre of mass where it is released at rest, radii
     to_rest: bool       # go on when the outcome is decided
     truncation: float
     touching: float

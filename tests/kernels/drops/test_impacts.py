@@ -152,11 +152,12 @@ def test_what_would_cost_more_than_soft_is_left():
 def test_a_thousand_elastic_impacts_keep_the_energy(seed):
     """After 1 500 to 2 500 impacts the worst of 24 drops is off by 4e-14 of the energy."""
     body = prepared(random_polyhedron(10, seed))
+    states = np.zeros((8, STATE))
     ups = np.random.default_rng(seed).standard_normal((8, 3))
-    ups /= np.linalg.norm(ups, axis=1)[:, None]
+    states[:, Z], states[:, P:P + 3] = 5.0, ups / np.linalg.norm(ups, axis=1)[:, None]
     outcome, measure = np.zeros((8, 5), dtype=np.int64), np.zeros((8, 2))
     rules = DropRules(1.0, 5.0, True, TRUNCATION, TOUCHING, SLOW, SOFT, 15_000)
-    run_drops(body, rules, ups, outcome, measure, np.zeros((0, TAPE)))
+    run_drops(body, rules, states, outcome, measure, np.zeros((0, TAPE)))
     assert rules.most_steps < MOST_STEPS
     assert outcome[:, IMPACT_COUNT].min() > 1000 and (outcome[:, POSE] == -1).all()
     np.testing.assert_allclose(measure[:, ENERGY], 5.0, rtol=3e-13)

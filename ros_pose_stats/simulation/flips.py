@@ -1,0 +1,124 @@
+"""Flips: a flexible feeder's plate kicks parts that lie wrong, and they come to rest anew."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RequestError
+from ..records import DropScene, FlipStatistics, Part
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
+from ..resting.trust import pose_warnings
+from ..statistics.errors import standard_errors
+from ..version import VERSION
+from .chunks import DropWorkers
+from .drop_body import PreparedBody, drop_body
+from .drops import DropOutcomes, compute_motions, drop_rules
+from .kicks import kicks_of
+from .request import DropRequest, drop_request, real_number
+
+Index = NDArray[np.int64]
+
+DEFAULT_FLIPS = 2000
+"""Flips a pose: a share is told to a point."""
+
+
+def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
+                   restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+                   workers: int | None = None,
+                   on_progress: Callable[[int, int], object] | None = None,
+                   should_stop: Callable[[], bool] | None = None, *,
+                   cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                   round_sides: int = DEFAULT_ROUND_SIDES) -> FlipStatistics:
+    """Kick a part many times out of each of its poses, and count where it comes to rest.
+
+    Parameters
+    ----------
+    part : Part
+    kick_height : float
+        Energy of a kick over the weight, metres, 0 or more: as high would it lift the part
+        without turning it. The plate hits the part at a point of its contact polygon, drawn
+        uniformly.
+    drops : int
+        Flips out of each pose, from 1.
+    restitution : float
+        Of the plate on which the part falls back, 0 <= restitution < 1.
+    seed : int, optional
+        Flip k out of a pose depends on seed, k and the part alone. Default: a fresh one.
+    workers : int, optional
+        Threads; default: all cores.
+    on_progress : callable, optional
+        Takes the number of flips done, and of all.
+    should_stop : callable, optional
+        Once it returns True the simulation ends with the flips done by then.
+    cluster_tolerance, round_sides
+        As for `simulate`.
+
+    Returns
+    -------
+    FlipStatistics
+
+    Raises
+    ------
+    RequestError, MeshError
+        If a value is out of range, or the part's hull does not enclose its centre of mass.
+    """
+    begin = time.perf_counter()
+    kick = real_number("kick_height", kick_height)
+    if not 0.0 <= kick < math.inf:
+        raise RequestError("a kick height of 0 m or more", f"{kick_height}",
+                           "half the part's radius flips most parts")
+    scene = DropScene(restitution, None, cluster_tolerance, round_sides)
+    body = drop_body(part, cluster_tolerance, round_sides)
+    poses = body.resting.poses
+    per_pose = drop_request(drops, seed, 0.0, workers, "random", None)
+    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers,
+                           "random", None)
+    outcomes = _count(body, scene, kick, request, on_progress, should_stop)
+    counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
+    settled = counts.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        transition = counts / settled[:, None]
+    errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
+    warnings = [*part.warnings, *pose_warnings(body.resting)]
+    if unsettled.any():
+        warnings.append(
+            f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "
+            f"pose was certain; they are left out of the probabilities.")
+    return FlipStatistics(
+        part.part_id, part.digest, body.radius, scene.restitution, kick,
+        scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
+        request.seed, time.perf_counter() - begin, tuple(warnings), VERSION)
+
+
+def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
+           on_progress: Callable[[int, int], object] | None,
+           should_stop: Callable[[], bool] | None) -> Index:
+    """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
+    poses = len(body.resting.poses)
+    rules = drop_rules(scene, body.radius)
+    kicks = kicks_of(body, kick / body.radius)
+
+    def flip(first: int, count: int) -> DropOutcomes:
+        return compute_motions(body, rules, kicks.states(request.seed, first, count))
+
+    workers = DropWorkers(flip, request.drops, request.workers,
+                          should_stop or (lambda: False))
+    found = np.zeros(poses * (1 + poses), dtype=np.int64)
+    done = 0
+    for outcomes in workers.outcomes_in_order():
+        end = done + outcomes.pose.shape[0]
+        row = np.arange(done, end) % poses
+        found += np.bincount(row * (1 + poses) + outcomes.pose + 1, minlength=found.shape[0])
+        done = end
+        if on_progress is not None:
+            on_progress(done, request.drops)
+    return found.reshape(poses, 1 + poses)
