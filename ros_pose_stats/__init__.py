@@ -60,9 +60,9 @@ _HOMES = {
     "splitting_graph": "resting.splitting_graph",
 }
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics", "PoseStatsError",
-           "StablePose", "Trajectory", "__version__", "analyse_bags", "auto", "estimate",
-           "estimate_all", "hybrid", "load_part", "part_from_mesh", "record_drop",
+__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
+           "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
+           "estimate", "estimate_all", "hybrid", "load_part", "part_from_mesh", "record_drop",
            "resting_poses", "simulate", "simulate_flips", "splitting_graph"]
 
 

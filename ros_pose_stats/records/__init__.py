@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from .trajectory import DropEvent, Trajectory
 
 _HOMES = {"DropEvent": "trajectory", "DropProgress": "statistics", "DropScene": "scene",
-          "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics", "RestingShape": "statistics",
-          "StablePose": "statistics", "Trajectory": "trajectory"}
+          "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics",
+          "RestingShape": "statistics", "StablePose": "statistics", "Trajectory": "trajectory"}
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part",
            "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]

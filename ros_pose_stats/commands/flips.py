@@ -1,0 +1,134 @@
+"""`flips PART`: where a kicked part comes to rest, and what kicking gains a feeder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from ..records.scene import DEFAULT_DROPS
+from .arguments import JoinIndices, add_part_options, add_scene_options, read_count, read_indices
+from .drop_runs import load_part_and_kernels
+from .progress_bar import ProgressBar
+from .running import INTERRUPTED, print_json, stop_on_interrupt
+
+if TYPE_CHECKING:
+    from ..records import FlipStatistics, Part, PoseStatistics
+    from ..statistics.feeding import Feeding
+
+DEFAULT_RATE = 60.0
+DEFAULT_FLIPS = 2000
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "flips", help="kick a part out of each of its poses and count where it comes to rest",
+        description="Kick a part, lying in each of its poses, from below at a point of its "
+        "contact polygon, and count where it comes to rest. With the wanted poses it says what "
+        "a feeder gets by kicking parts that lie wrong, and by dropping them again.",
+        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
+    add_part_options(command)
+    command.add_argument("--kick", type=float, required=True, metavar="H",
+                         help="energy of a kick over the part's weight, in metres: as high would "
+                         "it throw the part without turning it")
+    command.add_argument("--flips", type=read_count, default=DEFAULT_FLIPS, metavar="N",
+                         help="kicks out of each pose (default: %(default)s)")
+    add_scene_options(command)
+    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
+                         metavar="I", help="indices of the poses that are accepted")
+    command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
+                         help="parts that can be dropped a minute (default: %(default)s)")
+    command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
+                         help="seconds from one kick to the next (default: %(default)s)")
+    command.add_argument("--drops", type=read_count, default=DEFAULT_DROPS, metavar="N",
+                         help="drops for the poses of parts that are dropped "
+                         "(default: %(default)s)")
+    command.add_argument("--seed", type=read_count, metavar="S",
+                         help="the same seed gives the same counts (default: a fresh one, "
+                         "which is printed)")
+    command.add_argument("--workers", type=read_count, metavar="W",
+                         help="number of threads (default: all cores)")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Kick, drop where poses are wanted, and print."""
+    part = load_part_and_kernels(options)
+    from ..simulation.flips import simulate_flips
+    from ..simulation.simulate import simulate
+
+    fresh: PoseStatistics | None = None
+    merging = {"cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides}
+    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+        found = simulate_flips(
+            part, options.kick, options.flips, options.restitution, options.seed, options.workers,
+            lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted,
+            **merging)
+        if options.wanted is not None and not interrupted():
+            fresh = simulate(part, options.drops, options.restitution, found.seed,
+                             options.drop_height, workers=options.workers, on_progress=bar.show,
+                             should_stop=interrupted, **merging)
+    stopped = interrupted()
+    ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
+    if options.json:
+        extra: dict[str, Any] = {"interrupted": True} if stopped else {}
+        if ways:
+            extra["feeding"] = {name: {key: dict(zip(("value", "low", "high"), map(
+                _finite, one), strict=True)) for key, one in way._asdict().items()}
+                for name, way in ways.items()}
+        print_json({**found.as_dict(), **extra})
+    else:
+        print("\n".join(_table(part, found, ways)))
+        if stopped:
+            print(f"interrupted after {found.flips} flips")
+    return INTERRUPTED if stopped else 0
+
+
+def _feedings(options: argparse.Namespace, found: FlipStatistics,
+              fresh: PoseStatistics) -> dict[str, Feeding]:
+    """What a feeder gets, both ways."""
+    from ..statistics.feeding import drop_afresh, flip_wrong_ones
+
+    poses = sorted(fresh.poses, key=lambda pose: pose.index)
+    share = [pose.probability for pose in poses]
+    error = [pose.standard_error for pose in poses]
+    return {"dropped_again": drop_afresh(share, error, options.wanted, options.rate),
+            "kicked": flip_wrong_ones(share, error, found.counts, options.wanted, options.rate,
+                                      options.cycle_time)}
+
+
+def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[str]:
+    from ..text import Column, columns, millimetres, percent
+
+    settled = found.counts.sum(axis=1)
+    heads = [Column("out of"), *(Column(f"{pose.index}") for pose in found.poses), Column("error")]
+    rows = [[str(i), *(percent(share) for share in row), percent(float(max(errors)))]
+            for i, (row, errors) in enumerate(zip(found.transition.tolist(),
+                                                  found.standard_error.tolist(), strict=True))]
+    lines = [f"{part.part_id}: kicked by {millimetres(found.kick_height)} mm on a frictionless "
+             f"plate, restitution {found.restitution:g}",
+             f"{int(settled.sum())} flips, {int(found.unsettled.sum())} unsettled, seed "
+             f"{found.seed}", "",
+             "into pose, %; the error is the largest standard error of a row",
+             *columns(heads, rows)]
+    if ways:
+        heads = [Column("parts that lie wrong are", left=True), Column("accepted a minute"),
+                 Column("drops a part"), Column("flips a part")]
+        lines += ["", *columns(heads, [
+            [name.replace("_", " "), _bounded(way.per_minute), _bounded(way.passes),
+             _bounded(way.flips)] for name, way in ways.items()]),
+            "in brackets: 90 % intervals, of the model alone"]
+    return [*lines, *(["", *found.warnings] if found.warnings else [])]
+
+
+def _bounded(number: tuple[float, float, float]) -> str:
+    value, low, high = number
+    return f"{value:.3g} ({low:.3g} to {high:.3g})"
+
+
+def _finite(value: float) -> float | None:
+    from math import isfinite
+
+    return value if isfinite(value) else None
