@@ -2,7 +2,7 @@
 
 Parts are looked at one after another. One that lies in a wanted pose is accepted. The others are
 sent back and dropped afresh, or kicked where they lie until they lie right. The errors are those
-of the probabilities, by the delta method: of first order in them, with the derivatives written out.
+of the probabilities by the delta method, of first order in them.
 """
 
 from __future__ import annotations
