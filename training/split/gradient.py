@@ -12,18 +12,20 @@ from ros_pose_stats.kernels.compilation import kernel
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+SMALLEST = 1e-300
+
 
 @kernel
 def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Index,
-              children: Index, kept: Array, share: Array, square: float,
-              gradient: bool) -> tuple[float, Array, Array]:
+              poses: Index, children: Index, leaf_pose: Index, kept: Array, share: Array,
+              square: float, gradient: bool) -> tuple[float, Array, Array]:
     """Mean loss of a sample, its gradient by the weights, and the probabilities.
 
     Parameters
     ----------
     weight : (3 K,) array
         Logarithms for both children and the whole of each split.
-    first_split, splits, first_pose, children, kept, share
+    first_split, splits, first_pose, poses, children, leaf_pose, kept, share
         As in `Table`.
     square : float
         Weight of the square error beside the negative log likelihood of a drop.
@@ -44,7 +46,7 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
     loss = 0.0
     for u in range(samples):
         count, begin, pose = splits[u], first_split[u], first_pose[u]
-        leaves = count + 1
+        leaves, leaf = count + 1, first_split[u] + u
         for j in range(count):
             for c in range(2):
                 node = children[begin + j, c]
@@ -61,10 +63,14 @@ def tree_loss(weight: Array, first_split: Index, splits: Index, first_pose: Inde
                 log[children[begin + j, c]] = (log[leaves + j] + passed[j, c]
                                                - grown[leaves + j])
         for i in range(leaves):
-            p, told = math.exp(log[i]), share[pose + i]
-            probability[pose + i] = p
-            loss += (square * (p - told) ** 2 - told * log[i]) / samples
-            back[i] = (2.0 * square * (p - told) * p - told) / samples
+            probability[pose + leaf_pose[leaf + i]] += math.exp(log[i])
+        for i in range(pose, pose + poses[u]):
+            p, told = max(probability[i], SMALLEST), share[i]
+            loss += (square * (p - told) ** 2 - told * math.log(p)) / samples
+        for i in range(leaves):
+            at = pose + leaf_pose[leaf + i]
+            p, told = max(probability[at], SMALLEST), share[at]
+            back[i] = (2.0 * square * (p - told) - told / p) * math.exp(log[i]) / samples
         if not gradient:
             continue
         for j in range(count):

@@ -14,16 +14,16 @@ from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from training.families import family_part, family_tolerance
+from ros_pose_stats.resting.poses import RestingPoses
+from training.families import family_options, family_part, family_poses
 
 from .samples import Sample
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-LEAST_DROPS = 50
-"""Samples with fewer settled drops are left out."""
+LEAST_DROPS, MOST_UNSETTLED = 50, 0.01
+"""Samples with fewer settled drops, or with a larger share that met the step cap, are left out."""
 
 REFERENCES = ("combined", "meae")
 
@@ -32,16 +32,20 @@ REFERENCES = ("combined", "meae")
 class Table:
     """Samples as arrays; U samples with P poses and 3 K components in all.
 
+    A pose may be several leaves of the tree, of which there are K + U.
+
     Attributes
     ----------
     inputs : (3 K, 24) array
         Of the weights of components, as from `split_inputs`.
     children : (K, 2) array
-        Children of each split, from 0 in each sample: poses, then splits by rising level.
+        Children of each split, from 0 in each sample: leaves, then splits by rising level.
+    leaf_pose : (K + U,) array
+        Pose of each leaf, from 0 in each sample.
     kept : (K, 2) array
         As from `kept_shares`.
-    splits, first_split, first_pose : (U,) arrays
-        Number of splits of a sample; where its splits and its poses begin.
+    splits, poses, first_split, first_pose : (U,) arrays
+        Number of splits and of poses of a sample; where they begin.
     share : (P,) array
         Count over settled drops.
     settled, restitution, height : (P,) arrays
@@ -56,8 +60,10 @@ class Table:
 
     inputs: NDArray[np.float32]
     children: Index
+    leaf_pose: Index
     kept: Array
     splits: Index
+    poses: Index
     first_split: Index
     first_pose: Index
     share: Array
@@ -77,40 +83,38 @@ class Table:
 
     def some(self, keep: NDArray[np.bool_]) -> Table:
         """The samples (U,) that are to be kept."""
-        splits = self.splits[keep]
-        starts = np.concatenate(([0], np.cumsum(splits)[:-1]))
-        of_split = np.repeat(keep, self.splits)
-        of_pose = np.repeat(keep, self.splits + 1)
+        splits, poses = self.splits[keep], self.poses[keep]
+        of_split, of_pose = np.repeat(keep, self.splits), np.repeat(keep, self.poses)
         return Table(
-            self.inputs[np.repeat(of_split, 3)], self.children[of_split], self.kept[of_split],
-            splits, starts,
-            starts + np.arange(splits.size), self.share[of_pose], self.settled[of_pose],
-            self.restitution[of_pose], self.height[of_pose], self.body[of_pose],
-            self.family[of_pose], self.expected[of_pose],
+            self.inputs[np.repeat(of_split, 3)], self.children[of_split],
+            self.leaf_pose[np.repeat(keep, self.splits + 1)], self.kept[of_split],
+            splits, poses, _starts(splits), _starts(poses), self.share[of_pose],
+            self.settled[of_pose], self.restitution[of_pose], self.height[of_pose],
+            self.body[of_pose], self.family[of_pose], self.expected[of_pose],
             {name: one[of_pose] for name, one in self.reference.items()})
 
 
 def make_table(samples: Sequence[Sample]) -> Table:
     """Compute the inputs of all samples; a body takes some ten milliseconds."""
-    inputs, children, kept, splits = [], [], [], []
+    inputs, children, leaf_pose, kept = [], [], [], []
     poses: dict[str, list[Array]] = {
         name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
                               "expected")}
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
-        tolerance = family_tolerance(key[0])
-        resting = resting_poses(family_part(*key), tolerance, round_sides=0)
+        tolerance, sides = family_options(key[0])
+        resting = family_poses(key[0], family_part(*key))
         links = split_children(resting)
         shares = kept_shares(resting)[resting.clusters.split]
         for row in scenes:
-            settled = int(row.count.sum())
-            if settled < LEAST_DROPS:
+            if not usable(row):
                 continue
-            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance)
+            settled = int(row.count.sum())
+            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance, sides)
             inputs.append(split_inputs(resting, scene).astype(np.float32))
             children.append(links)
+            leaf_pose.append(resting.clusters.node_pose)
             kept.append(shares)
-            splits.append(len(links))
             told = {"share": row.count / settled, "settled": settled, "body": body,
                     "restitution": row.restitution, "height": row.height, "family": key[0],
                     "expected": _expected(resting, scene)}
@@ -118,13 +122,24 @@ def make_table(samples: Sequence[Sample]) -> Table:
                 poses[name].append(np.broadcast_to(value, row.count.shape))
             for name, values in reference.items():
                 values.append(ESTIMATORS[name].function(resting, scene))
-    each = np.array(splits)
-    starts = np.concatenate(([0], np.cumsum(each)[:-1]))
-    return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(kept),
-                 each, starts,
-                 starts + np.arange(each.size),
+    splits, count = np.array([len(one) for one in children]), poses["share"]
+    each = np.array([one.size for one in count])
+    return Table(np.concatenate(inputs), np.concatenate(children), np.concatenate(leaf_pose),
+                 np.concatenate(kept), splits, each, _starts(splits), _starts(each),
                  **{name: np.concatenate(values) for name, values in poses.items()},
                  reference={name: np.concatenate(values) for name, values in reference.items()})
+
+
+def _starts(numbers: Index) -> Index:
+    """Where each of some rows of entries begins."""
+    return np.concatenate(([0], np.cumsum(numbers)[:-1])).astype(np.int64)
+
+
+def usable(row: Sample) -> bool:
+    """Whether enough of a sample's drops came to rest."""
+    settled = int(row.count.sum())
+    return (settled >= LEAST_DROPS
+            and row.unsettled <= MOST_UNSETTLED * (row.unsettled + settled))
 
 
 def _expected(resting: RestingPoses, scene: DropScene) -> float:
@@ -133,11 +148,12 @@ def _expected(resting: RestingPoses, scene: DropScene) -> float:
 
 
 def split_children(resting: RestingPoses) -> Index:
-    """Children (K, 2) of the splits, numbered within the part: poses first, then splits."""
+    """Children (K, 2) of the splits, numbered within the part: leaves first, then splits."""
     tree, grouped = resting.equilibria.arrays.tree, resting.clusters
-    leaves, poses = resting.equilibria.order.shape[0], len(resting.poses)
-    number = dict(zip(grouped.node.tolist(), grouped.node_pose.tolist(), strict=True))
+    faces = resting.equilibria.order.shape[0]
+    number = {node: place for place, node in enumerate(grouped.node.tolist())}
     joins = np.flatnonzero(grouped.split)
-    number.update({leaves + int(join): poses + place for place, join in enumerate(joins)})
+    number.update({faces + int(join): len(grouped.node) + place
+                   for place, join in enumerate(joins)})
     return np.array([[number[int(child)] for child in tree.child[join]] for join in joins],
                     dtype=np.int64).reshape(-1, 2)
