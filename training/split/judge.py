@@ -15,7 +15,7 @@ from .fit import fit_networks, predict
 from .samples import FIT_SEED, HEIGHT, JUDGE_SEED, LOW, USUAL, Sample
 from .table import Array, Table, make_table
 
-UNITS, RIDGE, ITERATIONS = (30, 10), 2e-6, 700
+UNITS, RIDGE, ITERATIONS = (30, 10), 2e-6, 500
 """Hidden units of both networks, ridge and iterations of the fit."""
 STARTS = 2
 """Number of fits, from random starts, whose logarithms are averaged."""
