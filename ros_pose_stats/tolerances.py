@@ -137,10 +137,17 @@ TRAP: Final = 1e-9
 """A drop is decided when its energy is this far (in m g radius) below the saddle out."""
 
 MOST_STEPS: Final = 100_000
-"""Impacts and steps after which a drop is given up as unsettled, some 40 to 200 ms.
+"""Impacts and steps, some 40 to 200 ms, in which a drop must make `PROGRESS`, or is given up.
 
-A body balanced on an unstable equilibrium comes to it, restitutions above 0.999 (of a needle
+A body balanced on an unstable equilibrium does not, nor restitutions above 0.999 (of a needle
 0.99), and bodies with almost no inertia about an axis that corners are far from.
+"""
+
+PROGRESS: Final = 0.05
+"""Share of the energy above the pose below that a drop must lose in so many steps to go on.
+
+Steps of a part that rolls grow with the square of its sides, and with the slenderness of the rim,
+so that no number of steps is right for all; the slowest ones seen lose a fifth each time.
 """
 
 MARGINAL_TILT: Final = 0.0175

@@ -69,16 +69,18 @@ class EntryKernel(KernelDispatcher):
     """An outermost kernel: one signature, its machine code on disk.
 
     Arguments of other types are refused, for to compile anew takes as long as a thousand runs.
+
+    Attributes
+    ----------
+    declared : tuple of numba types
+        Of the arguments. They are made with the kernel: numba gives two numbers to a type that
+        two threads make at once, and the kernel would then refuse what it was made for.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function, targetoptions=dict(OPTIONS))
         self._cache = KernelFile(function)
-
-    @cached_property
-    def declared(self) -> tuple[Any, ...]:
-        """Types of the arguments."""
-        return signature_of(self.py_func)
+        self.declared = signature_of(function)
 
     @property
     def name(self) -> str:

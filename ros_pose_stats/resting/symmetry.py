@@ -12,6 +12,8 @@ from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..records import Part
@@ -54,31 +56,57 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
     (P,) array of int
         Groups numbered by their first pose.
     """
-    group = np.arange(int(pose.max()) + 1)
-    if group.shape[0] == 1 or found.order.shape[0] > MOST_FACES:
-        return group
+    poses = int(pose.max()) + 1
+    alone = np.arange(poses)
+    if poses == 1 or found.order.shape[0] > MOST_FACES:
+        return alone
     kind = _kinds(found)
     if not len(_shared(kind, pose)):
-        return group
+        return alone
     frames = lru_cache(maxsize=None)(partial(_frame, found))
     if _hopeless(part, frames, kind, pose):
-        return group
+        return alone
     trial = surface()
-    kind = trial.refine(found, kind)
+    return _gather(_orbits(found, trial.refine(found, kind), pose, frames, trial), pose, poses)
+
+
+def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int], Frame],
+            trial: SurfaceTrial) -> Index:
+    """Number (S,) of each stable face's orbit under the rotations that the surface allows.
+
+    A rotation is known by what it does to one face. So those that keep the first face of a kind
+    where it is, or take it to another of its kind, are all that there are; faces that the
+    rotations found so far connect need no other one.
+    """
+    orbit = np.arange(pose.shape[0])
     trees = cKDTree(found.downs)
     for face, other in _pairs(kind, pose):
-        if group[pose[face]] == group[pose[other]]:
+        if face != other and orbit[face] == orbit[other]:
             continue
         for rotation in _candidates(frames, face, other):
             if trial.effort > MOST_EFFORT:
-                return _renumber(group)
+                return orbit
             if trial.holds(rotation):
                 gap, image = trees.query(found.downs @ rotation.T)
                 carried = (gap < SYMMETRY) & (pose >= 0) & (pose[image] >= 0)
-                for a, b in zip(pose[carried], pose[image[carried]], strict=True):
-                    group[group == max(group[a], group[b])] = min(group[a], group[b])
+                joined = _connected(orbit[carried], orbit[image[carried]], pose.shape[0])
+                orbit = joined[orbit]
                 break
-    return _renumber(group)
+    return orbit
+
+
+def _gather(orbit: Index, pose: Index, poses: int) -> Index:
+    """Group of each pose: those with faces in one orbit, numbered by their first pose."""
+    rests = pose >= 0
+    joined = _connected(pose[rests], poses + orbit[rests], poses + pose.shape[0])[:poses]
+    _, first, group = np.unique(joined, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[group], dtype=np.int64)
+
+
+def _connected(one: Index, other: Index, count: int) -> Index:
+    """Number (count,) of the connected component of each node."""
+    edges = coo_array((np.ones(one.shape[0], np.int8), (one, other)), shape=(count, count))
+    return np.asarray(connected_components(edges, directed=False)[1], dtype=np.int64)
 
 
 def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Index) -> bool:
@@ -89,10 +117,6 @@ def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Ind
         if any(keeps_inertia(part, rotation) for rotation in _candidates(frames, face, other)):
             return False
     return True
-
-
-def _renumber(group: Index) -> Index:
-    return np.asarray(np.unique(group, return_inverse=True)[1], dtype=np.int64)
 
 
 def _kinds(found: Equilibria) -> Index:
@@ -114,26 +138,25 @@ def _shared(kind: Index, pose: Index) -> Index:
 
 
 def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:
-    """Pairs of like stable faces in different poses."""
+    """The first face of each kind that lies in several poses, with itself and its like."""
     shared = _shared(kind, pose)
     shared = shared[np.argsort(kind[shared], kind="stable")]
     for faces in np.split(shared, np.flatnonzero(np.diff(kind[shared])) + 1):
         listed = faces.tolist()
-        for i, other in enumerate(listed):
-            for face in listed[:i]:
-                if pose[face] != pose[other]:
-                    yield face, other
+        for other in listed:
+            yield listed[0], other
 
 
 def _candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
-    """Rotations that take one contact polygon to the other, corner to corner."""
+    """Rotations but the identity that take one contact polygon to the other, corner to corner."""
     here, there = frames(face), frames(other)
     size = [np.sqrt((frame[0] ** 2).sum(axis=1)) for frame in (here, there)]
     start = int(np.argmax(size[0]))
     count = len(size[0])
     twice = np.concatenate([size[1], size[1]])
-    for shift in range(count):
-        begin = (shift - start) % count
+    for turn in range(1 if face == other else 0, count):
+        begin = turn if face == other else (turn - start) % count
+        shift = (begin + start) % count
         if np.abs(twice[begin:begin + count] - size[0]).max() > SYMMETRY:
             continue
         a, b = here[0][start] / size[0][start], there[0][shift] / size[1][shift]

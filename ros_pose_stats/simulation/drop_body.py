@@ -78,7 +78,9 @@ def _prepare(part: Part, cluster_tolerance: float, round_sides: int) -> Prepared
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
-                      *_neighbours(points), *_sides(resting, corner), resting.clusters.way_out,
+                      *_neighbours(points), *_sides(resting, corner),
+                      resting.equilibria.heights[resting.clusters.lowest],
+                      resting.clusters.way_out,
                       min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 

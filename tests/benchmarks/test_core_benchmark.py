@@ -35,7 +35,7 @@ class TestTheRun:
             f"{body}, tolerance {tolerance}"
             for body in ("random polyhedron 0, 10 vertices", "ellipsoid, 40 vertices",
                          "sphere, 40 vertices")
-            for tolerance in ("0", "0.005")]
+            for tolerance in ("0", "0.0025")]
         assert len(results.section("near_sphere").rows) == 4
         assert len(results.section("growth").rows) == 6
         assert len(results.section("slopes").rows) == 2 * len(growth.STAGES)

@@ -9,7 +9,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -149,6 +152,12 @@ class TestCacheDirectory:
             assert f"ros_pose_stats.kernels.{kernel}.code" in stored
 
 
+def meet(ready, find, *arguments):
+    """What `find` gives, once the other thread is there too."""
+    ready.wait()
+    return find(*arguments)
+
+
 class TestOneSignature:
     @pytest.mark.parametrize("points", [
         np.zeros((4, 3), dtype=np.float32), np.zeros((3, 4)).T, np.zeros(3), np.zeros((8, 3))[::2],
@@ -178,6 +187,28 @@ class TestOneSignature:
         assert len({one.name for one in kernels}) == len(kernels)
         for one in kernels:
             assert len(one.declared) == one.py_func.__code__.co_argcount
+
+    def test_types_that_two_threads_meet_at_once_are_those_declared(self):
+        """numba numbers a type twice that two threads make at the same time."""
+        before = sys.getswitchinterval()
+        sys.setswitchinterval(1e-6)
+        try:
+            for _ in range(1000):
+                class Point(NamedTuple):
+                    x: float
+                    y: float
+
+                def kernel(point): ...
+
+                kernel.__annotations__["point"] = Point
+                made = compilation.EntryKernel(kernel)
+                ready = threading.Barrier(2)
+                with ThreadPoolExecutor(2) as threads:
+                    met = threads.submit(meet, ready, numba.typeof, Point(1.0, 2.0))
+                    declared = threads.submit(meet, ready, getattr, made, "declared")
+                assert met.result()._code == declared.result()[0]._code
+        finally:
+            sys.setswitchinterval(before)
 
 
 MADE = """

@@ -9,7 +9,7 @@ from ..compilation import entry_kernel, inlined
 from ..vectors import Vec3, point_at, write_vector
 from .contacts import let_go
 from .events import LANDING, NOTHING, first_landing, first_release
-from .landing import corner_height, resolve
+from .landing import corner_height, lowest_corner, resolve
 from .layout import (
     ARRIVAL,
     DURATION,
@@ -21,12 +21,14 @@ from .layout import (
     IMPACT_COUNT,
     IMPACTS,
     LIFT_OFF,
+    LIMIT,
     LOWEST,
     MODE,
     NEAR,
     POSE,
     REACH,
     RELEASE,
+    SPARE,
     STEP,
     STEP_COUNT,
     STEPS,
@@ -44,7 +46,7 @@ from .layout import (
 )
 from .motion import LONGEST, SHORTEST, advance, onto_invariants, prepare_step
 from .tape import note, note_contact
-from .trap import energy, judge_outcome
+from .trap import energy, judge_outcome, may_go_on
 
 
 @entry_kernel
@@ -85,15 +87,13 @@ def _release(body: DropBody, rules: DropRules, up: Vec3, top: float, work: Work,
     # Where the search for the lowest corner begins decides ties: nothing of the last drop may
     # be left.
     tally[MODE], tally[NEAR], tally[IMPACTS], tally[STEPS], tally[LOWEST] = FLIGHT, 0, 0, 0, 0
+    tally[LIMIT], work.clock[SPARE] = rules.most_steps, math.inf
     work.active[0] = work.active[1] = -1
     work.clock[TIME], work.clock[EXPECTED_BOUNCE], work.clock[REACH] = 0.0, math.inf, LONGEST
     outcome[TOUCHED] = 0
     if rules.height <= max(1.0, top) + rules.touching:
-        low = math.inf
-        for j in range(body.x.shape[0]):
-            if corner_height(state, body, j) < low:
-                low = corner_height(state, body, j)
-                tally[LOWEST] = j
+        tally[LOWEST] = lowest_corner(state, body)
+        low = corner_height(state, body, tally[LOWEST])
         if low < 0.0:
             state[Z] -= low
             outcome[TOUCHED] = 1
@@ -112,16 +112,15 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
     state, tally = work.state, work.tally
     landed = tally[NEAR] > 0
     ending, pose = judge_outcome(body, rules, top, work)
-    while ending == UNSETTLED and tally[STEPS] < rules.most_steps:
+    while ending == UNSETTLED and may_go_on(body, rules, work):
         if landed:
-            resolve(body, rules, work, tape)
+            landed = not resolve(body, rules, work, tape)
             note_contact(work, tape)
             ending, pose = judge_outcome(body, rules, top, work)
-            if ending != UNSETTLED or tally[STEPS] >= rules.most_steps:
-                break
+            if ending != UNSETTLED or landed:
+                continue
         tally[STEPS] += 1
         last = prepare_step(body, rules, work)
-        landed = False
         if last == 0:  # turned freely, high above the plate
             continue
         first, event = math.inf, NOTHING

@@ -16,6 +16,7 @@ from .layout import (
     FLIGHT,
     IMPACT,
     IMPACTS,
+    LIMIT,
     LOWEST,
     MODE,
     NEAR,
@@ -35,18 +36,25 @@ PATIENT = 1.25
 
 
 @inlined
-def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> None:
+def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> bool:
     """Resolve an event at the touching vertices: afterwards none of them approaches.
 
     Each round the fastest vertex is struck. Once all are slow they are brought to rest, and
     the contact is chosen; one that could not be (see `stop_slow`) is struck.
+
+    Returns
+    -------
+    bool
+        False where the steps granted ran out before.
     """
     state, near, tally = work.state, work.near, work.tally
     tally[MODE] = FLIGHT
-    while tally[STEPS] < rules.most_steps:
+    done = False
+    while tally[STEPS] < tally[LIMIT]:
         _sort_by_speed(body, work)
         hit, speed = 0, work.speed[0]
         if speed > AT_REST:
+            done = True
             break
         if speed >= -rules.slow:
             stop_slow(body, rules, work)
@@ -55,6 +63,7 @@ def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> None:
             if hit < 0:
                 weigh(body, work)
                 tally[MODE] = choose_contact(body, work)
+                done = True
                 break
         j = near[hit]
         strike(state, body.moment, corner_of(body, j), speed, rules.restitution)
@@ -62,6 +71,7 @@ def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> None:
         tally[STEPS] += 1
         note(work, tape, IMPACT, j)
     _look_ahead(body, work)
+    return done
 
 
 @inlined
@@ -119,3 +129,14 @@ def _look_ahead(body: DropBody, work: Work) -> None:
 def corner_height(state: Array, body: DropBody, j: int) -> float:
     """Height z + p . r of a corner above the plate."""
     return dot_from(state[Z], corner_of(body, j), up_of(state))
+
+
+@inlined
+def lowest_corner(state: Array, body: DropBody) -> int:
+    """Lowest of all corners, the first of several."""
+    low, lowest = math.inf, 0
+    for j in range(body.x.shape[0]):
+        height = corner_height(state, body, j)
+        if height < low:
+            low, lowest = height, j
+    return lowest

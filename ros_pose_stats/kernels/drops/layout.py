@@ -51,21 +51,23 @@ ALONG: Final = 3     # 3, 4, 5: direction of the edge, 0 for none
 LENGTH: Final = 6    # of the edge, 1 for none
 CONTACT: Final = 7
 
-# tally (6,)
+# tally (7,)
 MODE: Final = 0
 NEAR: Final = 1      # touching vertices in `near`
 IMPACTS: Final = 2
 STEPS: Final = 3     # impacts and steps
 LOWEST: Final = 4    # a low corner, where the last event was
 SEARCH: Final = 5    # number of the last search
-TALLY: Final = 6
+LIMIT: Final = 6     # of STEPS, where the drop is given up or granted more
+TALLY: Final = 7
 
-# clock (4,)
+# clock (5,)
 TIME: Final = 0
 STEP: Final = 1      # the step that the series is for
 EXPECTED_BOUNCE: Final = 2  # time in which the next impact is expected
 REACH: Final = 3     # length of the last sliding step
-CLOCK: Final = 4
+SPARE: Final = 4     # energy above the pose below, when steps were last granted
+CLOCK: Final = 5
 
 # columns of the load (C, 4) of a touching vertex
 ARM: Final = 0       # 0, 1, 2: a = r x p, the reach of a force there
@@ -135,7 +137,8 @@ class DropBody(NamedTuple):
     side_end: Index1     # (N,) corner at the far end
     side_left: Index1    # (N,) pose that the face to the left of a side descends to
     side_right: Index1   # (N,)
-    way_out: Array1      # (P,) level of the saddle that leads out of each pose
+    rest: Array1         # (P,) level of each pose
+    way_out: Array1      # (P,) level of the saddle that leads out of it
     turn: float          # radians by which a step near the plate turns the body at most
 
 
@@ -149,7 +152,7 @@ class DropRules(NamedTuple):
     touching: float
     slow: float
     soft: float
-    most_steps: int
+    most_steps: int     # without progress
 
 
 class Work(NamedTuple):
@@ -161,8 +164,8 @@ class Work(NamedTuple):
     local: Array    # (ORDER + 1,)
     contact: Array  # (7,)
     frame: Array    # (3, 4)
-    clock: Array    # (4,)
-    tally: Index    # (6,)
+    clock: Array    # (5,)
+    tally: Index    # (7,)
     active: Index   # (2,) vertices in contact, -1 for none
     near: Index     # (C,) touching vertices
     rested: Index   # (C,) 1 where a touching vertex has been brought to rest, 2 if released

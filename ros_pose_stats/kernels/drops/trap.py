@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import math
 
-from ...tolerances import TRAP
+from ...tolerances import PROGRESS, TRAP
 from ..array_types import Array
 from ..compilation import inlined
 from ..vectors import Vec3, cross, dot, minus, read_vector, scaled, times
+from .landing import lowest_corner
 from .layout import (
     FACE,
+    LIMIT,
     LOWEST,
     MODE,
     RESTING,
+    SPARE,
+    STEPS,
     TRAPPED,
     UNSETTLED,
     DropBody,
@@ -45,6 +49,24 @@ def judge_outcome(body: DropBody, rules: DropRules, top: float, work: Work) -> t
     if resting:
         return RESTING, pose
     return UNSETTLED, -1
+
+
+@inlined
+def may_go_on(body: DropBody, rules: DropRules, work: Work) -> bool:
+    """Whether there are steps left, or the last ones have brought the drop nearer to its end.
+
+    A part that rolls needs steps by the square of its sides, and loses energy with every one;
+    one that stands on an edge for ever loses none.
+    """
+    if work.tally[STEPS] < work.tally[LIMIT]:
+        return True
+    pose = pose_below(body, up_of(work.state), lowest_corner(work.state, body))
+    spare = energy(work.state, body.moment) - body.rest[pose]
+    if spare > (1.0 - PROGRESS) * work.clock[SPARE]:
+        return False
+    work.clock[SPARE] = spare
+    work.tally[LIMIT] += rules.most_steps
+    return True
 
 
 @inlined
