@@ -60,8 +60,11 @@ def test_the_running_bag_is_bounded_and_keeps_what_counts(flooded, domain, tmp_p
     with cell_of(domain, tmp_path, "bounded", max_log_bytes=BOUND) as (_, again):
         for part_id, before in shown.items():
             after = latched(again, part_id)
-            assert (after.part_digest, after.revision) == (before.part_digest, before.revision)
-            assert after.poses == before.poses
+            assert after.part_digest == before.part_digest
+            # Drops of one of them went on after it was looked at.
+            assert after.revision == before.revision or (
+                part_id == "kept" and after.revision > before.revision)
+            assert after.poses == before.poses or after.revision > before.revision
     assert [event.event for event in ends(tmp_path)[node.job_id]] == [JobEvent.CANCELLED]
     assert_readable_by_others(bag)
     assert {"kept", "stream"} == {part.record.part_id for part in analyse_bags(bag).parts}

@@ -81,14 +81,15 @@ class TestBounds:
 
 class TestNode:
     def test_another_client_does_not_wait_for_all_of_them(self, domain, cell):
+        """The other one too keeps many answers: each client is sent those to all others."""
         part_id = known_part(cell)
-        with QuickClient(domain) as greedy:
+        with QuickClient(domain) as greedy, QuickClient(domain) as other:
             greedy.good("estimate", part_id=part_id)
             sent = [greedy.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * number)
                     for number in range(MANY)]
             until(lambda: any(one.done() for one in sent))
             for _ in range(5):
-                cell.good("estimate", part_id=part_id)
+                other.good("estimate", part_id=part_id)
             assert not all(one.done() for one in sent)
             assert all(wait_for(one).success for one in sent)
 
