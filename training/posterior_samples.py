@@ -12,19 +12,18 @@ from numpy.typing import NDArray
 from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
 from ros_pose_stats.study.dataset import Dataset, shipped_datasets
-from training.families import FAMILIES, family_part, family_tolerance
+from training.families import FAMILIES, family_part, family_poses
 from training.families.families import MADE
 
-from .split.samples import FIT_SEED, JUDGE_SEED, USUAL, read_samples
+from .split.samples import FIT_SEED, HEIGHT, JUDGE_SEED, USUAL, read_samples
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 RESTITUTIONS = USUAL
-USUAL_RADII = 20.0
 
 
 class Sample(NamedTuple):
@@ -80,10 +79,10 @@ def _of_families(method: str, every: int, seed: int = FIT_SEED,
                  families: Collection[str] = tuple(MADE)) -> Iterator[Sample]:
     """Samples of bodies from the usual height, by default of all but random polyhedra."""
     wanted = (row for row in read_samples() if row.seed == seed and row.family in families
-              and row.number % every == 0 and row.height == USUAL_RADII
+              and row.number % every == 0 and row.height == HEIGHT
               and row.restitution in RESTITUTIONS and row.count.any())
     for key, rows in groupby(wanted, lambda row: row[:3]):
-        resting = resting_poses(family_part(*key), family_tolerance(key[0]), round_sides=0)
+        resting = family_poses(key[0], family_part(*key))
         for row in rows:
             yield sample_of(row.number, resting, row.restitution, method, row.count)
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats import DropScene, Part, PoseStatistics, resting_poses, simulate
+from ros_pose_stats import DropScene, Part, PoseStatistics, simulate
 from ros_pose_stats.planning.confidence import pose_prior
 from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.simulation.drops import DropChunk
 from ros_pose_stats.statistics.posterior import PosePrior
-from training.families import family_part, family_tolerance
+from training.families import family_options, family_part, family_poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -70,16 +70,17 @@ class Case(NamedTuple):
 
     def resting(self) -> RestingPoses:
         """Stable poses of a new part."""
-        return resting_poses(self.part(), self.tolerance, round_sides=0)
+        return family_poses(self.family, self.part())
 
     @property
-    def tolerance(self) -> float:
-        """Cluster tolerance."""
-        return family_tolerance(self.family)
+    def options(self) -> dict[str, Any]:
+        """What counts as a pose and as round, for the functions of the library."""
+        tolerance, sides = family_options(self.family)
+        return {"cluster_tolerance": tolerance, "round_sides": sides}
 
     def scene(self) -> DropScene:
-        """Scene in which the part is dropped."""
-        return DropScene(self.restitution, None, self.tolerance)
+        """Scene in which the part is dropped, with what counts as a pose and as round."""
+        return DropScene(self.restitution, None, **self.options)
 
     def square_error(self, probability: Array) -> float:
         """Mean square error over the poses, the reference's noise taken off."""
@@ -113,9 +114,9 @@ def _drop_part(number: int, restitution: float, reference_drops: int) -> Case:
         outcomes.append(chunk.outcomes.pose.astype(np.int16))
 
     simulate(part, SEQUENCE, restitution, 1000 + number, on_drops=on_drops,
-             cluster_tolerance=empty.tolerance, round_sides=0)
+             **empty.options)
     reference = simulate(part, reference_drops, restitution, 900_000 + number,
-                         cluster_tolerance=empty.tolerance, round_sides=0)
+                         **empty.options)
     counts = [pose.count for pose in sorted(reference.poses, key=lambda one: one.index)]
     return empty._replace(sequence=np.concatenate(outcomes), reference=np.array(counts))
 

@@ -92,7 +92,7 @@ def _row(name: str, kept: NDArray[np.bool_], seconds: float, single: str, single
 def _auto(case: Case, target: float) -> tuple[PoseStatistics, float]:
     return spent_on(case, lambda part, one: auto(
         part, target, restitution=one.restitution, seed=77_000 + one.number, workers=1,
-        cluster_tolerance=one.tolerance, round_sides=0))
+        **one.options))
 
 
 KEPT = 0.9
@@ -136,8 +136,7 @@ def _estimates(cases: Sequence[Case], target: float) -> list[Policy]:
     shares = {name: share(name) for name in ESTIMATORS}
     best = max(shares, key=lambda name: shares[name])
     return [Policy(best, shares[best], lambda part, one: estimate(
-        part, best, restitution=one.restitution, cluster_tolerance=one.tolerance,
-        round_sides=0), 0)]
+        part, best, restitution=one.restitution, **one.options), 0)]
 
 
 def _drops(cases: Sequence[Case], priors: Sequence[PosePrior], target: float) -> list[Policy]:
@@ -159,12 +158,12 @@ def _drops(cases: Sequence[Case], priors: Sequence[PosePrior], target: float) ->
 
 def _hybrid(drops: int) -> Run:
     return lambda part, one: hybrid(part, drops, one.restitution, 5, workers=1,
-                                    cluster_tolerance=one.tolerance, round_sides=0)
+                                    **one.options)
 
 
 def _simulation(drops: int) -> Run:
     return lambda part, one: simulate(part, drops, one.restitution, 5, workers=1,
-                                      cluster_tolerance=one.tolerance, round_sides=0)
+                                      **one.options)
 
 
 def _share_kept(cases: Sequence[Case], answers: Sequence[Array], target: float) -> float:

@@ -76,11 +76,13 @@ def _method(found: PoseStatistics) -> list[str]:
     """Lines about the method and its settings."""
     named = f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
     if not found.drops:
-        return [f"{named}expected error {100.0 * found.expected_error:.1f} points against drops "
-                f"at restitution {found.restitution:g}"]
+        return [f"{named}expected error {100.0 * found.expected_error:.1f} points "
+                f"(one pose: {100.0 * found.largest_error:.1f}) against drops at restitution "
+                f"{found.restitution:g}"]
     return [f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
             f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
-            f"{named}expected error {100.0 * found.expected_error:.2f} points"]
+            f"{named}expected error {100.0 * found.expected_error:.2f} points "
+            f"(one pose: {100.0 * found.largest_error:.2f})"]
 
 
 def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str]:

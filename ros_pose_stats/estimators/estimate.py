@@ -21,12 +21,9 @@ from ..records.statistics import ranked
 from ..resting.poses import RestingPoses, resting_poses
 from ..resting.trust import pose_warnings
 from ..version import VERSION
-from .expected import ExpectedError, best_method, expected_error, explain_best, pose_errors
+from .expected import OUTSIDE, ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator
 from .solid_angles import Array
-
-NORMAL = 1.6448536269514722
-"""Half width, in standard errors, of the interval that holds 90 % of a normal distribution."""
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
@@ -96,19 +93,21 @@ def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: Dro
         drop_height=height if chosen.knows_scene else math.nan,
         cluster_tolerance=scene.cluster_tolerance,
         round_sides=scene.round_sides,
-        poses=ranked(_poses(resting, probability, expected.here)),
+        poses=ranked(_poses(resting, probability, expected)),
         expected_error=expected.here,
+        largest_error=expected.largest,
         seconds=time.perf_counter() - begin,
         warnings=(*part.warnings, *_warnings(resting, chosen, scene, expected)),
         version=VERSION,
     )
 
 
-def _poses(resting: RestingPoses, probability: Array, expected: float) -> list[StablePose]:
-    """Each pose with its standard error, and the normal 90 % interval cut at 0 and 1."""
-    errors = pose_errors(resting, probability, expected)
-    low = np.maximum(probability - NORMAL * errors, 0.0)
-    high = np.minimum(probability + NORMAL * errors, 1.0)
+def _poses(resting: RestingPoses, probability: Array, expected: ExpectedError
+           ) -> list[StablePose]:
+    """Each pose with its standard error, and its 90 % interval cut at 0 and 1."""
+    errors = expected.each
+    low = np.maximum(probability - expected.reach * errors, 0.0)
+    high = np.minimum(probability + expected.reach * errors, 1.0)
     return [pose.with_probability(*told) for pose, *told in
             zip(resting.poses, probability.tolist(), low.tolist(), high.tolist(),
                 errors.tolist(), strict=True)]
@@ -122,6 +121,11 @@ def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")
+    if expected.outside > OUTSIDE:
+        warnings.append(
+            f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was measured on; "
+            f"its error may well be larger than the {100.0 * expected.here:.2g} points expected, "
+            f"so drop the part.")
     if expected.unusual:
         warnings.append(
             f"METHODS_DISAGREE: eae, meae and qse differ by up to {100.0 * expected.apart:.2g} "

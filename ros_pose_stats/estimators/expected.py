@@ -3,20 +3,29 @@
 The share of a pose in n drops has the square error p (1 - p) / n. How many drops an estimate is
 worth depends on how far the methods are apart on this part (where they agree they are mostly
 right), on the number of its poses and their depths, on inertia and corners, restitution and drop
-height. The function of these (`ErrorFit`) was fitted to drops of many families of parts.
+height. The function of these (`ErrorFit`) was fitted to drops of many families of parts. Beyond
+the parts and scenes of the fit the error grows.
+
+Of parts of which the same is expected some are estimated better than others. That scatter is
+fitted too, and gives the intervals of poses and the bound that all of them keep together.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..records import DropScene
 from ..resting.poses import RestingPoses
+from ..statistics.intervals import DEFAULT_LEVEL
+from ..statistics.largest import largest_error
 from .fitted_inputs import error_inputs, error_scale, known_answers, single_drop
-from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS
+from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS, ErrorFit
 from .solid_angles import Array
 
 UNUSUAL = 2.0
@@ -29,23 +38,47 @@ method is certain and others are not, which is rare in the samples of the fit.""
 DECIDED = 1e-12
 """Mean error scale below which symmetry alone decides the probabilities."""
 
+GROWTH = 10.0
+"""Beyond the range of an input in the fit, by a tenth of that range, the error doubles."""
+
+OUTSIDE = 0.02
+"""Share of the range from which on OUTSIDE_FIT warns."""
+
+SMALL = 1e-3
+"""An error far from the ends of what a probability can be off by."""
+
+SCATTER_AT = np.linspace(-3.0, 3.0, 13)
+"""Where the scatter of square errors over parts is looked at, in its standard deviations."""
+
 
 class ExpectedError(NamedTuple):
-    """Root mean square error over a part's poses, fractions; NaN for unmeasured methods.
+    """Errors of one estimate, as fractions; NaN for unmeasured methods.
 
     Attributes
     ----------
     here : float
-        Of this estimate, on this part.
+        Root mean square over the part's poses, of this estimate on this part.
     usual : float
-        Of the method on the reference datasets.
+        Root mean square of the method on the reference datasets.
     apart : float
         Largest difference of two of EAE, MEAE and QSE for a pose.
+    each : (P,) array
+        Of each pose, with the root mean square `here`.
+    reach : float
+        Half of the 90 % interval of a pose, in its error.
+    largest : float
+        Bound that the errors of all poses keep together with 90 % confidence.
+    outside : float
+        How far part and scene lie beyond those of the fit, in ranges of its inputs.
     """
 
     here: float
     usual: float
     apart: float
+    each: Array
+    reach: float = math.nan
+    largest: float = math.nan
+    outside: float = 0.0
 
     @property
     def unusual(self) -> bool:
@@ -53,12 +86,9 @@ class ExpectedError(NamedTuple):
         return self.here > UNUSUAL * self.usual
 
 
-def expected_error(name: str, resting: RestingPoses, probability: Array,
-                   scene: DropScene) -> ExpectedError:
+def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
+                   fits: Mapping[str, ErrorFit] = ERROR_FITS) -> ExpectedError:
     """Expected error of one estimate.
-
-    Beyond the restitutions, drop heights and shapes of the samples it is the error of the
-    nearest ones.
 
     Parameters
     ----------
@@ -68,18 +98,67 @@ def expected_error(name: str, resting: RestingPoses, probability: Array,
     probability : (P,) array
         Its estimate, in the order of `index`.
     scene : DropScene
+    fits : dict, optional
+        By method; default: the shipped ones.
     """
-    if name not in ERROR_FITS:
-        return ExpectedError(math.nan, math.nan, math.nan)
-    known = known_answers(resting)
+    if name not in fits:
+        return ExpectedError(math.nan, math.nan, math.nan, np.full(probability.shape, math.nan))
+    fit, known = fits[name], known_answers(resting)
     scale = error_scale(resting, probability, known)
-    mean_scale, square = float(scale.mean()), 0.0
+    mean_scale, square, outside = float(scale.mean()), 0.0, 0.0
     if mean_scale > DECIDED:
         inputs = error_inputs(resting, probability, scene, known, scale)
-        square = max(mean_scale * math.exp(float(ERROR_FITS[name](inputs))),
+        outside = fit.outside(inputs)
+        square = max(mean_scale * math.exp(float(fit(inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
-    return ExpectedError(math.sqrt(square), math.sqrt(_usual_square(name, scene.restitution)),
-                         float(np.ptp(known, axis=0).max()))
+    here = math.sqrt(square) * (1.0 + GROWTH * outside)
+    each = pose_errors(resting, probability, here)
+    return ExpectedError(here, math.sqrt(_usual_square(name, scene.restitution)),
+                         float(np.ptp(known, axis=0).max()), each,
+                         single_reach(fit.scatter), largest_of(each, resting.group, fit), outside)
+
+
+def largest_of(errors: Array, group: NDArray[np.int64], fit: ErrorFit,
+               noise: Array | None = None) -> float:
+    """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
+
+    Parameters
+    ----------
+    errors : (P,) array
+        Expected ones, as fractions.
+    group : (P,) array of int
+        Poses of one number share their error.
+    fit : ErrorFit
+    noise : (P,) array, optional
+        Variances of the drops that the estimate is to be compared with.
+    """
+    weight, factor = scatter(fit.scatter)
+    if noise is not None:  # each pose has its own
+        return largest_error(np.sqrt(np.square(factor[:, None] * errors) + noise), DEFAULT_LEVEL,
+                             weight=weight)
+    _, unit, size = np.unique(group, return_inverse=True, return_counts=True)
+    whole = np.zeros(size.shape[0])
+    whole[unit] = errors
+    return largest_error(factor[:, None] * whole * size, DEFAULT_LEVEL, weight=weight, size=size)
+
+
+@cache
+def single_reach(width: float) -> float:
+    """Bound that the error of one pose keeps with 90 % confidence, in its expected error."""
+    weight, factor = scatter(width)
+    return largest_error(SMALL * factor[:, None], DEFAULT_LEVEL, weight=weight) / SMALL
+
+
+def scatter(width: float) -> tuple[Array, Array]:
+    """Weights and errors over the expected one (13,) of parts of which the same is expected.
+
+    The logarithms of their square errors scatter normally with this standard deviation; their
+    mean square is 1.
+    """
+    weight = np.exp(-0.5 * SCATTER_AT * SCATTER_AT)
+    square = np.exp(width * SCATTER_AT)
+    weight /= weight.sum()
+    return weight, np.sqrt(square / (weight @ square))
 
 
 def best_method(restitution: float) -> str:

@@ -10,12 +10,9 @@ from ..records import DropScene
 from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses
 from .energy_absorption import eae, meae
-from .fitted_weights import HIGHEST_DROP, HIGHEST_RESTITUTION
+from .fitted_weights import HIGHEST_DROP, HIGHEST_RESTITUTION, LOWEST_DROP
 from .quasi_static import nonlinear, qse
 from .solid_angles import Array, normalized
-
-LOWEST_DROP = 1.0
-"""Least drop height of the inputs, in radii."""
 
 LEAST_CROWDING = 1e-4
 """Added to the crowding of corners before its logarithm is taken."""
@@ -28,12 +25,19 @@ SHALLOWEST = 1e-3
 
 
 def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Restitution and log of the drop height in radii (2,), cut to the range of the fit."""
-    radii = DEFAULT_DROP_RADII
-    if scene.drop_height is not None:
-        radii = scene.drop_height / resting.body.radius
-    return np.array([min(scene.restitution, HIGHEST_RESTITUTION),
-                     math.log(min(max(radii, LOWEST_DROP), HIGHEST_DROP))])
+    """Of restitution -log(1 - restitution), and log of the drop height in radii (2,).
+
+    Both are cut to the range of the fit.
+    """
+    return np.array([-math.log1p(-min(scene.restitution, HIGHEST_RESTITUTION)),
+                     math.log(min(max(drop_radii(resting, scene), LOWEST_DROP), HIGHEST_DROP))])
+
+
+def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
+    """Drop height in radii of the part."""
+    if scene.drop_height is None:
+        return DEFAULT_DROP_RADII
+    return scene.drop_height / resting.body.radius
 
 
 def corner_inputs(resting: RestingPoses) -> Array:
@@ -45,10 +49,11 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
                  known: Array, scale: Array) -> Array:
     """Inputs (17,) of `ErrorFit`; the scale of an error must be above 0 for some pose.
 
-    Restitution and log of the drop height in radii; logs of the mean square distance of the
-    estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean scale; logs of the
-    number of poses and of the sum of the scales; means of the logs of the poses' barriers in
-    radii, weighed by the scales and by p; then body and corners as `split` has them.
+    -log(1 - restitution) and log of the drop height in radii, from touching on; logs of the mean
+    square distance of the estimate from MEAE, and of MEAE from NQSE, EAE and QSE, over the mean
+    scale; logs of the number of poses and of the sum of the scales; means of the logs of the
+    poses' barriers in radii, weighed by the scales and by p; then body and corners as `split` has
+    them.
 
     Parameters
     ----------
@@ -68,8 +73,9 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     far = np.log((apart * apart).sum(axis=1) / total + LEAST_APART)
     depth = np.log(np.minimum(resting.clusters.barrier, 1.0) + SHALLOWEST)
     poses = (math.log(scale.size), math.log(total), scale @ depth / total, probability @ depth)
-    return np.concatenate((scene_inputs(resting, scene), far, poses, resting.shape_features,
-                           corner_inputs(resting)))
+    height = math.log(max(drop_radii(resting, scene), LOWEST_DROP))
+    return np.concatenate(((-math.log1p(-scene.restitution), height), far, poses,
+                           resting.shape_features, corner_inputs(resting)))
 
 
 def error_scale(resting: RestingPoses, probability: Array, known: Array) -> Array:

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 SPLIT_FILE = Path(__file__).parent / "weights" / "split.npz"
 ERROR_FILE = SPLIT_FILE.with_name("expected_errors.npz")
 
+LEAST_RANGE = 0.1
+"""Of an input of expected errors that hardly varies in the fit."""
+
 
 class TanhNetwork(NamedTuple):
     """A network with one hidden layer of hyperbolic tangents, beside a linear function.
@@ -78,11 +81,15 @@ class ErrorFit(NamedTuple):
     lowest, highest : (K,) array
         Bounds of the inputs in the fit; beyond them the value is that of the nearest inputs.
     network : TanhNetwork
+    scatter : float
+        Standard deviation, over parts of which the same is expected, of the logarithm of the
+        square error.
     """
 
     lowest: Array
     highest: Array
     network: TanhNetwork
+    scatter: float
 
     def __call__(self, inputs: Array) -> Array:
         """Logarithm (...) of the expected square error over the mean of `error_scale`.
@@ -94,19 +101,26 @@ class ErrorFit(NamedTuple):
         """
         return self.network(np.clip(inputs, self.lowest, self.highest))
 
+    def outside(self, inputs: Array) -> float:
+        """How far inputs (K,) lie beyond those of the fit, in ranges of the input, summed."""
+        beyond = np.maximum(inputs - self.highest, self.lowest - inputs)
+        width = np.maximum(self.highest - self.lowest, LEAST_RANGE)
+        return float(np.maximum(beyond / width, 0.0).sum())
+
 
 with np.load(SPLIT_FILE) as _stored:
     SPLIT_FITS = tuple(map(SplitFit, _networks(_stored, "left_"), _networks(_stored, "held_")))
     """Fits from several random starts, whose logarithms are averaged."""
 
-    HIGHEST_RESTITUTION, HIGHEST_DROP = _stored["highest"].tolist()
-    """Highest restitution and drop height, in radii, of the samples of the fit."""
+    HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP = _stored["scenes"].tolist()
+    """Highest restitution, and drop heights in radii, of the samples of the fit."""
 
 with np.load(ERROR_FILE) as _stored:
     _methods: list[str] = _stored["method"].tolist()
 
     ERROR_FITS = dict(zip(_methods, map(
-        ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, "")),
+        ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, ""),
+        _stored["scatter"].tolist()),
         strict=True))
     """By method; their inputs are `fitted_inputs.error_inputs`."""
 

@@ -109,6 +109,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
                posterior.standard_error.tolist(), counts.tolist(), strict=True)
     return replace(counted, method=HYBRID, expected_error=posterior.expected_error,
+                   largest_error=posterior.largest_error(),
                    poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
 
 

@@ -11,6 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .scene import describe_scene
+
 
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
@@ -155,6 +157,8 @@ class PoseStatistics:
     drops, unsettled, seed : int
     expected_error : float
         Root mean square over the poses against the model's own limit; NaN until measured.
+    largest_error : float
+        Bound that the error of every single pose keeps with 90 % confidence; NaN until measured.
     plate_error : float
         Expected root mean square against a real plate; no number of drops lowers it.
     seconds : float
@@ -181,6 +185,7 @@ class PoseStatistics:
     unsettled: int = 0
     seed: int = 0
     expected_error: float = math.nan
+    largest_error: float = math.nan
     plate_error: float = 0.05
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
@@ -188,12 +193,18 @@ class PoseStatistics:
     choice: str = ""
     round_sides: int = 0
 
+    @property
+    def scene(self) -> str:
+        """How high the part was released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.restitution, self.drop_height)
+
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
         plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
                  "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
-                 "expected_error", "plate_error", "seconds", "version", "choice")
+                 "expected_error", "largest_error", "plate_error", "seconds", "version", "choice")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry["scene"] = self.scene
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]
         return entry
@@ -208,7 +219,7 @@ def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
     for pose in sorted(poses, key=lambda pose: pose.index):
         together[pose.group] = together.get(pose.group, 0.0) + pose.probability
     return tuple(sorted((pose.with_group(together[pose.group]) for pose in poses),
-                        key=lambda pose: (-round(_number(pose.probability), 12), pose.index)))
+                        key=lambda pose: (-round(_number(pose.probability), 10), pose.index)))
 
 
 def _number(value: float) -> float:

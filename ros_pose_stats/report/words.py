@@ -42,6 +42,8 @@ WORDS = {
                 "As a rolling part loses energy on a real plate, and whatever the export."),
     "COARSE_CURVE": ("A curve is coarse",
                      "How often the part stops on it hangs on the facets: export it finer."),
+    "OUTSIDE_FIT": ("Nobody has measured the quick estimate on such a part or scene",
+                    "Trust the simulation."),
     "METHODS_DISAGREE": ("The quick estimates disagree",
                          "Trust the simulation more than any of them."),
     "LOW_DROP": ("The part is released low",

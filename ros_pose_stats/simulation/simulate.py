@@ -160,7 +160,8 @@ class _Simulation:
             round_sides=scene.round_sides,
             poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
             drops=prefix.drops, unsettled=prefix.drops - settled, seed=self._request.seed,
-            expected_error=prefix.expected_error(), seconds=time.perf_counter() - self._begin,
+            expected_error=prefix.expected_error(), largest_error=prefix.largest_error(),
+            seconds=time.perf_counter() - self._begin,
             warnings=(*part.warnings, *pose_warnings(body.resting), *self._warnings()),
             version=VERSION)
 

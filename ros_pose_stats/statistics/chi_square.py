@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -21,6 +21,8 @@ LEAST_EXPECTED: Final = 5.0
 Below it the statistic no longer follows the chi-square distribution.
 """
 
+ROUNDING: Final = 1e-9
+
 
 @dataclass(frozen=True)
 class ChiSquare:
@@ -34,7 +36,7 @@ class ChiSquare:
         Bins less one; nothing is fitted to the counts. 0 where there are too few.
     p_value : float
         Chance of a statistic this large if the counts do follow the prediction; NaN where
-        there are too few.
+        there are too few, or where the error of the prediction is not known.
     bins : int
         That were compared, after pooling.
     pooled : int
@@ -53,8 +55,13 @@ class ChiSquare:
         return self.degrees_of_freedom == 0
 
 
-def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike) -> ChiSquare:
-    """Compare counts with probabilities that are known without error.
+def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
+                    errors: ArrayLike | None = None, unit: ArrayLike | None = None) -> ChiSquare:
+    """Compare counts with probabilities, exact ones or some with an error of their own.
+
+    Errors of different units are taken to be correlated as those of shares are. Then the inverse
+    of the covariance parts into a sum over units, with both chances, and one over the bins
+    within each unit, with that of the counts alone.
 
     Parameters
     ----------
@@ -63,6 +70,10 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike) -> ChiSquare:
     probabilities : (K,) array
         0 <= probability, of which at least one is above 0; scaled to the sum 1. A bin of
         probability 0 is pooled if something was counted there, else left out.
+    errors : (K,) array, optional
+        Standard errors of the probabilities; NaN where one is not known. Default: exact.
+    unit : (K,) array of int, optional
+        Bins of one number share their error evenly. Default: each has its own.
 
     Raises
     ------
@@ -79,7 +90,45 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike) -> ChiSquare:
     bins, pooled = pooled_bins(expected[told])
     joined, foreseen = (np.bincount(bins, values[told]).astype(np.float64)
                         for values in (observed, expected))
-    return _test(joined[None], foreseen[None], pooled)
+    if errors is None:
+        return _test(joined[None], foreseen[None], pooled)
+    apart = np.asarray(errors, dtype=np.float64)[told]
+    shared = (np.arange(observed.size) if unit is None else np.asarray(unit))[told]
+    if np.isnan(apart).any():
+        found = _test(joined[None], foreseen[None], pooled)
+        return replace(found, p_value=math.nan)
+    return _test_both(joined, foreseen, pooled, _join_errors(bins, pooled, apart, shared))
+
+
+def _join_errors(bins: Index, pooled: int, errors: Array, shared: Index) -> tuple[Index, Array]:
+    """Unit of each new bin, and variance of each unit; bins put together are one of their own."""
+    label = np.where((bins == 0) & (pooled > 0), -1, shared)
+    _, first, place = np.unique(np.stack((label, shared)), axis=1, return_index=True,
+                                return_inverse=True)
+    whole = np.bincount(place.reshape(-1), errors)
+    labels, owner = np.unique(label, return_inverse=True)
+    variance: Array = np.bincount(owner[first], whole * whole, minlength=labels.size).astype(
+        np.float64)
+    unit = np.empty(int(bins.max(initial=-1)) + 1, dtype=np.int64)
+    unit[bins] = owner
+    return unit, variance
+
+
+def _test_both(observed: Array, expected: Array, pooled: int,
+               errors: tuple[Index, Array]) -> ChiSquare:
+    """Sum over units, with their own variance, and over the bins within them."""
+    if _too_small(expected):
+        return _too_few(pooled)
+    unit, variance = errors
+    total = expected.sum()
+    foreseen = np.bincount(unit, expected)
+    beyond = np.bincount(unit, observed) - foreseen
+    other = np.maximum(1.0 - foreseen / total, np.finfo(float).tiny)
+    scatter = np.where(other > ROUNDING, variance * total * total / other, 0.0)
+    inside = observed - expected - (beyond / foreseen)[unit] * expected
+    statistic = float((beyond * beyond / (foreseen + scatter)).sum()
+                      + (inside * inside / expected).sum())
+    return _outcome(statistic, expected.size, pooled)
 
 
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
@@ -143,10 +192,17 @@ def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Ind
 
 def _test(observed: Array, expected: Array, pooled: int) -> ChiSquare:
     """Pearson's sum over a table (1 or 2, bins)."""
-    bins = observed.shape[1]
-    if bins < 2 or expected.min() < LEAST_EXPECTED * (1.0 - 1e-9):
+    if _too_small(expected):
         return _too_few(pooled)
     statistic = float((np.square(observed - expected) / expected).sum())
+    return _outcome(statistic, observed.shape[1], pooled)
+
+
+def _too_small(expected: Array) -> bool:
+    return expected.shape[-1] < 2 or expected.min() < LEAST_EXPECTED * (1.0 - ROUNDING)
+
+
+def _outcome(statistic: float, bins: int, pooled: int) -> ChiSquare:
     return ChiSquare(statistic, bins - 1, float(chdtrc(bins - 1, statistic)), bins, pooled)
 
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from .blocks import BlockSums
 from .errors import expected_error, standard_errors
-from .intervals import jeffreys_interval
+from .intervals import DEFAULT_LEVEL, jeffreys_interval
+from .largest import largest_error
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -212,6 +213,10 @@ class Prefix:
                 self._judged_at = time.monotonic()
             return self._judged[1]
         return expected_error(self.standard_errors())
+
+    def largest_error(self) -> float:
+        """Bound that the error of every pose keeps with 90 % confidence."""
+        return largest_error(self.standard_errors(), DEFAULT_LEVEL)
 
     def recent_error(self) -> float:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""

@@ -33,6 +33,23 @@ def printed(capsys, *arguments):
 
 
 class TestReport:
+    def test_rows_name_the_scene_where_there_are_several(self, tmp_path, capsys):
+        count = (51, 25, 12, 6, 2)
+        write_run(tmp_path, [
+            ("pose_statistics", result(0.0, method="simulation", count=count)),
+            ("pose_statistics", result(1.0, method="simulation", count=count, drop_height=0.1)),
+            ("pose_statistics", result(2.0, method="split", drop_height=0.1, error=0.01)),
+            ("pose_statistics", result(3.0, method="meae"))])
+        lines = printed(capsys, tmp_path).splitlines()
+        rows = [line.split()[-1] for line in lines if "02:40:0" in line and "simul" in line]
+        assert rows == ["#1", "#2"]
+        lines = [line.strip() for line in lines]
+        assert "#1: released 400 mm above a frictionless plate, restitution 0.5" in lines
+        assert "#2: released 100 mm above a frictionless plate, restitution 0.5" in lines
+        assert "estimates against simulation #1" in lines
+        against = [line.split()[:2] for line in lines if line.endswith(" chance")]
+        assert ["split", "#2"] in against and ["meae", "#1"] not in against
+
     def test_it_tells_everything(self, log, capsys):
         text = printed(capsys, log)
         for said in ("== clamp (digest 3fa9c1d23fa9, radius 20 mm)",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
-from ros_pose_stats.estimators.expected import expected_error
+from ros_pose_stats.estimators.expected import expected_error, scatter, single_reach
 from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ERROR_FITS, USUAL_ERRORS
 from ros_pose_stats.estimators.registry import ESTIMATORS
@@ -55,7 +55,7 @@ def test_symmetry_makes_no_errors(surface):
 
 
 @pytest.mark.parametrize("method", ESTIMATORS)
-def test_continuous_in_the_scene_and_the_same_beyond_what_was_measured(polyhedron, method):
+def test_continuous_in_the_scene_and_growing_beyond_what_was_measured(polyhedron, method):
     """For one and the same estimate."""
     resting = resting_poses(polyhedron, 0.0)
     probability = ESTIMATORS[method].function(resting, DropScene())
@@ -68,8 +68,42 @@ def test_continuous_in_the_scene_and_the_same_beyond_what_was_measured(polyhedro
     assert error(0.35 + 1e-6) == pytest.approx(error(0.35), rel=1e-4)
     assert error(0.35, 3.0) == pytest.approx(error(0.35, 3.0 + 1e-5), rel=1e-4)
     assert error(0.35, 1.0) != error(0.35, 50.0) != error(0.8, 50.0)
-    assert error(0.99, 20.0) == error(0.97, 20.0)
-    assert error(0.5, 500.0) == error(0.5, 200.0)
+    assert error(0.5, 0.3) == error(0.5, 0.1)  # released touching the plate in any case
+    high = [error(0.5, radii) for radii in (100.0, 200.0, 500.0, 1e4)]
+    assert high == sorted(high) and high[-1] > 3.0 * high[0]
+    bouncy = [error(restitution) for restitution in (0.992, 0.996, 0.999)]
+    assert bouncy == sorted(bouncy) and bouncy[-1] > 2.0 * bouncy[0]
+
+
+def test_a_scene_that_nobody_measured_is_told(polyhedron):
+    def warned(**scene):
+        return any(line.startswith("OUTSIDE_FIT: ") for line in
+                   estimate(polyhedron, "split", **scene).warnings)
+
+    assert warned(restitution=0.999) and warned(drop_height=300.0)
+    assert not warned(restitution=0.98) and not warned(drop_height=0.1) and not warned()
+
+
+@pytest.mark.parametrize("method", ESTIMATORS)
+def test_the_bound_of_every_pose(polyhedron, method):
+    """Between the half width of the widest interval and that of all poses at their worst."""
+    found = estimate(polyhedron, method, cluster_tolerance=0.0)
+    errors = np.array([pose.standard_error for pose in found.poses])
+    reach = single_reach(ERROR_FITS[method].scatter)
+    assert reach * errors.max() <= found.largest_error * 1.001 <= 3.0 * reach * errors.max()
+    for pose in found.poses:
+        half = reach * pose.standard_error
+        assert pose.probability_low == pytest.approx(max(pose.probability - half, 0.0))
+        assert pose.probability_high == pytest.approx(min(pose.probability + half, 1.0))
+
+
+def test_scatter_widens_the_tails_and_keeps_the_mean_square():
+    for width in (0.01, 0.5, 1.5):
+        weight, factor = scatter(width)
+        assert weight.sum() == pytest.approx(1.0)
+        assert weight @ np.square(factor) == pytest.approx(1.0)
+    assert single_reach(0.01) == pytest.approx(1.645, rel=0.01)
+    assert single_reach(1.5) < single_reach(0.5) < single_reach(0.01)
 
 
 def test_an_unmeasured_method(polyhedron):
@@ -86,7 +120,7 @@ def test_inputs_by_their_definition(polyhedron):
     far = [math.log(np.mean((p[one] - p[other]) ** 2) / single.mean() + 1e-3)
            for one, other in pairs]
     depth = [math.log(pose.barrier / resting.body.radius + 1e-3) for pose in resting.poses]
-    expected = [0.4, math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
+    expected = [-math.log(0.6), math.log(20.0), *far, math.log(len(depth)), math.log(single.sum()),
                 np.average(depth, weights=single), np.average(depth, weights=p["adre"])]
     known = known_answers(resting)
     scale = error_scale(resting, p["adre"], known)
@@ -145,17 +179,19 @@ class TestFit:
     def test_a_known_function_is_found(self):
         """Square errors around a smooth function, with the noise of drops on top."""
         rng = np.random.default_rng(1)
-        count = 6000
+        count, freedom = 6000, 4.0
         inputs = rng.normal(size=(count, 3))
         log_ratio = -3.0 + 0.5 * inputs[:, 0] - np.tanh(inputs[:, 1] * inputs[:, 2])
         single, noise = rng.uniform(0.05, 0.2, count), np.full(count, 2e-4)
-        square = single * np.exp(log_ratio) * rng.gamma(2.0, 0.5, count)
-        square += noise * rng.gamma(4.0, 0.25, count)
-        found = fit_errors(ErrorSamples(inputs, single, square, noise, np.ones(count, dtype=int),
-                                        np.ones(count), np.zeros(count, dtype=str)))
+        spread = 0.8
+        square = single * np.exp(log_ratio + rng.normal(-0.5 * spread ** 2, spread, count))
+        square = (square + noise) * rng.gamma(0.5 * freedom, 2.0 / freedom, count)
+        found = fit_errors(ErrorSamples(inputs, single, square, noise, np.full(count, freedom),
+                                        np.ones(count, dtype=int)))
         off = found(inputs) - log_ratio
         assert abs(off.mean()) < 0.03
-        assert off.std() < 0.12
+        assert off.std() < 0.15
+        assert found.scatter == pytest.approx(spread, abs=0.1)
 
 
 @pytest.mark.parametrize("method", ESTIMATORS)

@@ -151,3 +151,11 @@ def test_the_error_over_parts_is_less_than_either_alone():
 def test_refusals(part, options):
     with pytest.raises(RequestError, match=r"expected .*, got .*; "):
         hybrid(part, **options)
+
+
+def test_the_bound_of_every_pose_shrinks_with_the_drops(part):
+    bounds = [hybrid(part, drops, seed=3, workers=1).largest_error for drops in (10, 300, 3000)]
+    assert bounds == sorted(bounds, reverse=True)
+    found = hybrid(part, 300, seed=3, workers=1)
+    errors = by_index(found, "standard_error")
+    assert errors.max() < found.largest_error < 4.0 * errors.max()

@@ -40,8 +40,8 @@ FIELDS = {
     "StablePose": "index pose_id group pose down height top margin barrier spread probability "
     "probability_low probability_high standard_error count support_polygon outline",
     "PoseStatistics": "header part_id part_digest radius method restitution drop_height "
-    "cluster_tolerance drops unsettled seed expected_error plate_error plate compute_time job_id "
-    "revision final version poses warnings",
+    "cluster_tolerance drops unsettled seed expected_error largest_error plate_error plate "
+    "compute_time job_id revision final version poses warnings scene",
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height index count "
     "unclassified",
     "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts seconds "

@@ -51,6 +51,30 @@ class TestGoodnessOfFit:
         assert goodness_of_fit([60, 40, 0], [0.5, 0.5, 0.0]) == goodness_of_fit([60, 40],
                                                                                 [0.5, 0.5])
 
+    @pytest.mark.parametrize("drops", [200, 100_000])
+    @pytest.mark.parametrize("unit", [(0, 1, 2, 3, 4, 5), (0, 1, 1, 2, 2, 2)])
+    def test_predictions_with_an_error_of_their_own_give_uniform_p(self, drops, unit):
+        """Truths as far from the prediction as it says: 2000 of them, with drops of each.
+
+        A share of 2000 near 1/2 has the standard error 0.011, one of 0.05 0.005; four of each are
+        allowed. Taken as exact, the prediction is refused in 99 % where drops are many.
+        """
+        rng, unit = np.random.default_rng(3), np.array(unit)
+        size, worth = np.bincount(unit), 150.0
+        whole = rng.dirichlet(np.full(size.size, 9.0))
+        told = (whole / size)[unit]
+        errors = (np.sqrt(whole * (1.0 - whole) / (worth + 1.0)) / size)[unit]
+        true = (rng.dirichlet(worth * whole, 2000) / size)[:, unit]
+        counts = rng.multinomial(drops, true)
+        p = np.array([goodness_of_fit(one, told, errors, unit).p_value for one in counts])
+        assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.045)
+        assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.02)
+
+    def test_an_error_that_nobody_knows_leaves_the_chance_unknown(self):
+        found = goodness_of_fit([60, 40], [0.5, 0.5], [math.nan, 0.1])
+        assert found.statistic == pytest.approx(4.0) and not found.too_few
+        assert math.isnan(found.p_value)
+
     @pytest.mark.parametrize(("counts", "probabilities"), [
         ([0, 0], [0.5, 0.5]), ([3, 2], [0.5, 0.5]), ([100], [1.0]), ([9, 0], [0.5, 0.5]),
         ([1000, 3], [1.0, 0.0])])

@@ -144,6 +144,28 @@ class TestLaws:
             PosePrior(estimate, group, 0.03, 0.5).updated(counts)
 
 
+class TestLargestError:
+    @pytest.mark.parametrize("counts", [(0, 0, 0, 0), (30, 8, 2, 0), (900, 500, 90, 10)])
+    def test_against_draws_from_the_distribution(self, counts):
+        prior = PosePrior((0.55, 0.33, 0.1, 0.02), range(4), 0.04, 0.5, PLAIN)
+        found = prior.updated(counts)
+        true = np.abs(drawn(prior, np.random.default_rng(4), counts, 20_000)
+                      - found.probability).max(axis=1)
+        for level in (0.5, 0.9):
+            kept = np.mean(true <= found.largest_error(level))
+            assert kept == pytest.approx(level, abs=0.04)
+
+    def test_noise_of_other_drops_widens_it(self):
+        found = PosePrior((0.6, 0.3, 0.1), range(3), 0.02, 0.5).updated((60, 30, 10))
+        bounds = [found.largest_error(0.9, drops) for drops in (100, 1000, 1e9, math.inf)]
+        assert bounds == sorted(bounds, reverse=True)
+        assert bounds[2] == pytest.approx(bounds[3], rel=1e-3)
+
+    def test_symmetry_leaves_none(self):
+        assert PosePrior(np.full(4, 0.25), np.zeros(4, int), 0.0, 0.5).updated(
+            np.zeros(4)).largest_error() < 1e-9
+
+
 class TestSticks:
     def test_equal_strengths_are_a_dirichlet_distribution(self):
         mean = np.array((0.05, 0.15, 0.3, 0.5))

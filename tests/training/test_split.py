@@ -16,14 +16,14 @@ from ros_pose_stats.estimators.fitted_weights import (
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import component_bases, component_weights
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS, write_demo_parts
-from training.families import family_part, family_tolerance
-from training.split import judge, page, real_parts
+from training.families import family_options, family_part, family_poses
+from training.split import counting, page, real_parts
 from training.split.__main__ import DOCS
+from training.split.counting import count_all, drop_body, join_parts
 from training.split.fit import _objective, fit_networks, predict, write_weights
 from training.split.gradient import tree_loss
-from training.split.samples import FIT_SEED, JUDGE_SEED, drop_body, read_samples, write_samples
+from training.split.samples import FIT_SEED, HEIGHT, JUDGE_SEED, read_samples, write_samples
 from training.split.table import make_table
 
 
@@ -71,10 +71,9 @@ class TestFit:
         found = predict(SPLIT_FITS, table)
         begin = 0
         for row in some:
-            resting = resting_poses(family_part(*row[:3]), family_tolerance(row.family),
-                                    round_sides=0)
+            resting = family_poses(row.family, family_part(*row[:3]))
             told = ESTIMATORS["split"].function(resting, DropScene(
-                row.restitution, row.height * resting.body.radius, family_tolerance(row.family)))
+                row.restitution, row.height * resting.body.radius, *family_options(row.family)))
             np.testing.assert_allclose(found[begin:begin + told.size], told, atol=2e-5)
             begin += told.size
         assert begin == found.size
@@ -122,15 +121,39 @@ class TestFiles:
         assert len(again) == len(kept) == 6
         for one, other in zip(again, kept, strict=True):
             assert one[3:5] == other[3:5]
-            # The kept ones were counted before drops were the same on every machine: equal but for
-            # the noise of both, at five standard errors.
+            # A change of the drops' rounding counts others: equal but for the noise of both, at
+            # five standard errors.
             noise = np.sqrt(one.count + other.count + 1.0)
             assert (np.abs(one.count - other.count) <= 5.0 * noise).all()
+
+    def test_an_interrupted_count_goes_on_where_it_was(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(counting, "BODIES", {"prisms": (3, 1), "near-cubes": (2, 0)})
+        monkeypatch.setattr(counting, "IN_A_PART", 1)
+        monkeypatch.setattr(counting, "FIT_DROPS", 20)
+
+        def interrupt(there, every):
+            assert every == 6
+            if there == 2:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            count_all(tmp_path / "some", 1, interrupt)
+        kept = {file: file.stat().st_mtime_ns for file in (tmp_path / "some").iterdir()}
+        assert len(kept) >= 2
+        count_all(tmp_path / "some", 2, lambda there, every: None)
+        assert all(file.stat().st_mtime_ns == when for file, when in kept.items())
+        count_all(tmp_path / "all", 1, lambda there, every: None)
+        found, whole = join_parts(tmp_path / "some"), join_parts(tmp_path / "all")
+        assert [one[:3] for one in found] == [one[:3] for one in whole]
+        assert all((one.count == other.count).all()
+                   for one, other in zip(found, whole, strict=True))
+        assert [one.family for one in found] == sorted(
+            (one.family for one in found), key=list(counting.BODIES).index)
 
     def test_samples_come_back_as_they_were_written(self, some, tmp_path):
         write_samples(some, tmp_path / "samples.npz")
         again = read_samples(tmp_path / "samples.npz")
-        assert [one[:5] for one in again] == [one[:5] for one in some]
+        assert [one[:6] for one in again] == [one[:6] for one in some]
         assert all((one.count == other.count).all()
                    for one, other in zip(again, some, strict=True))
 
@@ -144,7 +167,7 @@ class TestFiles:
     def test_the_page_shows_the_stored_scores(self):
         found = json.loads((DOCS / "benchmarks/split.json").read_text(encoding="utf-8"))
         assert page.page(found) == (DOCS / "split.md").read_text(encoding="utf-8")
-        assert found["scores"].keys() == page.SAID.keys()
+        assert "new bodies" in found["scores"] and found["scores"].keys() <= page.SAID.keys()
         assert {row["part"] for row in found["parts"]} == DEMO_PARTS.keys()
 
     def test_parts_of_ones_own(self, tmp_path, monkeypatch):
@@ -168,17 +191,18 @@ def test_scores_take_the_noise_off(samples):
     table = make_table([one for one in samples if one.family == "plates"
                         and one.seed == JUDGE_SEED and one.number < 20])
     random = np.random.default_rng(3)
-    where = table.height == judge.USUAL_HEIGHT
+    where = table.height == HEIGHT
     noise = np.sqrt(table.share * (1.0 - table.share) / table.settled)
     told = table.share + noise * random.normal(size=noise.size)
     expected = 100.0 * np.sqrt(np.mean(np.square(noise[where])))
     assert table.error(told, where) < 0.35 * expected
 
 
-@pytest.mark.parametrize("family", ["fine ellipsoids", "fine rounds"])
-def test_finely_divided_bodies(samples, family):
-    """Well below the best of the paper, on bodies that are judged alone."""
+@pytest.mark.parametrize(("family", "share"), [
+    ("fine ellipsoids", 0.95), ("stepped", 0.6), ("hollow", 0.6)])
+def test_finely_divided_bodies(samples, family, share):
+    """Below the best of the paper, on bodies to judge by alone; no fit knows the first kind."""
     table = make_table([one for one in samples if one.family == family
                         and one.seed == JUDGE_SEED and one.number < 20])
     found = table.error(predict(SPLIT_FITS, table))
-    assert found < 0.75 * table.error(table.reference["combined"])
+    assert found < share * table.error(table.reference["combined"])

@@ -13,7 +13,7 @@ from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
 
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
 from .fit import fit_errors, usual_errors, write_weights
-from .judge import sections
+from .judge import judged, sections
 from .samples import error_samples
 
 
@@ -31,8 +31,8 @@ def main() -> None:
         write_weights(fits, usual_errors())
     else:
         print(fits)
-    new = error_samples([one for one in samples if one.seed == JUDGE_SEED])
-    results = collect_results(sections(fits, new), print)
+    new = judged([one for one in samples if one.seed == JUDGE_SEED], fits)
+    results = collect_results(sections(new), print)
     if write:
         save(results, DOCS / "benchmarks" / "expected_errors.json")
         print(write_page(DOCS))

@@ -4,7 +4,8 @@ The mean square error of each sample of `training/split/samples.npz`, over its s
 (`estimators.fitted_inputs`), is a smooth function of inputs that need no simulation
 (`estimators.fitted_weights`). A square error scatters by about its own size. So the likelihood is
 that of an exponential distribution, whose mean is the expected square error plus the noise of the
-drops.
+drops. How much parts of which the same is expected scatter beyond that is one number a method,
+fitted with the means as they are.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
+from scipy.special import gammaln, logsumexp
 
+from ros_pose_stats.estimators.expected import scatter
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ErrorFit
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.study.dataset import shipped_datasets
@@ -37,6 +40,12 @@ Array = NDArray[np.float64]
 RESTITUTIONS = (0.2, 0.5, 0.8)
 UNITS, RIDGE, ITERATIONS = 6, 1e-4, 400
 """Hidden units; ridge (weight of the squares of all coefficients, for standardised inputs)."""
+
+WIDTHS = (0.01, 3.0)
+"""Of the scatter."""
+
+LEAST = 1e-12
+"""Square error of which the logarithm is taken, at least."""
 
 CONSTANT = 1e-6
 """Standard deviation of an input below which it counts as constant."""
@@ -66,7 +75,23 @@ def fit_errors(samples: ErrorSamples, seed: int = 0) -> ErrorFit:
     begin[0] = math.log(samples.square.mean() / samples.scale.mean())
     found = minimize(_objective, begin, (samples, inputs), "L-BFGS-B", True,
                      options={"maxiter": ITERATIONS, "maxcor": 20}).x
-    return ErrorFit(lowest, highest, undo_scaling(network_of(found, columns, UNITS), mean, scale))
+    network = undo_scaling(network_of(found, columns, UNITS), mean, scale)
+    return ErrorFit(lowest, highest, network,
+                    _fit_scatter(samples, samples.scale * np.exp(network(samples.inputs))))
+
+
+def _fit_scatter(samples: ErrorSamples, expected: Array) -> float:
+    """Standard deviation of the logarithm of the square errors over the expected ones (U,)."""
+    half = 0.5 * samples.freedom
+
+    def unlikely(width: float) -> float:
+        weight, factor = scatter(width)
+        whole = np.square(factor)[:, None] * expected + samples.noise
+        likely = (half * np.log(half / whole) - half * samples.square / whole
+                  + (half - 1.0) * np.log(np.maximum(samples.square, LEAST)) - gammaln(half))
+        return -float(logsumexp(likely, axis=0, b=weight[:, None]).mean())
+
+    return float(minimize_scalar(unlikely, bounds=WIDTHS, method="bounded").x)
 
 
 def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
@@ -76,6 +101,7 @@ def write_weights(fits: Mapping[str, ErrorFit], usual: Mapping[str, Array],
     np.savez(file, method=np.array(list(fits)),
              lowest=round_to_digits(np.array([fit.lowest for fit in all_fits])),
              highest=round_to_digits(np.array([fit.highest for fit in all_fits])),
+             scatter=np.round([fit.scatter for fit in all_fits], 3),
              **pack_networks([fit.network for fit in all_fits], ""),
              usual_at=np.array(RESTITUTIONS),
              usual=np.round([usual[name] for name in fits], 3))

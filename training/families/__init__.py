@@ -1,5 +1,5 @@
-"""Families of bodies: random polyhedra, prisms, plates, ellipsoid hulls, machined parts."""
+"""Families of bodies: random polyhedra, prisms, plates, hulls, machined and turned parts."""
 
-from .families import FAMILIES, family_part, family_tolerance
+from .families import FAMILIES, family_options, family_part, family_poses
 
-__all__ = ["FAMILIES", "family_part", "family_tolerance"]
+__all__ = ["FAMILIES", "family_options", "family_part", "family_poses"]

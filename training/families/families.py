@@ -10,34 +10,27 @@ from numpy.random import Generator
 
 from ros_pose_stats.errors import MassPropertiesError, MeshError
 from ros_pose_stats.records import Part
-from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
-from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 
 from .machined import machined
-from .makers import (
-    cornered,
-    ellipsoids,
-    fine_ellipsoids,
-    fine_rounds,
-    lumps,
-    plates,
-    prisms,
-    rounds,
-    weighted,
-)
+from .makers import cornered, ellipsoids, fine_ellipsoids, lumps, plates, prisms, weighted
+from .slender import bars, near_cubes, sheets
 from .solids import Solid, assembled
+from .turned import flat_balls, gears, hollow, rounds, stepped
 
 Maker = Callable[[Generator], list[Solid]]
 
-_TOO_FLAT = 0.02
+_TOO_FLAT = 0.005
 """Bodies thinner than this, in radii, are drawn anew."""
 
 
-MADE: dict[str, Maker] = {"prisms": prisms, "plates": plates, "ellipsoids": ellipsoids,
-                          "machined": machined, "rounds": rounds, "cornered": cornered,
-                          "weighted": weighted, "fine rounds": fine_rounds, "lumps": lumps,
-                          "fine ellipsoids": fine_ellipsoids}
+MADE: dict[str, Maker] = {
+    "prisms": prisms, "near-cubes": near_cubes, "plates": plates, "sheets": sheets, "bars": bars,
+    "machined": machined, "rounds": rounds, "stepped": stepped, "hollow": hollow, "gears": gears,
+    "flat balls": flat_balls, "cornered": cornered, "weighted": weighted, "lumps": lumps,
+    "ellipsoids": ellipsoids, "fine ellipsoids": fine_ellipsoids}
 DRAWN: dict[str, tuple[float, str]] = {
     "polyhedra 0": (0.0, "inertia"), "polyhedra 0.25": (0.25, "inertia"),
     "polyhedra 0.65 second": (0.65, "second"), "polyhedra 1": (1.0, "inertia")}
@@ -66,7 +59,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
             (seed, number, attempt, *family.encode()))))
         try:
             part = assembled(MADE[family](draw))
-            found = resting_poses(part, family_tolerance(family), round_sides=0)
+            found = family_poses(family, part)
         except (MeshError, MassPropertiesError):
             continue
         if len(found.poses) > 1 and float(found.equilibria.heights.min()) > _TOO_FLAT:
@@ -74,6 +67,14 @@ def family_part(family: str, seed: int, number: int) -> Part:
     raise AssertionError
 
 
-def family_tolerance(family: str) -> float:
-    """Cluster tolerance at which a family's poses are counted."""
-    return 0.0 if family in DRAWN else DEFAULT_CLUSTER_TOLERANCE
+def family_options(family: str) -> tuple[float, int]:
+    """Cluster tolerance and sides a turn of round surfaces of a family.
+
+    Random polyhedra are taken as in the paper, all others as parts arrive.
+    """
+    return (0.0, 0) if family in DRAWN else (DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+
+
+def family_poses(family: str, part: Part) -> RestingPoses:
+    """The poses of a body of a family."""
+    return resting_poses(part, *family_options(family))

@@ -12,6 +12,7 @@ from ros_pose_stats.shapes import hull_mesh
 from ros_pose_stats.shapes.profiles import unit_circle
 
 from .solids import Solid, block, extruded
+from .turned import rounds
 
 
 def prisms(draw: Generator) -> list[Solid]:
@@ -54,32 +55,9 @@ def _ellipsoid(draw: Generator, fewest: int, most: int) -> list[Solid]:
     return [Solid(points * (1.0, *draw.uniform(0.35, 1.0, 2)))]
 
 
-def rounds(draw: Generator) -> list[Solid]:
-    """Turned parts: convex profiles of two to five circles with 12 to 48 sides."""
-    sides = int(draw.integers(12, 49))
-    return _turned(draw, sides)
-
-
-def fine_rounds(draw: Generator) -> list[Solid]:
-    """Turned parts as finely divided as by CAD systems: 32 to 200 sides."""
-    return _turned(draw, round(math.exp(draw.uniform(math.log(32), math.log(200)))))
-
-
-def _turned(draw: Generator, sides: int) -> list[Solid]:
-    circles = int(draw.integers(2, 6))
-    height = math.exp(draw.uniform(-math.log(4.0), math.log(4.0)))
-    level = np.concatenate(([0.0, height], draw.uniform(0.0, height, circles - 2)))
-    radius = draw.uniform(0.3, 1.0, circles)
-    if draw.random() < 0.4:
-        radius[1] = radius[0]
-    rings = [np.column_stack((unit_circle(sides) * r, np.full(sides, z)))
-             for r, z in zip(radius, level, strict=True)]
-    return [Solid(np.vstack(rings))]
-
-
 def lumps(draw: Generator) -> list[Solid]:
-    """Castings and pebbles: hulls of 30 to 1000 points on a wavy ellipsoid."""
-    points = round(math.exp(draw.uniform(math.log(30), math.log(1000))))
+    """Castings and pebbles: hulls of 30 to 600 points on a wavy ellipsoid."""
+    points = round(math.exp(draw.uniform(math.log(30), math.log(600))))
     toward = draw.normal(size=(points, 3))
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     waves = draw.normal(size=(6, 3)) * draw.uniform(0.5, 2.5)

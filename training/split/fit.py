@@ -24,8 +24,8 @@ from ..network_fit import (
     random_coefficients,
     undo_scaling,
 )
+from .counting import HIGHEST_DROP, HIGHEST_RESTITUTION, LOWEST_DROP
 from .gradient import tree_loss
-from .samples import HIGHEST_DROP, HIGHEST_RESTITUTION
 from .table import Table
 
 Array = NDArray[np.float64]
@@ -76,11 +76,11 @@ def fit_networks(table: Table, units: tuple[int, int], ridge: float, iterations:
 def write_weights(fits: Sequence[SplitFit], file: Path = SPLIT_FILE) -> None:
     """Write the weights to the file that the estimator reads, or to another one.
 
-    The highest restitution and drop height (radii) in the data are written too.
+    The highest restitution and the drop heights (radii) of the data are written too.
     """
     np.savez(file, **pack_networks([fit.left for fit in fits], "left_"),
              **pack_networks([fit.held for fit in fits], "held_"),
-             highest=np.array((HIGHEST_RESTITUTION, HIGHEST_DROP)))
+             scenes=np.array((HIGHEST_RESTITUTION, LOWEST_DROP, HIGHEST_DROP)))
 
 
 def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNetwork, TanhNetwork]:

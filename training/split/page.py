@@ -8,10 +8,17 @@ from ros_pose_stats.estimators.split import FORGOTTEN, HOLDING
 from ros_pose_stats.kernels.features.component_features import FAR, NEAR, SHALLOWEST
 from ros_pose_stats.resting.poses import CORNER_REACHES
 
+from .counting import (
+    BODIES,
+    FIT_DROPS,
+    HIGHEST_DROP,
+    HIGHEST_RESTITUTION,
+    JUDGE_DROPS,
+    LOWEST_DROP,
+)
 from .judge import FOLDS, ITERATIONS, STARTS, UNITS, Score
 from .real_parts import DROPS as PART_DROPS
 from .real_parts import PartScore
-from .samples import BODIES, FIT_DROPS, JUDGE_DROPS, LOW_DROPS
 
 Found = dict[str, Any]
 
@@ -48,8 +55,10 @@ def page(found: Found) -> str:
     reaches = " and ".join(f"{reach:g}" for reach in CORNER_REACHES.tolist())
     fit, judged = (sum(one[place] for one in BODIES.values()) for place in (0, 1))
     parts = [HEAD.format(bodies=fit, judged=judged, drops=FIT_DROPS, judge=JUDGE_DROPS,
-                         low=LOW_DROPS, left=UNITS[0], held=UNITS[1], iterations=ITERATIONS,
-                         starts=STARTS, forgotten=FORGOTTEN, holding=HOLDING, families=families,
+                         lowest=LOWEST_DROP, highest=HIGHEST_DROP,
+                         most=HIGHEST_RESTITUTION, left=UNITS[0], held=UNITS[1],
+                         iterations=ITERATIONS, starts=STARTS, forgotten=FORGOTTEN,
+                         holding=HOLDING, families=families,
                          reaches=reaches, shallowest=SHALLOWEST, near=NEAR, far=FAR)]
     for name, rows in found["scores"].items():
         parts.append(f"### {name.capitalize()}\n\n{SAID[name]}\n\n{_table(rows)}\n")
@@ -91,9 +100,9 @@ HEAD = """# The split estimator
 
 *This page is written by `python -m training.split judge --write`.*
 
-`split` knows restitution (0 to 0.95), drop height (1 to 100 radii) and inertia. It walks down
-the splitting graph like EAE and MEAE. Where those take the components of a split in proportion
-to their solid angles, it takes them in proportion to weights:
+`split` knows restitution (0 to {most:g}), drop height ({lowest:g} to {highest:g} radii) and
+inertia. It walks down the splitting graph like EAE and MEAE. Where those take the components of a
+split in proportion to their solid angles, it takes them in proportion to weights:
 
     w(C, E) = area {{r < E}} exp f(x) + s held(C) exp h(x)
     f, h    = a + b x + sum_k c_k tanh(d_k x + e_k), each with coefficients of its own
@@ -128,8 +137,8 @@ Of a component at the level E of the split:
    same of 8. They tell whether a split comes alone or among others that one impact decides.
 
 Of the body: 16. trace of the inertia over mass and squared radius, 17. and 18. its smallest and
-largest share, 19. the highest split, 20. the lowest pose. Of the scene: 21. restitution, 22. log
-of the drop height in radii.
+largest share, 19. the highest split, 20. the lowest pose. Of the scene: 21. -log(1 - restitution),
+22. log of the drop height in radii.
 
 Of the corners: 23. and 24. log of how far the body turns in few of them, the sum over all pairs
 of both angle defects over 4 pi times (1 - (distance / reach)^2)^2 up to a reach of {reaches}
@@ -140,13 +149,15 @@ by a hair or one more on a straight edge changes nothing.
 
 {bodies} bodies of {families} families (`training/families`), each dropped {drops}
 times in six scenes: restitution 0.2, 0.5 and 0.8 from 20 radii, and three drawn from all
-restitutions and heights. {left} hyperbolic tangents in f and {held} in h, {iterations} steps of
+restitutions and heights, from {lowest:g} radii, where most bodies are released touching the plate.
+Random polyhedra stand as in the paper, on every stable face; all others have the poses and the
+round surfaces that parts have by default.
+{left} hyperbolic tangents in f and {held} in h, {iterations} steps of
 L-BFGS on the negative log likelihood of the counts plus three times the square error, with a small
 ridge; log w is the mean of {starts} such fits from different starts, here and wherever bodies are
 held out. The counts are in
 `training/split/samples.npz`; `python -m training.split drops` counts them anew, `fit --write`
-fits. {judged} other bodies, {judge} drops a restitution (from 2 radii {low}), are for judging
-alone.
+fits. {judged} other bodies, {judge} drops in each scene, are for judging alone.
 
 ## What did not pay
 

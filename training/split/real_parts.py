@@ -73,7 +73,7 @@ def judge_parts(parts: Iterator[tuple[str, Part]],
 
 
 def _score(name: str, part: Part, height: float) -> PartScore:
-    resting = resting_poses(part, round_sides=0)
+    resting = resting_poses(part)
     squares: dict[str, list[float]] = {"split": [], "combined": []}
     largest: dict[str, float] = dict.fromkeys(squares, 0.0)
     expected = []

@@ -14,16 +14,16 @@ from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.estimators.split import kept_shares, split_inputs
 from ros_pose_stats.records import DropScene
-from ros_pose_stats.resting.poses import RestingPoses, resting_poses
-from training.families import family_part, family_tolerance
+from ros_pose_stats.resting.poses import RestingPoses
+from training.families import family_options, family_part, family_poses
 
 from .samples import Sample
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-LEAST_DROPS = 50
-"""Samples with fewer settled drops are left out."""
+LEAST_DROPS, MOST_UNSETTLED = 50, 0.01
+"""Samples with fewer settled drops, or with a larger share that met the step cap, are left out."""
 
 REFERENCES = ("combined", "meae")
 
@@ -102,15 +102,15 @@ def make_table(samples: Sequence[Sample]) -> Table:
                               "expected")}
     reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
-        tolerance = family_tolerance(key[0])
-        resting = resting_poses(family_part(*key), tolerance, round_sides=0)
+        tolerance, sides = family_options(key[0])
+        resting = family_poses(key[0], family_part(*key))
         links = split_children(resting)
         shares = kept_shares(resting)[resting.clusters.split]
         for row in scenes:
-            settled = int(row.count.sum())
-            if settled < LEAST_DROPS:
+            if not usable(row):
                 continue
-            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance)
+            settled = int(row.count.sum())
+            scene = DropScene(row.restitution, row.height * resting.body.radius, tolerance, sides)
             inputs.append(split_inputs(resting, scene).astype(np.float32))
             children.append(links)
             leaf_pose.append(resting.clusters.node_pose)
@@ -133,6 +133,13 @@ def make_table(samples: Sequence[Sample]) -> Table:
 def _starts(numbers: Index) -> Index:
     """Where each of some rows of entries begins."""
     return np.concatenate(([0], np.cumsum(numbers)[:-1])).astype(np.int64)
+
+
+def usable(row: Sample) -> bool:
+    """Whether enough of a sample's drops came to rest."""
+    settled = int(row.count.sum())
+    return (settled >= LEAST_DROPS
+            and row.unsettled <= MOST_UNSETTLED * (row.unsettled + settled))
 
 
 def _expected(resting: RestingPoses, scene: DropScene) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 
@@ -25,7 +24,6 @@ from ...text import (
     Column,
     columns,
     interval,
-    millimetres,
     percent,
     printable,
     several,
@@ -40,7 +38,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
     """One simulation and the estimates beside it."""
     one, labels = found.simulation, _labels(history)
     yield f"estimates against {labels[one]}"
-    yield f"  {_scene(one)}, expected error {percent(one.expected_error)} points"
+    yield from _wrapped(f"{_scene(one)}, expected error {percent(one.expected_error)} points")
     poses = history.poses
     order = np.argsort(-one.probability, kind="stable")[:MOST_POSES]
     yield from _beside(
@@ -90,23 +88,20 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _labels(history: ResultHistory) -> dict[Prediction, str]:
-    """Short names of the predictions; numbered where a method stands for several scenes."""
-    methods = [one.method for one in history.predictions]
-    seen: Counter[str] = Counter()
-    labels = {}
-    for one in history.predictions:
-        seen[one.method] += 1
-        number = f" #{seen[one.method]}" if methods.count(one.method) > 1 else ""
-        labels[one] = shortened(printable(one.method), 16) + number
-    return labels
+    """Short names of the predictions, with their scenes where there are several."""
+    return {one: f"{shortened(printable(one.method), 16)} {scene_name(history, one)}".rstrip()
+            for one in history.predictions}
+
+
+def scene_name(history: ResultHistory, one: Prediction) -> str:
+    """Number of a prediction's scene; empty where it has none, or all have the same."""
+    several_scenes = len(history.scenes) > 1 and one.scene in history.scenes
+    return f"#{history.scenes.index(one.scene) + 1}" if several_scenes else ""
 
 
 def _scene(one: Prediction) -> str:
     drops = f"{one.drops} drops" if one.drops else "an estimate"
-    if math.isnan(one.drop_height):
-        return drops
-    return (f"{drops}, restitution {one.restitution:g}, released at "
-            f"{millimetres(one.drop_height)} mm")
+    return drops if math.isnan(one.drop_height) else f"{drops}, {one.scene}"
 
 
 def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
@@ -179,6 +174,9 @@ def _test(test: ChiSquare) -> tuple[str, ...]:
     if test.too_few:
         return ("too few", "-", "-", str(test.pooled), "-")
     p = test.p_value
+    if math.isnan(p):
+        return (f"{test.statistic:.2f}", str(test.degrees_of_freedom), "-", str(test.pooled),
+                "its error is not known")
     verdict = ("within chance" if p >= WITHIN_CHANCE else
                "doubtful" if p >= BEYOND_CHANCE else "beyond chance")
     return (f"{test.statistic:.2f}", str(test.degrees_of_freedom),

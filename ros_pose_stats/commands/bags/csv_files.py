@@ -10,6 +10,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
 from ...recording.durable import replace_file
 from ...text import SECOND
@@ -24,8 +26,8 @@ HEADS: dict[str, tuple[str, ...]] = {
               "spread_rad", "down_x", "down_y", "down_z", "probability", "probability_low",
               "probability_high", "standard_error", "count", "prediction"),
     "answers": (*PART, "time_utc", "method", "restitution", "drop_height_m", "drops", "unsettled",
-                "expected_error", "largest_change", "final", "latched", "result", "prediction",
-                "pose", "probability"),
+                "expected_error", "largest_error", "largest_change", "final", "latched", "scene",
+                "result", "prediction", "pose", "probability"),
     "jobs": ("part_id", "part_digest", "job_id", "state", "refinement", "queued_utc",
              "started_utc", "ended_utc", "drops_done", "drops", "seed", "restitution",
              "drop_height_m", *Numbering._fields, "target_error", "max_seconds_s",
@@ -115,8 +117,9 @@ def _answers(found: BagAnalysis) -> Rows:
         poses = history.poses.index.tolist()
         rows = _columns(history.time, history.method, history.restitution, history.drop_height,
                         history.drops, history.unsettled, history.expected_error,
-                        history.largest_change, history.final, history.latched,
-                        history.prediction, history.probability)
+                        history.largest_error, history.largest_change, history.final,
+                        history.latched, np.array(history.scene), history.prediction,
+                        history.probability)
         for number, (time, *row, prediction, probabilities) in enumerate(rows, start=1):
             for pose, probability in zip(poses, probabilities, strict=True):
                 yield *head, _utc(time), *row, number, prediction, pose, probability

@@ -25,7 +25,7 @@ from ...text import (
     shortened,
     utc,
 )
-from .comparisons import count_lines, simulation_lines
+from .comparisons import count_lines, scene_name, simulation_lines
 
 MOST_RESULTS, MOST_JOBS = 12, 20
 
@@ -117,18 +117,26 @@ def _results(history: ResultHistory) -> Iterator[str]:
     change = history.largest_change
     yield from columns(
         (Column("result"), Column("time", "UTC", left=True), Column("method", left=True),
-         Column("drops"), Column("expected error", "points"), Column("change", "points"),
+         Column("drops"), Column("error", "points"),
+         Column("one pose", "points"), Column("change", "points"),
          Column("", left=True)),
         ((str(k + 1), utc(int(history.time[k])), str(history.method[k]),
-          str(history.drops[k] or "-"), percent(history.expected_error[k]), percent(change[k]),
+          str(history.drops[k] or "-"), percent(history.expected_error[k]),
+          percent(history.largest_error[k]), percent(change[k]),
           _kind(history, k)) for k in listed))
     if count > len(listed):
         yield f"  {count - len(listed)} more in between"
+    if len(history.scenes) > 1:
+        for number, scene in enumerate(history.scenes, start=1):
+            yield from _wrapped(f"#{number}: {scene}")
 
 
 def _kind(history: ResultHistory, k: int) -> str:
+    """Label of a result; it names the scene where there are several."""
     said = [] if history.final[k] else ["interim"]
-    return ", ".join(said if history.latched[k] else [*said, "to a caller"])
+    said += [] if history.latched[k] else ["to a caller"]
+    scene = scene_name(history, history.predictions[history.prediction[k]])
+    return ", ".join([*said, scene] if scene else said)
 
 
 def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:

@@ -33,7 +33,8 @@ class Comparison:
     largest_pose : int
         Index of the pose with the largest difference.
     by_pose, by_group : ChiSquare
-        Whether chance explains the differences. A simulation as prediction has its own chance.
+        Whether chance explains the differences: that of the counts, and that of the prediction,
+        which is a count itself or is as far off as it says.
     unforeseen : int
         Counts in poses whose predicted probability is 0.
     """
@@ -203,8 +204,8 @@ def _compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable
     apart = np.abs(prediction.probability - share)
     known = bool(np.isfinite(apart).all())
     groups = np.unique(poses.group, return_inverse=True)[1]
-    by_pose, by_group = (_test(prediction, counts, bins)
-                         for bins in (np.arange(counts.size), groups))
+    by_pose = _test(prediction, counts, np.arange(counts.size), groups)
+    by_group = _test(prediction, counts, groups, np.arange(counts.size))
     return Comparison(
         prediction, share, root_mean_square(apart), float(apart.max()),
         int(poses.index[apart.argmax()]) if known else -1, by_pose, by_group,
@@ -216,14 +217,16 @@ def _shares(counts: Index) -> Array:
     return counts / total if total else np.full(counts.shape, math.nan)
 
 
-def _test(prediction: Prediction, counts: Index, bins: Index) -> ChiSquare:
+def _test(prediction: Prediction, counts: Index, bins: Index, unit: Index) -> ChiSquare:
+    """Counts in bins against a prediction with its own scatter, which bins of a unit share."""
     observed = np.bincount(bins, counts)
     if prediction.counted:
         return homogeneity(observed, np.bincount(bins, prediction.count))
     probability = np.nan_to_num(np.bincount(bins, prediction.probability))
     if not probability.sum() > 0.0:
         return goodness_of_fit(np.zeros(1), np.ones(1))  # nothing was predicted
-    return goodness_of_fit(observed, probability)
+    return goodness_of_fit(observed, probability, np.bincount(bins, prediction.errors),
+                           unit[:observed.size])
 
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:

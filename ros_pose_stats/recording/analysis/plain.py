@@ -25,7 +25,7 @@ TIMES = ("begin", "end", "time", "queued", "started", "ended")
 POSE = ("index", "group", "down", "height", "top", "margin", "barrier", "spread")
 PREDICTED = ("probability", "probability_low", "probability_high", "standard_error", "count")
 RESULT = ("time", "method", "restitution", "drop_height", "drops", "unsettled", "expected_error",
-          "largest_change", "final", "latched")
+          "largest_error", "largest_change", "final", "latched")
 
 
 def as_dict(analysis: BagAnalysis) -> Plain:
@@ -96,7 +96,8 @@ def _job(job: Job) -> Plain:
 
 
 def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]) -> Plain:
-    results = {name: getattr(history, name) for name in RESULT}
+    results = {**{name: getattr(history, name) for name in RESULT},
+               "scene": np.array(history.scene, dtype=np.str_)}
     return {
         **history.numbering._asdict(),
         "poses": _rows({name: getattr(history.poses, name) for name in POSE}),
@@ -112,8 +113,9 @@ def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]
 def _prediction(one: Prediction, history: ResultHistory) -> Plain:
     of_poses = {"index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}}
     return {**_fields(one, ("method", "restitution", "drop_height", "plate", "time", "drops",
-                            "unsettled", "seed", "expected_error", "plate_error", "seconds",
-                            "job_id", "version", "final")), "poses": _rows(of_poses)}
+                            "unsettled", "seed", "expected_error", "largest_error", "plate_error",
+                            "seconds", "job_id", "version", "final", "scene")),
+            "poses": _rows(of_poses)}
 
 
 def _comparison(one: Comparison, predictions: Sequence[Prediction]) -> Plain:

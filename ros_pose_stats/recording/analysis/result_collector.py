@@ -16,7 +16,7 @@ from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")
 TEXTS = ("method", "plate", "job_id", "version")
-NUMBERS = ("restitution", "drop_height", "expected_error", "plate_error")
+NUMBERS = ("restitution", "drop_height", "expected_error", "largest_error", "plate_error")
 COUNTS = ("drops", "unsettled")
 PROBABILITIES = ("probability", "probability_low", "probability_high", "standard_error")
 
@@ -44,7 +44,8 @@ class ResultCollector:
         self._predictions: dict[int, Prediction] = {}
         self._numbers = {name: array(code) for name, code in (
             ("time", "q"), ("method", "q"), ("prediction", "q"), ("restitution", "d"),
-            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"))}
+            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"),
+            ("largest_error", "d"))}
         self._flags = {"final": bytearray(), "latched": bytearray()}
         self._probability = array("d")
 
@@ -56,7 +57,7 @@ class ResultCollector:
     def add(self, message: Any, time: int, latched: bool) -> None:
         """Take in a result, unless it is known: latched and answered, or in another bag."""
         found = _prediction(message, _sorted(message.poses), time)
-        key = fingerprint(time, found.scene, found.restitution, found.drops, found.unsettled,
+        key = fingerprint(time, found.key, found.restitution, found.drops, found.unsettled,
                           found.seed, found.job_id, found.final, found.probability, found.count)
         row = self._rows.setdefault(key, len(self._rows))
         self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
@@ -65,7 +66,7 @@ class ResultCollector:
             return
         self._flags["final"].append(found.final)
         self._flags["latched"].append(latched)
-        scene = self._scenes.setdefault(found.scene, len(self._scenes))
+        scene = self._scenes.setdefault(found.key, len(self._scenes))
         numbers = {"method": self._methods.setdefault(found.method, len(self._methods)),
                    "prediction": scene}
         for name, column in self._numbers.items():

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import SIMULATION
+from ...records.scene import describe_scene
 from .numbering import Numbering
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ class Prediction:
     time : int
         Nanoseconds since 1970.
     drops, unsettled, seed : int
-    expected_error, plate_error : float
+    expected_error, largest_error, plate_error : float
         Fractions; NaN where unknown.
     seconds : float
         That computing took.
@@ -80,6 +81,7 @@ class Prediction:
     unsettled: int
     seed: int
     expected_error: float
+    largest_error: float
     plate_error: float
     seconds: float
     job_id: str
@@ -92,7 +94,12 @@ class Prediction:
     count: Index
 
     @property
-    def scene(self) -> tuple[str, float | None, float | None]:
+    def scene(self) -> str:
+        """How high and how bouncy, in one sentence."""
+        return describe_scene(self.restitution, self.drop_height)
+
+    @property
+    def key(self) -> tuple[str, float | None, float | None]:
         """What tells predictions apart; a method that ignores the drop height is blind."""
         if math.isnan(self.drop_height):
             return self.method, None, None
@@ -102,6 +109,14 @@ class Prediction:
     def counted(self) -> bool:
         """Whether the probabilities are counts of drops, with an error of their own."""
         return self.method == SIMULATION and bool(self.count.any())
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors (K,); from the expected error where none are told, NaN without that."""
+        spread = self.probability * (1.0 - self.probability)
+        if np.isfinite(self.standard_error).all() or not spread.sum() > 0.0:
+            return self.standard_error
+        return np.asarray(self.expected_error * np.sqrt(spread * spread.size / spread.sum()))
 
     def knows_more_than(self, other: Prediction) -> bool:
         """Whether this one should stand for their common scene."""
@@ -123,8 +138,8 @@ class ResultHistory:
     restitution, drop_height : (n,) arrays
         The latter in metres, NaN where the method ignores it.
     drops, unsettled : (n,) arrays of int
-    expected_error : (n,) array
-        Fraction; NaN where unknown.
+    expected_error, largest_error : (n,) arrays
+        Fractions; NaN where unknown.
     final, latched : (n,) arrays of bool
         Whether it was a job's last word; whether subscribers got it or a caller alone.
     prediction : (n,) array of int
@@ -143,6 +158,7 @@ class ResultHistory:
     drops: Index
     unsettled: Index
     expected_error: Array
+    largest_error: Array
     final: Flags
     latched: Flags
     prediction: Index
@@ -156,6 +172,18 @@ class ResultHistory:
         if len(self.time) > 1:
             found[1:] = np.abs(np.diff(self.probability, axis=0)).max(axis=1, initial=0.0)
         return found
+
+    @property
+    def scene(self) -> list[str]:
+        """Of each result, how high and how bouncy, in one sentence."""
+        return [describe_scene(*each) for each in zip(
+            self.restitution.tolist(), self.drop_height.tolist(), strict=True)]
+
+    @property
+    def scenes(self) -> list[str]:
+        """Different scenes, in the order of first appearance; methods blind to them have none."""
+        return list(dict.fromkeys(one.scene for one in self.predictions
+                                  if not math.isnan(one.drop_height)))
 
     @property
     def leading(self) -> Prediction:

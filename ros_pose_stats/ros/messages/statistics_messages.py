@@ -17,7 +17,7 @@ from .times import duration_message, time_message
 
 PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
          "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "expected_error",
-         "plate_error", "version")
+         "largest_error", "plate_error", "version")
 """Fields of the statistics that have the same name and value in the message."""
 
 PLAIN_OF_POSE = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
@@ -58,6 +58,7 @@ def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseSta
     message.header.frame_id = answer.frame
     for name in PLAIN:
         setattr(message, name, getattr(found, name))
+    message.scene = found.scene
     message.plate = answer.plate
     message.compute_time = duration_message(
         0.0 if math.isnan(found.seconds) else found.seconds)

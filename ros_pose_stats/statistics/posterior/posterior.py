@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammainc
 
 from ..intervals import DEFAULT_LEVEL
+from ..largest import largest_error
 from .shortest import SMALLEST, shortest_interval
 
 Array = NDArray[np.float64]
@@ -117,6 +118,21 @@ class Kinds(NamedTuple):
     variance: Array
 
 
+class Strengths(NamedTuple):
+    """The units' distributions at each of M strengths.
+
+    Attributes
+    ----------
+    weight : (M,) array
+    variance, away : (M, G) array
+        Variance, and mean less that of the mixture.
+    """
+
+    weight: Array
+    variance: Array
+    away: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """Distribution of the pose probabilities of one part.
@@ -134,6 +150,7 @@ class Posterior:
     _unit: Index
     _size: Index
     _error: SquareError
+    _strengths: Strengths
     _kinds: Kinds
 
     @classmethod
@@ -159,7 +176,8 @@ class Posterior:
         spread = weight @ (variance + away * away)
         share = 1.0 / size
         return cls((middle * share)[unit], (np.sqrt(spread) * share)[unit], unit, size,
-                   square_error(weight, mean, variance, away, size), kinds)
+                   square_error(weight, mean, variance, away, size),
+                   Strengths(weight, variance, away), kinds)
 
     @property
     def expected_error(self) -> float:
@@ -175,6 +193,26 @@ class Posterior:
             0 < level < 1.
         """
         return math.sqrt(self._error.quantile(level))
+
+    def largest_error(self, level: float = DEFAULT_LEVEL, drops: float = math.inf) -> float:
+        """Bound that the errors of all poses keep together with this probability, a fraction.
+
+        Parameters
+        ----------
+        level : float
+            0 < level < 1.
+        drops : float
+            The bound is for how far the shares of so many other drops lie away, with their
+            noise; infinite for the probabilities themselves.
+        """
+        weight, variance, away = self._strengths
+        if math.isinf(drops):
+            return largest_error(np.sqrt(variance), level, weight=weight, away=away,
+                                 size=self._size)
+        share = 1.0 / self._size
+        noise = self.probability * (1.0 - self.probability) / drops  # each pose has its own
+        return largest_error(np.sqrt((variance * share * share)[:, self._unit] + noise), level,
+                             weight=weight, away=(away * share)[:, self._unit])
 
     def interval(self, level: float = DEFAULT_LEVEL, drops: float = math.inf
                  ) -> tuple[Array, Array]:

@@ -44,8 +44,12 @@ def stamped(message, seconds):
     return message
 
 
-def result(seconds, probability=PROBABILITY, method="combined", count=None, group=GROUP, **fields):
-    """A PoseStatistics, its poses most probable first as in the contract."""
+def result(seconds, probability=PROBABILITY, method="combined", count=None, group=GROUP,
+           error=0.0, **fields):
+    """A PoseStatistics, its poses most probable first as in the contract.
+
+    That of an estimate says that every pose has this error, none by default.
+    """
     message = stamped(PoseStatistics(), seconds)
     settled = 0 if count is None else int(sum(count))
     defaults = {"part_id": "clamp", "part_digest": DIGEST, "radius": 0.02, "method": method,
@@ -69,7 +73,7 @@ def result(seconds, probability=PROBABILITY, method="combined", count=None, grou
         nan = float("nan")
         pose.probability_low = float(low[index]) if settled else nan
         pose.probability_high = float(high[index]) if settled else nan
-        pose.standard_error = float(errors[index]) if settled else nan
+        pose.standard_error = float(errors[index]) if settled else error
         pose.count = int(count[index]) if settled else 0
         message.poses.append(pose)
     return message

@@ -13,6 +13,8 @@ from ros_pose_stats import analyse_bags
 from tests.recording.analysis.bags import COUNTED, SIMULATED, write_run
 from tests.recording.analysis.messages import PROBABILITY, counts, result
 
+OFF = (0.02, -0.02, 0.01, -0.01, 0.0)
+
 
 def analysed(folder, *messages):
     """The analysis of a run that holds these results and counts."""
@@ -49,6 +51,27 @@ class TestEstimateAgainstSimulation:
         known = stats.chisquare((1370, 470, 120, 40), 2000 * np.array((0.67, 0.25, 0.06, 0.02)))
         assert comparison.by_group.statistic == pytest.approx(known.statistic)
         assert comparison.by_group.degrees_of_freedom == 3
+
+    @pytest.mark.parametrize("method", ["split", "hybrid"])
+    def test_a_prediction_has_the_scatter_that_it_tells(self, tmp_path, method):
+        """Off by two points, as it says itself: 100 000 drops do not refute it."""
+        off = np.add(PROBABILITY, OFF)
+        many = np.round(1e5 * np.array(PROBABILITY)).astype(int)
+        (part,) = analysed(tmp_path, result(1.0, off, method=method, group=range(5), error=0.015),
+                           simulation(2.0, many, group=range(5))).parts
+        (found,) = part.simulations[0][0].estimates
+        assert 0.1 < found.by_pose.p_value < 0.99 and 0.1 < found.by_group.p_value < 0.99
+
+    @pytest.mark.parametrize(("expected", "held"), [(0.015, True), (1e-4, False)])
+    def test_where_poses_have_no_error_that_of_all_of_them_counts(self, tmp_path, expected, held):
+        off = np.add(PROBABILITY, OFF)
+        (part,) = analysed(
+            tmp_path,
+            result(1.0, off, group=range(5), error=math.nan, expected_error=expected),
+            simulation(2.0, np.round(1e5 * np.array(PROBABILITY)).astype(int),
+                       group=range(5))).parts
+        (found,) = part.simulations[0][0].estimates
+        assert (found.by_pose.p_value > 0.01) == held
 
     def test_each_scene_by_its_largest_run(self, tmp_path):
         (part,) = analysed(

@@ -36,6 +36,8 @@ class TestMessage:
         message = statistics_message(found, ANSWER)
         assert nanoseconds(message.header.stamp) == STAMP
         assert (message.header.frame_id, message.plate) == ("tray", "brass")
+        assert message.largest_error == found.largest_error > 0.0
+        assert message.scene == found.scene != ""
         assert (message.revision, message.job_id, message.final) == (7, "job_1", False)
         assert list(message.warnings) == [*found.warnings, "NOT_RECORDED: disk full."]
 

@@ -1,4 +1,4 @@
-"""Runs whose messages had other fields, by bags that describe them without `round_sides`."""
+"""Runs whose messages had other fields, by bags that describe them without the newer ones."""
 
 from __future__ import annotations
 
@@ -22,9 +22,17 @@ from ros_pose_stats.version import VERSION
 
 from .test_last_run import RUNS, TYPES, Writing, factors, found
 
-FIELD = "uint32 round_sides\n"
-OLDER = {topic: replace(kind, definition=kind.definition.replace(FIELD, ""))
-         for topic, kind in TYPES.items()}
+FIELDS = ("uint32 round_sides\n", "float64 largest_error\n", "string scene\n")
+
+
+def older(definition):
+    """A definition without the newer fields."""
+    for field in FIELDS:
+        definition = definition.replace(field, "")
+    return definition
+
+
+OLDER = {topic: replace(kind, definition=older(kind.definition)) for topic, kind in TYPES.items()}
 
 
 def older_bytes(message, kind):
@@ -38,7 +46,7 @@ def older_bytes(message, kind):
 
 
 class OlderWriting(Writing):
-    """A run of a node from before `round_sides`."""
+    """A run of a node from before the newer fields."""
 
     def __init__(self, folder, number):
         self.log = RunLog(folder, OLDER, max_bag_bytes=1 << 29, name=RUNS[number],
@@ -132,6 +140,7 @@ def test_damage_costs_a_message(writing, tmp_path):
 
 
 def test_lists_and_parts_of_a_message_come_along(writing, tmp_path):
+    assert all(field in TYPES["/pose_stats/pose_statistics"].definition for field in FIELDS)
     told = PoseStatistics(part_id="part", warnings=["A: b", "C: d"], seed=2**63, radius=0.25)
     told.header.stamp.sec, told.header.frame_id = 5, "plate"
     told.compute_time.nanosec = 7

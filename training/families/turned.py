@@ -1,0 +1,152 @@
+"""Random parts as they are turned, and gears.
+
+Lengths are in units of the part; only their ratios matter. Files cut circles into 24 to 200
+sides, which drops and estimates take for circles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from ros_pose_stats.shapes.profiles import unit_circle
+
+from .solids import Solid, extruded, fan
+
+Array = NDArray[np.float64]
+
+
+def rounds(draw: Generator) -> list[Solid]:
+    """Convex profiles of two to five circles with 12 to 48 sides."""
+    sides, circles = int(draw.integers(12, 49)), int(draw.integers(2, 6))
+    height = math.exp(draw.uniform(-math.log(4.0), math.log(4.0)))
+    level = np.concatenate(([0.0, height], draw.uniform(0.0, height, circles - 2)))
+    radius = draw.uniform(0.3, 1.0, circles)
+    if draw.random() < 0.4:
+        radius[1] = radius[0]
+    return [_rings(sides, zip(radius.tolist(), level.tolist(), strict=True))]
+
+
+def stepped(draw: Generator) -> list[Solid]:
+    """Shafts and pulleys: two to five steps, most with chamfers, some with a bore or a flat."""
+    sides, steps = _sides(draw), int(draw.integers(2, 6))
+    stretch = math.exp(draw.uniform(math.log(0.15), math.log(1.5)))
+    radii, at = draw.uniform(0.25, 1.0, steps), 0.0
+    solids: list[Solid] = []
+    for radius in radii.tolist():
+        length = stretch * math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
+        solids.append(disc(sides, radius, at, at + length, _chamfer(draw, radius, length)))
+        at += length
+    if draw.random() < 0.2:
+        widest = int(radii.argmax())
+        solids[widest] = _with_flat(solids[widest], float(radii[widest] * draw.uniform(0.6, 0.95)))
+    if draw.random() < 0.3:
+        bore = float(radii.min() * draw.uniform(0.2, 0.75))
+        solids.append(disc(sides, bore, at * draw.choice([0.0, 0.5]), at).hole())
+    return solids
+
+
+def hollow(draw: Generator) -> list[Solid]:
+    """Rings, bushings, washers, cups and nuts: a bore through one or two steps, or a blind one."""
+    sides = _sides(draw)
+    height = math.exp(draw.uniform(math.log(0.1), math.log(4.0)))
+    if draw.random() < 0.15:
+        solids = [extruded(unit_circle(6) * (2.0 / math.sqrt(3.0)), 0.0, height)]
+    else:
+        solids = [disc(sides, 1.0, 0.0, height, _chamfer(draw, 1.0, height))]
+    bore = float(draw.uniform(0.3, 0.95))
+    if draw.random() < 0.35:
+        collar = float(draw.uniform(bore * 1.05, max(1.6, bore * 1.2)))
+        top = height + height * float(draw.uniform(0.05, 1.0))
+        solids.append(disc(sides, collar, height, top,
+                           _chamfer(draw, collar, top - height)))
+        height = top
+    floor = float(draw.uniform(0.05, 0.6)) * height if draw.random() < 0.4 else 0.0
+    return [*solids, disc(sides, bore, floor, height).hole()]
+
+
+def gears(draw: Generator) -> list[Solid]:
+    """Spur gears of 8 to 60 teeth; two thirds have a hub, all but few a bore."""
+    teeth = round(math.exp(draw.uniform(math.log(8), math.log(60))))
+    module, width = 2.0 / (teeth + 2.0), math.exp(draw.uniform(math.log(0.1), math.log(1.5)))
+    root, sides = 1.0 - 2.25 * module, _sides(draw)
+    tip, foot = draw.uniform(0.1, 0.35), draw.uniform(0.5, 0.7)
+    turn = 2.0 * math.pi * (np.arange(teeth)[:, None]
+                            + np.array([-foot, -tip, tip, foot]) / 2.0) / teeth
+    reach = np.array([root, 1.0, 1.0, root])
+    outline = np.stack((reach * np.cos(turn), reach * np.sin(turn)), axis=2).reshape(-1, 2)
+    solids, top, core = [fan(outline, 0.0, width)], width, root
+    if draw.random() < 0.65:
+        core = root * float(draw.uniform(0.3, 0.8))
+        top = width + float(draw.uniform(0.05, 1.0))
+        solids.append(disc(sides, core, width, top, _chamfer(draw, core, top - width)))
+    if draw.random() < 0.9:
+        solids.append(disc(sides, core * float(draw.uniform(0.2, 0.8)), 0.0, top).hole())
+    return solids
+
+
+def flat_balls(draw: Generator) -> list[Solid]:
+    """Balls with one to four flats; some are beads with a bore between two of them."""
+    segments = 4 * int(draw.integers(10, 19))
+    level = np.cos(np.linspace(0.0, math.pi, segments // 2 + 1))
+    if draw.random() < 0.4:
+        low, high = -float(draw.uniform(0.6, 0.98)), float(draw.uniform(0.6, 1.0))
+        level = np.concatenate(([low, high], level[(level > low) & (level < high)]))
+        bead = _rings(segments, ((math.sqrt(1.0 - z * z), z) for z in level.tolist()))
+        widest = math.sqrt(1.0 - max(low * low, high * high))
+        if draw.random() < 0.5 and widest > 0.1:
+            return [bead, disc(segments, 0.7 * widest, low, high).hole()]
+        return [bead]
+    ball = _rings(segments, ((math.sqrt(max(1.0 - z * z, 0.0)), z) for z in level.tolist()))
+    flats = draw.normal(size=(int(draw.integers(1, 5)), 3))
+    flats /= np.linalg.norm(flats, axis=1, keepdims=True)
+    far = draw.uniform(0.75, 0.98, len(flats))
+    return [Solid(_cut(ball.corners, flats, far, segments))]
+
+
+def disc(sides: int, radius: float, low: float, high: float, chamfer: float = 0.0) -> Solid:
+    """A cylinder about z, chamfered at both ends."""
+    if not chamfer:
+        return _rings(sides, ((radius, low), (radius, high)))
+    return _rings(sides, ((radius - chamfer, low), (radius, low + chamfer),
+                          (radius, high - chamfer), (radius - chamfer, high)))
+
+
+def _rings(sides: int, circles: Iterable[tuple[float, float]]) -> Solid:
+    """The hull of circles about z, each a radius and a level."""
+    corners = unit_circle(sides)
+    return Solid(np.vstack([np.column_stack((corners * radius, np.full(sides, level)))
+                            for radius, level in circles]))
+
+
+def _sides(draw: Generator) -> int:
+    return round(math.exp(draw.uniform(math.log(24), math.log(200))))
+
+
+def _chamfer(draw: Generator, radius: float, length: float) -> float:
+    """None, small or large."""
+    return float(draw.choice([0.0, 0.03, 0.12])) * min(radius, length)
+
+
+def _with_flat(round_solid: Solid, away: float) -> Solid:
+    """With what lies beyond a plane moved into it."""
+    corners = round_solid.corners.copy()
+    corners[:, 0] = np.minimum(corners[:, 0], away)
+    return Solid(corners)
+
+
+def _cut(points: Array, flats: Array, far: Array, sides: int) -> Array:
+    """Points of a ball on the near side of all flats, and the rims of the flats."""
+    found = [points]
+    for normal, away in zip(flats, far.tolist(), strict=True):
+        across = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
+        across /= np.linalg.norm(across)
+        wide = unit_circle(sides) * math.sqrt(1.0 - away * away)
+        found.append(away * normal + wide[:, :1] * across
+                     + wide[:, 1:] * np.cross(normal, across))
+    all_points = np.vstack(found)
+    return all_points[((all_points @ flats.T) <= far + 1e-9).all(axis=1)]
