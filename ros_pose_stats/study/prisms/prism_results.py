@@ -59,8 +59,6 @@ class Misfit(NamedTuple):
         Root mean square over the dice of the difference in the probability of the four sides.
     standard_error : float
         Of `rms`, from the finite numbers of rolls and drops.
-    fitted : bool
-        Whether a coefficient of the method was fitted to these dice, so that `rms` flatters it.
     """
 
     method: str
@@ -68,7 +66,6 @@ class Misfit(NamedTuple):
     restitution: float | None
     rms: float
     standard_error: float
-    fitted: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,14 +163,11 @@ def _misfits(results: PrismResults) -> list[str]:
              f"{'':<30} {'points':>8} {'points':>16}"]
     lines += [_row(misfit) for misfit in results.misfits]
     lines.append(f"{'sampling noise of the dice':<30} {_points(results.sampling_noise):>8}")
-    if any(misfit.fitted for misfit in results.misfits):
-        lines += ["", "* has a coefficient that was fitted to these dice: no test of it"]
     return lines
 
 
 def _row(misfit: Misfit) -> str:
-    title = f"{misfit.title} *" if misfit.fitted else misfit.title
-    return f"{title:<30} {_points(misfit.rms):>8} {_points(misfit.standard_error):>16}"
+    return f"{misfit.title:<30} {_points(misfit.rms):>8} {_points(misfit.standard_error):>16}"
 
 
 def _dice(results: PrismResults) -> list[str]:
@@ -236,9 +230,7 @@ def draw_prisms(results: PrismResults) -> Figure:
 
 
 def _curves(results: PrismResults, names: Sequence[str]) -> list[tuple[str, Array]]:
-    fitted = {misfit.method for misfit in results.misfits if misfit.fitted}
-    return [(f"{ESTIMATORS[name].title} (fitted to the dice)" if name in fitted
-             else ESTIMATORS[name].title, results.estimated[name]) for name in names]
+    return [(ESTIMATORS[name].title, results.estimated[name]) for name in names]
 
 
 def _rows(points: tuple[SidesPoint, ...]) -> Array:

@@ -65,8 +65,7 @@ class Refit(NamedTuple):
     Attributes
     ----------
     name : str
-        `NQSE` (Eq. 6), `combined` (Eq. 9), with the restitution where it is for one alone, or
-        `PQSE` (this project's reading).
+        `NQSE` (Eq. 6) or `combined` (Eq. 9), with the restitution where it is for one alone.
     published, fitted, standard_error : tuple of float
         The error by a bootstrap over bodies.
     error : float
