@@ -8,6 +8,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from ..errors import RequestError
+from ..text import length_in_words
 
 GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
@@ -74,3 +75,25 @@ class DropScene:
         if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
             raise RequestError(f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
                                f"{sides!r}", "0 takes round surfaces as the file has them")
+
+
+def describe_scene(restitution: float, drop_height: float | None,
+                   radius: float = math.nan) -> str:
+    """The scene in one sentence: how high, onto what, how bouncy.
+
+    Parameters
+    ----------
+    restitution : float
+        0 <= restitution < 1.
+    drop_height : float or None
+        Metres; None for the default number of part radii; NaN where the method ignores both
+        height and restitution.
+    radius : float
+        Of the part, metres; NaN where the sentence is about many parts.
+    """
+    if drop_height is not None and math.isnan(drop_height):
+        return "released at any height above a frictionless plate, at any restitution"
+    metres = DEFAULT_DROP_RADII * radius if drop_height is None else drop_height
+    height = (f"{DEFAULT_DROP_RADII:g} part radii" if math.isnan(metres)
+              else length_in_words(metres))
+    return f"released {height} above a frictionless plate, restitution {restitution:g}"

@@ -11,6 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .scene import describe_scene
+
 
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
@@ -191,12 +193,18 @@ class PoseStatistics:
     choice: str = ""
     round_sides: int = 0
 
+    @property
+    def scene(self) -> str:
+        """How high the part was released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.restitution, self.drop_height)
+
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
         plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
                  "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
                  "expected_error", "largest_error", "plate_error", "seconds", "version", "choice")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry["scene"] = self.scene
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]
         return entry

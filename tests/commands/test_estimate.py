@@ -19,7 +19,7 @@ STATISTICS_KEYS = {
     "choice",
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
     "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "expected_error",
-    "largest_error", "plate_error", "seconds", "version", "warnings", "poses",
+    "largest_error", "scene", "plate_error", "seconds", "version", "warnings", "poses",
 }
 POSE_KEYS = {
     "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
