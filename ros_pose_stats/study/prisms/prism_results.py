@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators import ESTIMATORS
+from ...records.scene import describe_scene
 from ..output import plain
 from .dice import SOURCE
 
@@ -115,9 +116,15 @@ class PrismResults:
     stopped: bool
     seconds: float
 
+    @property
+    def scene(self) -> str:
+        """How high the prisms were released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(tuple(self.simulated), None)
+
     def as_dict(self) -> dict[str, Any]:
         """The results as plain values that JSON can hold; every number is finite."""
-        return {"level": LEVEL, **plain(self), "simulated": _by_restitution(self.simulated),
+        return {"level": LEVEL, "scene": self.scene, **plain(self),
+                "simulated": _by_restitution(self.simulated),
                 "dice_simulated": _by_restitution(self.dice_simulated)}
 
 
@@ -151,11 +158,12 @@ def prisms_text(results: PrismResults) -> str:
 
 
 def _heading(results: PrismResults) -> list[str]:
-    return ["Square prisms: probability of the four sides together (section 5.B, Fig. 5)",
+    return [f"Square prisms, {results.scene}",
+            "probability of the four sides together (section 5.B, Fig. 5)",
             "",
             f"dice: {SOURCE}",
-            f"simulation: {results.dice_drops} drops for each die and restitution, released from "
-            f"{results.release_radii:g} radii, seed {results.seed}"]
+            f"simulation: {results.dice_drops} drops for each die and restitution, seed "
+            f"{results.seed}"]
 
 
 def _misfits(results: PrismResults) -> list[str]:

@@ -155,7 +155,7 @@ class TableResults:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON, the estimates left out."""
         return {
-            "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
+            "scene": self.spec.scene, "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
             "estimators": [_row(row) for row in self.rows], "first_drops": self.first,
             "combined": plain(self.combined),
             "noise_of_100": plain(self.noise), "pooled_noise_of_100": plain(self.pooled_noise),
