@@ -56,7 +56,7 @@ METHODS = (
            "section 4.B, [28], [29]", "solid_angles"),
     Method("qse", "QSE", "centroid solid angle of every face, toppling until a face is stable",
            "section 4.B, [26]", "quasi_static"),
-    Method("pqse", "PQSE", "the same, after moving probability towards large faces (our reading)",
+    Method("pqse", "PQSE", "the same, after moving probability to larger neighbours (our reading)",
            "section 4.B, [25] in our reading", "quasi_static"),
     Method("nqse", "NQSE", "the fitted curve of Eq. 6 on `qse`", "Eq. 6", "quasi_static"),
     Method("eae", "EAE", "a walk down the splitting graph of the energy, R",

@@ -57,9 +57,9 @@ def run(options: argparse.Namespace) -> int:
         resting = resting_poses(part, options.cluster_tolerance, options.round_sides)
         frames = drop_frames(part, found, resting)
         _write(file, part, found, frames, splitting_graph(resting))
-    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB; drop {options.drop}, seed "
-          f"{options.seed}, restitution {found.restitution:g}: {found.impacts} impacts, at rest "
-          f"in pose {found.pose}")
+    print(f"{part.part_id}: {found.scene}\n"
+          f"drop {options.drop}, seed {options.seed}: {found.impacts} impacts, at rest in pose "
+          f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB")
     return 0
 
 

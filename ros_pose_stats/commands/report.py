@@ -50,8 +50,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="parts dropped a minute, those sent back included; with --wanted "
                          "the page says how many are accepted a minute")
     command.add_argument("--drops", type=read_count, metavar="N",
-                         help="number of drops of the simulation (default: 5000, or as many as "
-                         "0.8 s allow)")
+                         help="number of drops of the simulation (default: as many as bring the "
+                         "error over the poses within a point, at most 5000)")
     command.add_argument("--seed", type=read_count, default=1, metavar="S",
                          help="seed of the simulation; the same seed gives the same counts "
                          "(default: %(default)s)")
@@ -84,8 +84,8 @@ def run(options: argparse.Namespace) -> int:
 
             write_file(figure, png_bytes(key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
-    print(f"{page}: {page.stat().st_size / 1e6:.2f} MB, {several(len(found.poses), 'pose')}, "
-          f"{found.drops} drops")
+    print(f"{part.part_id}: {found.scene}\n{page}: {page.stat().st_size / 1e6:.2f} MB, "
+          f"{several(len(found.poses), 'pose')}, {found.drops} drops")
     if figure is not None:
         print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")
     return INTERRUPTED if interrupted() else 0

@@ -48,13 +48,14 @@ def report(part: Part, found: PoseStatistics, *, each: bool = False) -> str:
         (Column("90 % interval", "%"), [
             interval(row.probability_low, row.probability_high) for row in shown]),
         (Column("drops"), [str(row.count) if found.drops else UNKNOWN for row in shown])]
-    return "\n".join([_heading(part, found), "", *_method(found), "", *_pose_table(rows, shares),
+    return "\n".join([_heading(part, found), "", _method(found), "", *_pose_table(rows, shares),
                       *_remarks([found])])
 
 
 def comparison(part: Part, found: Sequence[PoseStatistics], *, each: bool = False) -> str:
     """Table of all methods' answers side by side; rows are in the order of the last method."""
     leading = found[-1]
+    asked = next((one for one in found if math.isfinite(one.drop_height)), leading)
     rows = _rows(leading, each)
     shares = []
     for one in found:
@@ -62,7 +63,7 @@ def comparison(part: Part, found: Sequence[PoseStatistics], *, each: bool = Fals
         shares.append((Column(one.method), [
             percent(there[row.first.index]) for row in rows[:MOST_ROWS]]))
     return "\n".join([
-        _heading(part, leading), "",
+        _heading(part, asked), "",
         f"probability in %, ordered by {leading.method}, "
         f"cluster tolerance {leading.cluster_tolerance:g}", "",
         *_pose_table(rows, shares), *_remarks(found)])
@@ -72,17 +73,16 @@ def _rows(found: PoseStatistics, each: bool) -> tuple[PoseGroup, ...]:
     return single_poses(found) if each else pose_groups(found)
 
 
-def _method(found: PoseStatistics) -> list[str]:
+def _method(found: PoseStatistics) -> str:
     """Lines about the method and its settings."""
     named = f"method {found.method}, cluster tolerance {found.cluster_tolerance:g}, "
     if not found.drops:
-        return [f"{named}expected error {100.0 * found.expected_error:.1f} points "
+        return (f"{named}expected error {100.0 * found.expected_error:.1f} points "
                 f"(one pose: {100.0 * found.largest_error:.1f}) against drops at restitution "
-                f"{found.restitution:g}"]
-    return [f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed}, restitution "
-            f"{found.restitution:g}, released {_metric(found.drop_height)} above the plate,",
+                f"{found.restitution:g}")
+    return (f"{found.drops} drops, {found.unsettled} unsettled, seed {found.seed},\n"
             f"{named}expected error {100.0 * found.expected_error:.2f} points "
-            f"(one pose: {100.0 * found.largest_error:.2f})"]
+            f"(one pose: {100.0 * found.largest_error:.2f})")
 
 
 def _pose_table(rows: Sequence[PoseGroup], shares: Sequence[Filled]) -> list[str]:
@@ -121,14 +121,11 @@ def _heading(part: Part, found: PoseStatistics) -> str:
     extents = " x ".join(f"{x:.4g}" for x in size)
     groups = len({pose.group for pose in found.poses})
     alike = f" in {several(groups, 'group')}" if groups < len(found.poses) else ""
-    return (f"{part.part_id}: {several(len(found.poses), 'stable pose')}{alike}, "
+    return (f"{part.part_id}: {found.scene}\n"
+            f"{several(len(found.poses), 'stable pose')}{alike}, "
             f"{len(part.triangles)} triangles, {extents} mm\n"
             f"centre of mass ({', '.join(f'{x:.4g}' for x in center)}) mm, "
             f"radius {found.radius * 1e3:.4g} mm")
-
-
-def _metric(metres: float) -> str:
-    return f"{metres * 1e3:.4g} mm" if metres < 1.0 else f"{metres:.4g} m"
 
 
 def _percent(probability: float) -> str:

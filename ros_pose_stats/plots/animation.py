@@ -27,7 +27,7 @@ Picture = NDArray[np.uint8]
 SIZE, DPI = (6.8, 3.4), 100
 """Width and height of the animation, inches, and dots an inch."""
 
-SCENE = (0.0, 0.0, 0.44, 0.9)
+SCENE = (0.0, 0.0, 0.44, 0.86)
 """Place of the part in the picture: left, bottom, width, height, as fractions."""
 
 WIDE = 3.3
@@ -127,8 +127,9 @@ def _stage(trajectory: Trajectory, frames: DropFrames, root: SplittingNode) -> S
     words = axes.annotate("", (0.0, 1.05), xycoords="axes fraction", fontsize=10.5, color=INK,
                           animated=True)
     where = f"pose {trajectory.pose}" if trajectory.pose >= 0 else "no pose"
-    figure.text(0.02, 0.945, f"{trajectory.part_id}: into {where}, {_pace(frames.slower)}",
-                fontsize=10.5, color=INK)
+    figure.text(0.02, 0.945, f"{trajectory.part_id}: {trajectory.scene}", fontsize=9.5, color=INK)
+    figure.text(0.02, 0.88, f"into {where}, {_pace(frames.slower)}", fontsize=9.5,
+                color=REFERENCE)
     clock = figure.text(0.985, 0.945, "", fontsize=10.5, color=REFERENCE, ha="right",
                         animated=True)
     wide, high = (int(inches * DPI) for inches in SIZE)

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ..records import Part, PoseStatistics
-from ..resting.splitting_graph import SplittingNode
+from ..resting.splitting_graph import SplittingNode, with_shares
 from .files import RASTER
 from .poses import poses_figure
-from .shares import shares_figure
+from .shares import name_method, shares_figure
 from .splitting import splitting_figure
 from .style import INK
 
@@ -33,24 +33,28 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     ----------
     part : Part
     found : sequence of PoseStatistics
-        Of that part, by one or two methods; the first is that of the pictures.
+        Of that part, by one or two methods; the first is that of the pictures and the graph.
     root : SplittingNode
         Of that part.
 
     Returns
     -------
     (height, width, 3) array of uint8
-        Above the poses on the plate, most probable first; below on the left probabilities with
-        90 % intervals, on the right the splitting graph, where there is more than one pose.
+        At the top the part and the scene; then the poses on the plate, most probable first; below
+        on the left probabilities with 90 % intervals, on the right the splitting graph with the
+        same probabilities, where there is more than one pose.
     """
-    above = poses_figure(part, found[0])
+    first = found[0]
+    above = poses_figure(part, first)
     across, _ = above.get_size_inches()
-    graph = splitting_figure(root, found[0].poses) if root.level is not None else None
+    graph = (splitting_figure(with_shares(root, first.poses), first.poses)
+             if root.level is not None else None)
     beside, high = graph.get_size_inches() if graph is not None else (0.0, 0.0)
     bars = shares_figure(found, (max(LEAST, across - beside), max(LEAST, high)))
     below = [_titled("Probability of each pose", bars)]
     if graph is not None:
-        below.append(_titled("Splitting graph: the sets it falls into as energy is lost", graph))
+        below.append(_titled("Splitting graph: the sets of poses as energy is lost, "
+                             f"{name_method(first)}", graph))
     return _stacked([_pixels(above), _side_by_side(below)])
 
 

@@ -27,6 +27,9 @@ PIXELS = 400
 HEAD = 0.62
 """Height of the text of a picture, inches."""
 
+TITLE = 0.65
+"""Height of the two lines above all pictures, inches."""
+
 WIDTH, PLATE = 3.0, 1.05
 """Width of a picture, and half the side of the plate, in radii."""
 
@@ -51,12 +54,12 @@ def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     pictures = pose_pictures(part, shown, found.radius)
     shape = pictures[0].shape[0] / pictures[0].shape[1]
     width, high = 2.9, 2.9 * shape + HEAD
-    figure = new_figure(max(width * columns, 5.0), high * rows + 0.4)
+    figure = new_figure(max(width * columns, 6.2), high * rows + TITLE)
     across, up = figure.get_size_inches()
     spare = 0.5 * (across - width * columns)
     for place, (pose, picture) in enumerate(zip(shown, pictures, strict=True)):
         row, column = divmod(place, columns)
-        left, bottom = spare + width * column, up - 0.4 - high * (row + 1) + 0.3
+        left, bottom = spare + width * column, up - TITLE - high * (row + 1) + 0.3
         axes = figure.add_axes((left / across, bottom / up, width / across,
                                 (high - HEAD) / up))
         axes.imshow(picture, interpolation="antialiased")
@@ -125,4 +128,4 @@ def _heading(found: PoseStatistics, shown: int) -> str:
            else f"estimated ({found.method})")
     rest = len(found.poses) - shown
     more = f"; {rest} less probable poses not shown" if rest else ""
-    return f"{found.part_id}: resting probabilities, {how}{more}"
+    return f"{found.part_id}: {found.scene}\nresting probabilities, {how}{more}"

@@ -55,15 +55,19 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
     return figure
 
 
+def name_method(found: PoseStatistics) -> str:
+    """Where probabilities come from, in two words."""
+    return f"{found.drops} drops" if found.drops else f"estimate ({found.method})"
+
+
 def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[int], aside: float,
                style: tuple[str, str]) -> None:
     color, hatch = style
     poses = {pose.index: pose for pose in found.poses}
-    label = f"{found.drops} drops" if found.drops else f"estimate ({found.method})"
     places = [place + aside for place in range(len(shown))]
     axes.barh(places, [100.0 * poses[index].probability for index in shown], height=0.9 * BAR,
               color=color, hatch=hatch, edgecolor="#4f7f9f" if hatch else color, linewidth=0.5,
-              label=label)
+              label=name_method(found))
     for place, index in zip(places, shown, strict=True):
         low, high = poses[index].probability_low, poses[index].probability_high
         if math.isfinite(low) and math.isfinite(high):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any
 
 from ..errors import RequestError
-from ..text import length_in_words
+from ..text import length_in_words, listed
 
 GRAVITY = 9.80665
 DEFAULT_RESTITUTION = 0.5
@@ -77,14 +78,14 @@ class DropScene:
                                f"{sides!r}", "0 takes round surfaces as the file has them")
 
 
-def describe_scene(restitution: float, drop_height: float | None,
+def describe_scene(restitution: float | Sequence[float], drop_height: float | None,
                    radius: float = math.nan) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
     Parameters
     ----------
-    restitution : float
-        0 <= restitution < 1.
+    restitution : float or sequence of float
+        0 <= restitution < 1; several where each was dropped with.
     drop_height : float or None
         Metres; None for the default number of part radii; NaN where the method ignores both
         height and restitution.
@@ -96,4 +97,6 @@ def describe_scene(restitution: float, drop_height: float | None,
     metres = DEFAULT_DROP_RADII * radius if drop_height is None else drop_height
     height = (f"{DEFAULT_DROP_RADII:g} part radii" if math.isnan(metres)
               else length_in_words(metres))
-    return f"released {height} above a frictionless plate, restitution {restitution:g}"
+    values = [restitution] if isinstance(restitution, (int, float)) else restitution
+    return (f"released {height} above a frictionless plate, restitution "
+            f"{listed([f'{one:g}' for one in values])}")

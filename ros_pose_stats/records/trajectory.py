@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .scene import describe_scene
+
 Array = NDArray[np.float64]
 
 
@@ -101,6 +103,11 @@ class Trajectory:
     angular_velocities: Array
     orientations: Array
     energies: Array
+
+    @property
+    def scene(self) -> str:
+        """How high the part was released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.restitution, self.drop_height)
 
     def __repr__(self) -> str:
         return (f"Trajectory({self.part_id!r}, {len(self.events)} events, "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -14,15 +13,15 @@ from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
-from ..resting.splitting_graph import SplittingNode, splitting_graph
+from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
 from ..simulation.simulate import simulate
 from .feeding import Feeding, feeding, refuse_unknown
 from .words import said_once
 
+TARGET_ERROR = 0.01
 MOST_DROPS = 5000
-LONGEST = 0.8
-"""Most drops, and seconds of dropping, where the number of drops is not given. A page should be
-there soon, and its intervals show how far the drops go."""
+"""Error that the drops of a page are to reach, and the most of them, where their number is not
+given: a page should be there soon, and a real plate adds five points anyway."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +38,12 @@ class Findings:
     estimates : tuple of PoseStatistics
         By every estimator, in the registry's order.
     graph : SplittingNode
-        Splitting graph for r, the levels of which are those for R too.
+        Splitting graph with the shares of the simulated drops.
     sphere : PoseSphere
     wanted : Feeding or None
         Numbers of a feeder that accepts some poses.
+    target_error : float
+        That the drops were to reach; 0 where their number was given.
     """
 
     part: Part
@@ -52,6 +53,7 @@ class Findings:
     graph: SplittingNode
     sphere: PoseSphere
     wanted: Feeding | None
+    target_error: float
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -79,8 +81,8 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     ----------
     part : Part
     drops : int, optional
-        Default: 5000, or as many as are done in 0.8 s. However many they were, the same
-        number with the same seed gives the same counts.
+        Default: as many as bring the error over the poses within a point, at most 5000. The
+        same request gives the same counts on every machine.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
     wanted : sequence of int
@@ -101,19 +103,15 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     if rate is not None or len(wanted):
         refuse_unknown(wanted, len(resting.poses), rate)
     prepare_kernels()
-    until = time.perf_counter() + LONGEST
-
-    def stop() -> bool:
-        asked = should_stop is not None and should_stop()
-        return asked or (drops is None and time.perf_counter() > until)
-
+    target = TARGET_ERROR if drops is None else 0.0
     simulated = simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
-                         drop_height, workers=workers, should_stop=stop,
+                         drop_height, target, workers, should_stop=should_stop,
                          cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     asked = feeding(simulated, wanted, rate) if len(wanted) else None
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     combined = hybrid_statistics(simulated, pose_prior(resting, scene))
-    return Findings(part, simulated, combined, tuple(estimates), splitting_graph(resting),
-                    pose_sphere(resting), asked)
+    graph = with_shares(splitting_graph(resting), simulated.poses)
+    return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
+                    asked, target)

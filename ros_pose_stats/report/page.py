@@ -63,9 +63,10 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     pictures = pose_pictures(part, first, found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
-        part=part, found=found, estimate=findings.best_estimate, wanted=findings.wanted,
-        groups=groups, shown=shown, size=size.tolist(), commands=commands,
+        part=part, found=found, target=findings.target_error,
+        estimate=findings.best_estimate, wanted=findings.wanted, groups=groups, shown=shown, size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
+        missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
         cards=[(group, _address("png", png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
@@ -88,8 +89,8 @@ def _template() -> Template:
     known.filters.update(
         percent=words.percent, millimetres=words.millimetres, degrees=words.degrees,
         in_millimetres=words.in_millimetres, three_digits=words.three_digits, units=words.units,
-        listed=listed, is_finite=math.isfinite, named=_named, numbered=_numbered,
-        direction=_direction,
+        listed=listed, is_finite=math.isfinite, begin=words.begin, named=_named,
+        numbered=_numbered, direction=_direction,
         times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound",
         share_of_bar=lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}")
     return known.get_template("page.html")

@@ -71,7 +71,12 @@ def in_words(warning: str) -> tuple[str, str, str]:
     """
     code, _, sentence = warning.partition(": ")
     heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
-    return heading, sentence[:1].upper() + sentence[1:], meaning
+    return heading, begin(sentence), meaning
+
+
+def begin(sentence: str) -> str:
+    """A sentence with a capital at its beginning."""
+    return sentence[:1].upper() + sentence[1:]
 
 
 def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:

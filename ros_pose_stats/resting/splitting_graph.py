@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..records import StablePose
 from .convex_body import foot_directions
 from .poses import RestingPoses
 
@@ -110,6 +111,50 @@ def splitting_graph(resting: RestingPoses, function: Function = "r") -> Splittin
     return root
 
 
+def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNode:
+    """The splitting graph with probabilities by any method, such as the shares of drops.
+
+    Each pose is at one end: a shelf that parts from its pose before is left out, since nothing
+    that has come to rest tells which of the two it went through.
+
+    Parameters
+    ----------
+    root : SplittingNode
+    poses : sequence of StablePose
+        All of the part; their probabilities are taken, an unknown one as 0.
+
+    Returns
+    -------
+    SplittingNode
+        Components have the sum over their poses, transitions are its shares (0 of nothing).
+    """
+    share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
+    held = {id(root): root.poses}
+    nodes = list(root.walk())
+    for node in nodes:
+        homes = {pose: _home(node, pose) for pose in held[id(node)]} if node.parts else {}
+        for part in node.parts:
+            held[id(part)] = tuple(pose for pose, home in homes.items() if home is part)
+    built: dict[int, SplittingNode] = {}
+    for node in reversed(nodes):
+        names = held[id(node)]
+        parts = tuple(built.pop(id(part)) for part in node.parts if id(part) in built)
+        if len(parts) == 1:
+            built[id(node)] = parts[0]
+        elif names:
+            total = sum(share.get(pose, 0.0) for pose in names)
+            built[id(node)] = replace(
+                node, poses=names, probability=total, parts=parts,
+                transitions=tuple(one.probability / total if total else 0.0 for one in parts))
+    return built[id(root)]
+
+
+def _home(node: SplittingNode, pose: int) -> SplittingNode:
+    """The part that a pose goes on into: of two with the pose, the one that is no mere shelf."""
+    return max((part for part in node.parts if pose in part.poses),
+               key=lambda part: (len(part.poses), part.probability))
+
+
 def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int, ...]]]:
     """Splits on the way to a pose: the level (metres), and the poses that are left below it.
 
@@ -119,9 +164,7 @@ def levels_above(root: SplittingNode, pose: int) -> list[tuple[float, tuple[int,
     node = root
     while node.level is not None and pose in node.poses:
         level = node.level
-        # Of two parts with the pose, the one that is no mere shelf of it.
-        node = max((part for part in node.parts if pose in part.poses),
-                   key=lambda part: (len(part.poses), part.probability))
+        node = _home(node, pose)
         if found and found[-1][0] - level < SAME_LEVEL * level:
             found[-1] = found[-1][0], node.poses
         else:

@@ -95,7 +95,8 @@ class TestTheFile:
         out = answer("dataset", *SMALL, "-o", file, "--shift", 1)
         found = read_dataset(file)
         assert f"70 random polyhedra with {len(found.body)} stable poses" in out
-        assert "280 drops, 4 of each at restitution 0.2; 0 did not settle" in out
+        assert "280 drops, 4 of each at each restitution; 0 did not settle" in out
+        assert "released 20 m above a frictionless plate, restitution 0.2\n" in out
         assert "shift 1 (inertia)" in out
         told = strict_json(answer("dataset", *SMALL, "-o", file, "--shift", 1, "--json"))
         assert told["poses"] == len(found.body)

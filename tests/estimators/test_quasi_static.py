@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -159,11 +161,60 @@ class TestPerturbed:
         assert change[1] == pytest.approx(2.0 * change[0], abs=1e-12)
 
 
-def test_perturbed_favours_the_larger_face():
-    resting = resting_poses(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.0)
-    change = pqse(resting) - qse(resting)
-    assert change[0] > 0.01  # on 2 x 3
-    assert change[5] < -0.005  # on 1 x 2
+def box_pairs(sides):
+    """Faces of a box by their normals' axes: area, share of all directions, arcs of the sides."""
+    areas, starts = [], []
+    for axis in range(3):
+        a, b = (sides[other] / 2.0 for other in range(3) if other != axis)
+        d = sides[axis] / 2.0
+        areas.append(4.0 * a * b)
+        starts.append(math.atan(a * b / (d * math.hypot(a, b, d))) / math.pi)
+    arc = {axis: 2.0 * math.atan(sides[axis] / math.hypot(
+        *(sides[other] for other in range(3) if other != axis))) for axis in range(3)}
+    return areas, starts, arc
+
+
+def test_perturbed_box_in_closed_form():
+    """Each face exchanges with the four around it: 0.4 of the arc over 4 pi, by area."""
+    sides = (1.0, 1.1, 1.2)
+    areas, starts, arc = box_pairs(sides)
+    mean = sum(areas) / 3.0
+    expected = {}
+    for axis in range(3):
+        gain = sum(2.0 * 0.4 * arc[3 - axis - other] / (4.0 * math.pi)
+                   * (areas[axis] - areas[other]) / mean for other in range(3) if other != axis)
+        expected[axis] = starts[axis] + gain
+    resting = resting_poses(part_from_mesh(*shapes.box(*sides)), 0.0)
+    for pose, probability in zip(resting.poses, pqse(resting), strict=True):
+        assert probability == pytest.approx(expected[int(np.abs(pose.down).argmax())], rel=1e-12)
+
+
+def test_perturbed_gives_no_more_than_a_face_has():
+    """The end of a bar would give more than it has: its neighbours get all of it."""
+    resting = resting_poses(part_from_mesh(*shapes.box(1.0, 1.0, 4.0)), 0.0)
+    for pose, probability in zip(resting.poses, pqse(resting), strict=True):
+        assert probability == pytest.approx(0.25 * (abs(pose.down[2]) < 0.5), abs=1e-15)
+
+
+@pytest.mark.parametrize("height", [0.2, 0.45, 2.0])
+def test_perturbed_takes_the_facets_of_one_pose_as_one_surface(height):
+    """A cylinder: the strip along each rim is 0.4 times the difference of base and side wide.
+
+    The two bases and the side are three surfaces, however many facets the side has.
+    """
+    found = {}
+    for sides in (64, 256):
+        part = part_from_mesh(*shapes.cylinder(sides, 0.5, height))
+        resting = resting_poses(part, round_sides=0)
+        (bases,) = {sum(share for pose, share in zip(resting.poses, pqse(resting), strict=True)
+                        if abs(pose.down[2]) > 0.5)}
+        found[sides] = bases
+    base, side = math.pi / 4.0, math.pi * height
+    rim = 2.0 * math.pi * 0.5 / math.hypot(0.5, height / 2.0)
+    start = 1.0 - height / 2.0 / math.hypot(0.5, height / 2.0)
+    gain = 2.0 * 0.4 * rim / (4.0 * math.pi) * (base - side) / ((2.0 * base + side) / 3.0)
+    assert found[256] == pytest.approx(min(max(start + gain, 0.0), 1.0), abs=2e-3)
+    assert found[64] == pytest.approx(found[256], abs=0.005)
 
 
 def test_nonlinear_is_eq_6_as_published():

@@ -20,7 +20,7 @@ def test_one_drawing_a_pose_most_probable_first_each_with_its_number():
     assert len(titles) == len(found.poses) == 6
     for title, pose in zip(titles, found.poses, strict=True):
         assert title.startswith(f"pose {pose.index}: {100 * pose.probability:.1f} %")
-    assert "block" in figure_texts(figure)
+    assert f"block: {found.scene}" in figure_texts(figure)
     assert "split" in figure_texts(figure)
 
 

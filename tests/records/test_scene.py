@@ -22,6 +22,11 @@ def test_it_says_how_high_and_how_bouncy(height, radius, sentence):
     assert describe_scene(0.5, height, radius) == sentence
 
 
+def test_a_study_names_all_its_restitutions():
+    assert describe_scene((0.2, 0.5, 0.8), 20.0) == (
+        "released 20 m above a frictionless plate, restitution 0.2, 0.5 and 0.8")
+
+
 def test_results_carry_it():
     dropped = simulate(PART, 10, seed=1, workers=1, restitution=0.3)
     assert dropped.scene == describe_scene(0.3, None, dropped.radius)

@@ -1,4 +1,6 @@
-"""What a report finds out, and how long it may take."""
+"""What a report finds out, and how many drops it takes."""
+
+import time
 
 import pytest
 
@@ -21,19 +23,38 @@ def test_every_method_is_asked_about_the_same_poses():
     assert len(set(found.warnings)) == len(found.warnings)
 
 
-def test_dropping_ends_in_time_and_what_was_done_can_be_had_again(monkeypatch):
-    monkeypatch.setattr(findings, "LONGEST", 0.0)
-    part = part_from_mesh(*box(0.04, 0.03, 0.02))
-    short = investigate(part, seed=5, workers=1).simulated
-    assert 0 < short.drops < findings.MOST_DROPS
-    again = simulate(part, short.drops, seed=5, workers=1)
-    assert [pose.count for pose in again.poses] == [pose.count for pose in short.poses]
+def counts(found):
+    return {pose.index: pose.count for pose in found.poses}
 
 
-def test_drops_that_are_asked_for_are_all_done(monkeypatch):
-    monkeypatch.setattr(findings, "LONGEST", 0.0)
+def test_as_many_drops_as_the_error_takes_on_every_machine():
+    """The same drops from one slow worker as from three; and no drop but those of the seed."""
     part = part_from_mesh(*box(0.04, 0.03, 0.02))
-    assert investigate(part, drops=400, seed=5).simulated.drops == 400
+
+    def idle():
+        time.sleep(0.02)
+        return False
+
+    found = investigate(part, seed=5, workers=3)
+    slow = investigate(part, seed=5, workers=1, should_stop=idle).simulated
+    assert found.target_error == findings.TARGET_ERROR
+    assert found.simulated.expected_error <= findings.TARGET_ERROR
+    assert found.simulated.drops < findings.MOST_DROPS
+    assert counts(slow) == counts(found.simulated) == counts(
+        simulate(part, found.simulated.drops, seed=5, workers=1))
+
+
+def test_where_the_bound_comes_first_the_page_says_so(monkeypatch):
+    monkeypatch.setattr(findings, "MOST_DROPS", 200)
+    found = investigate(part_from_mesh(*box(0.04, 0.03, 0.02)), seed=5, workers=1)
+    assert found.simulated.drops == 200
+    assert [code for code in found.warnings if code.startswith("TARGET_MISSED")]
+
+
+def test_drops_that_are_asked_for_are_all_done():
+    part = part_from_mesh(*box(0.04, 0.03, 0.02))
+    asked = investigate(part, drops=4000, seed=5)
+    assert (asked.simulated.drops, asked.target_error) == (4000, 0.0)
     stopped = investigate(part, drops=10**6, seed=5, should_stop=lambda: True).simulated
     assert stopped.drops < 10**6
 

@@ -58,6 +58,31 @@ def read(page):
     return Reader(page)
 
 
+def test_the_first_sentence_names_the_scene_and_all_its_numbers_are_the_drops(read):
+    """Headline, cards, graph, feeder and table are one story: that of the counts."""
+    found = block().simulated
+    words = " ".join(read.texts)
+    assert f"{found.scene[0].upper()}{found.scene[1:]}, this part comes to rest in" in words
+    best = max({pose.group_probability for pose in found.poses})
+    assert f"{100 * best:.1f} % of 300 simulated drops" in words
+    assert "of the 300 simulated drops that came to rest below it" in words
+
+
+@pytest.mark.parametrize("name", ["clamp", "gear", "hex_bolt", "cylinder"])
+def test_the_splitting_graph_shows_the_shares_of_the_table(name):
+    findings = demo(name)
+    told = {pose.index: pose.probability for pose in findings.simulated.poses}
+    ends = [node for node in findings.graph.walk() if not node.parts]
+    assert sorted(node.poses for node in ends) == [(index,) for index in sorted(told)]
+    assert {node.poses[0]: node.probability for node in ends} == pytest.approx(told)
+    for node in findings.graph.walk():
+        assert node.probability == pytest.approx(sum(told[pose] for pose in node.poses))
+        if node.parts and node.probability:
+            assert [part.probability / node.probability for part in node.parts] == \
+                pytest.approx(node.transitions)
+            assert sum(node.transitions) == pytest.approx(1.0)
+
+
 def test_nothing_is_asked_of_a_network(page, read):
     assert all(address.startswith("data:") for address in read.addresses)
     assert not re.search(r"https?://(?!www\.w3\.org)", re.sub(r"base64,[^\"]*", "", page))

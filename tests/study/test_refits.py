@@ -7,13 +7,9 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 from ros_pose_stats.estimators.energy_absorption import COMBINED_WEIGHT
-from ros_pose_stats.estimators.quasi_static import (
-    NQSE_COEFFICIENTS,
-    PQSE_SHARE,
-    perturbed_quasi_static,
-)
+from ros_pose_stats.estimators.quasi_static import NQSE_COEFFICIENTS
 from ros_pose_stats.study.errors.simulated_poses import SimulatedPoses, pooled
-from ros_pose_stats.study.table.refits import FEWEST_BODIES, SHARES, refits
+from ros_pose_stats.study.table.refits import FEWEST_BODIES, refits
 from tests.study.tables import compared, drawn, shipped, some, told
 
 BODIES, DROPS = 300, 300
@@ -28,12 +24,7 @@ def simulated_of(dataset):
 
 
 def fitted(dataset, bodies=BODIES):
-    known, estimated = told(bodies)
-    return {one.name: one for one in refits(estimated, *simulated_of(dataset), known)}
-
-
-def shares(known, share):
-    return np.concatenate([perturbed_quasi_static(one, share) for one in known])
+    return {one.name: one for one in refits(told(bodies)[1], *simulated_of(dataset))}
 
 
 class TestKnownCoefficients:
@@ -50,32 +41,20 @@ class TestKnownCoefficients:
 
     def test_nonlinear_coefficients(self):
         """Binomial counts of each pose by itself, as f leaves the sums of a body open."""
-        known, estimated = told(BODIES)
+        estimated = told(BODIES)[1]
         x = estimated["qse"]
         mean = x + x * (1.0 - x) * np.polynomial.polynomial.polyval(x, (-0.7, 6.0, -9.0, 2.0))
         body, settled = some(BODIES).body, np.full(len(x), DROPS)
         random = np.random.default_rng(12)
         single = {one: SimulatedPoses(body, random.binomial(DROPS, np.clip(mean, 0.0, 1.0)),
                                       settled) for one in (0.2, 0.5, 0.8)}
-        found = next(refits(estimated, pooled(list(single.values())), single, known))
+        found = next(refits(estimated, pooled(list(single.values())), single))
         assert mean.min() > 0.0
         assert found.name == "NQSE"
         assert found.published == NQSE_COEFFICIENTS
         away = np.subtract(found.fitted, (-0.7, 6.0, -9.0, 2.0))
         assert np.all(np.abs(away) < SIGMAS * np.array(found.standard_error))
         assert np.all(np.array(found.standard_error) < (0.1, 1.0, 4.0, 4.0))
-
-    @pytest.mark.parametrize("share", [0.5, 1.1])
-    def test_redistributed_share(self, share):
-        found = fitted(drawn(some(BODIES), shares(told(BODIES)[0], share), DROPS, 13))["PQSE"]
-        assert found.published == (PQSE_SHARE,)
-        assert found.fitted[0] == pytest.approx(share, abs=SIGMAS * found.standard_error[0] + 0.01)
-        assert found.standard_error[0] < 0.05
-
-    def test_a_share_beyond_the_end_stays_there(self):
-        found = fitted(drawn(some(BODIES), told(BODIES)[1]["csae"], DROPS, 14))["PQSE"]
-        assert SHARES[0] <= found.fitted[0] <= SHARES[1]
-        assert found.error <= found.published_error
 
 
 @pytest.fixture(scope="module")
@@ -110,19 +89,8 @@ class TestAnOptimizer:
         name = "combined" if restitution is None else f"combined, {restitution:g}"
         assert fits[name].fitted[0] == pytest.approx(best.x, abs=1e-6)
 
-    def test_share(self):
-        """To a tenth of the standard error; no share of a fine grid is better."""
-        known = told(BODIES)[0]
-        every, _ = simulated_of(some(BODIES))
-        found = fitted(some(BODIES))["PQSE"]
-        grid = np.linspace(0.0, SHARES[1], 131)
-        misfit = [np.mean((np.tile(shares(known, share), 3) - every.probability) ** 2)
-                  for share in grid.tolist()]
-        best = grid[np.argmin(misfit)]
-        assert found.fitted[0] == pytest.approx(best, abs=0.02 + found.standard_error[0] / 10.0)
-
 
 def test_few_bodies_are_fitted_nothing_to():
     assert fitted(some(FEWEST_BODIES - 1), FEWEST_BODIES - 1) == {}
     assert set(fitted(some(FEWEST_BODIES), FEWEST_BODIES)) == {
-        "NQSE", "combined", "combined, 0.2", "combined, 0.5", "combined, 0.8", "PQSE"}
+        "NQSE", "combined", "combined, 0.2", "combined, 0.5", "combined, 0.8"}

@@ -46,11 +46,11 @@ KNOWN_BY_RESTITUTION = {"meae": (5.2, 3.2, 2.8), "combined": (4.5, 2.8, 3.6),
 BEST_WEIGHTS = (0.67, 0.81, 1.00)
 """Best c of Eq. 9 there. It was sought from 0 to 1, so that 1.00 stands for all beyond."""
 
-OWN_READING = "pqse"
-"""The rule of [25] is not in the paper; ours redistributes otherwise and does better."""
-
 TIED = {"nqse", "eae"}
 """Indistinguishable at shift 0; the paper's data set them 0.6 points apart."""
+
+TURNED = {"pqse", "qse"}
+"""0.2 points apart on the paper's bodies, and 0.16 the other way on ours (standard error 0.07)."""
 
 
 def allowed(error, rounding):
@@ -72,7 +72,7 @@ class TestAnotherImplementation:
     def test_errors(self, both):
         """Its 100 drops scatter as ours do when the first 100 alone are taken."""
         ours, known = both
-        for name in ESTIMATORS.keys() - {OWN_READING, "split"}:
+        for name in ESTIMATORS.keys() & known:
             row = ours.row(name)
             error = math.hypot(row.pooled.standard_error, row.first.standard_error)
             assert 100.0 * row.pooled.error == pytest.approx(known[name],
@@ -117,16 +117,29 @@ class TestAnotherImplementationAtShiftAQuarter:
 
 class TestThePaper:
     def test_within_a_point_of_table_one_without_shift(self):
-        for name in ("csae", "adre", "qse", "nqse", "eae", "meae", "combined"):
+        for name in ("csae", "adre", "qse", "pqse", "nqse", "eae", "meae", "combined"):
             assert compared().row(name).pooled.error == pytest.approx(paper.ERRORS[name],
                                                                       abs=0.01)
+
+    def test_pqse_errs_as_in_table_one_without_shift_and_has_lost_the_trend_of_qse(self):
+        """The paper: its error is 7.2 points, and its predictions lack the nonlinear trend."""
+        found, every = compared(), pooled([
+            shipped().simulated(one) for one in shipped().spec.restitutions])
+        row = found.row("pqse")
+        assert row.pooled.error == pytest.approx(paper.ERRORS["pqse"],
+                                                 abs=2.0 * row.pooled.standard_error + 0.0005)
+        slope = {name: np.polyfit(told, every.probability - told, 1)[0] for name, told in (
+            (name, np.concatenate([one[name] for one in found.estimates.values()]))
+            for name in ("qse", "pqse"))}
+        assert slope["qse"] > 0.1
+        assert abs(slope["pqse"]) < 0.02
 
     def test_the_order_of_the_estimators_without_shift(self):
         ours = {row.name: row.pooled.error for row in compared().rows if row.name in paper.ERRORS}
         names = sorted(ours, key=lambda name: -paper.ERRORS[name])
         turned = {frozenset((worse, better)) for k, worse in enumerate(names)
                   for better in names[k + 1:] if ours[worse] <= ours[better]}
-        assert {pair for pair in turned if OWN_READING not in pair} <= {frozenset(TIED)}
+        assert turned <= {frozenset(TIED), frozenset(TURNED)}
 
     def test_tied_estimators_differ_by_less_than_two_standard_errors(self):
         dataset, found = shipped(), compared()
@@ -289,7 +302,9 @@ class TestText:
     def test_the_paper_s_figures_stand_beside_ours(self):
         found = compared()
         text = table_text(found)
-        assert text.startswith("### Shift 0 (inertia), 1057 bodies, 1000 drops")
+        assert text.startswith(
+            "### Shift 0 (inertia), 1057 bodies, 1000 drops of each, released 20 m above a "
+            "frictionless plate, restitution 0.2, 0.5 and 0.8\n")
         row = next(line for line in text.splitlines() if line.startswith("| MEAE "))
         cells = [cell.strip() for cell in row.strip("|").split("|")]
         one = found.row("meae")

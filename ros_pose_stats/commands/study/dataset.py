@@ -117,18 +117,17 @@ def _report(file: Path, seconds: float, as_json: bool) -> None:
     spec, arrays = dataset.spec, dataset.arrays
     drops = spec.bodies * len(spec.restitutions) * spec.drops
     unsettled = drops - int(arrays["settled"].sum())
-    found = {"file": str(file), **spec.as_dict(), "poses": len(dataset.body),
+    found = {"file": str(file), "scene": spec.scene, **spec.as_dict(), "poses": len(dataset.body),
              "drops_in_all": drops, "unsettled": unsettled,
              "redraws": int(arrays["redraws"].sum()), "bytes": file.stat().st_size,
              "seconds": seconds}
     if as_json:
         print_json(found)
         return
-    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB\n"
+    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB, {spec.scene}\n"
           f"{spec.bodies} random polyhedra with {len(dataset.body)} stable poses, "
           f"shift {spec.shift:g} ({spec.shift_moment}), {found['redraws']} drawn anew\n"
-          f"{drops} drops, {spec.drops} of each at restitution "
-          f"{', '.join(f'{one:g}' for one in spec.restitutions)}; {unsettled} did not settle\n"
+          f"{drops} drops, {spec.drops} of each at each restitution; {unsettled} did not settle\n"
           f"took {seconds:.1f} s")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import RequestError
 from ...records import DropScene
+from ...records.scene import describe_scene
 from ...shapes.random_polyhedra import check_shift
 
 PAPER_BODIES = 1057
@@ -61,6 +62,11 @@ class DatasetSpec:
     shift_moment: str = "inertia"
     seed: int = 1
     drop_height: float = PAPER_DROP_HEIGHT
+
+    @property
+    def scene(self) -> str:
+        """How high the bodies were released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.restitutions, self.drop_height)
 
     def __post_init__(self) -> None:
         _within("bodies", self.bodies, MOST_BODIES)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimators import ESTIMATORS
+from ...records.scene import describe_scene
 from ..output import plain
 from .dice import SOURCE
 
@@ -59,8 +60,6 @@ class Misfit(NamedTuple):
         Root mean square over the dice of the difference in the probability of the four sides.
     standard_error : float
         Of `rms`, from the finite numbers of rolls and drops.
-    fitted : bool
-        Whether a coefficient of the method was fitted to these dice, so that `rms` flatters it.
     """
 
     method: str
@@ -68,7 +67,6 @@ class Misfit(NamedTuple):
     restitution: float | None
     rms: float
     standard_error: float
-    fitted: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +116,15 @@ class PrismResults:
     stopped: bool
     seconds: float
 
+    @property
+    def scene(self) -> str:
+        """How high the prisms were released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(tuple(self.simulated), None)
+
     def as_dict(self) -> dict[str, Any]:
         """The results as plain values that JSON can hold; every number is finite."""
-        return {"level": LEVEL, **plain(self), "simulated": _by_restitution(self.simulated),
+        return {"level": LEVEL, "scene": self.scene, **plain(self),
+                "simulated": _by_restitution(self.simulated),
                 "dice_simulated": _by_restitution(self.dice_simulated)}
 
 
@@ -154,11 +158,12 @@ def prisms_text(results: PrismResults) -> str:
 
 
 def _heading(results: PrismResults) -> list[str]:
-    return ["Square prisms: probability of the four sides together (section 5.B, Fig. 5)",
+    return [f"Square prisms, {results.scene}",
+            "probability of the four sides together (section 5.B, Fig. 5)",
             "",
             f"dice: {SOURCE}",
-            f"simulation: {results.dice_drops} drops for each die and restitution, released from "
-            f"{results.release_radii:g} radii, seed {results.seed}"]
+            f"simulation: {results.dice_drops} drops for each die and restitution, seed "
+            f"{results.seed}"]
 
 
 def _misfits(results: PrismResults) -> list[str]:
@@ -166,14 +171,11 @@ def _misfits(results: PrismResults) -> list[str]:
              f"{'':<30} {'points':>8} {'points':>16}"]
     lines += [_row(misfit) for misfit in results.misfits]
     lines.append(f"{'sampling noise of the dice':<30} {_points(results.sampling_noise):>8}")
-    if any(misfit.fitted for misfit in results.misfits):
-        lines += ["", "* has a coefficient that was fitted to these dice: no test of it"]
     return lines
 
 
 def _row(misfit: Misfit) -> str:
-    title = f"{misfit.title} *" if misfit.fitted else misfit.title
-    return f"{title:<30} {_points(misfit.rms):>8} {_points(misfit.standard_error):>16}"
+    return f"{misfit.title:<30} {_points(misfit.rms):>8} {_points(misfit.standard_error):>16}"
 
 
 def _dice(results: PrismResults) -> list[str]:
@@ -236,9 +238,7 @@ def draw_prisms(results: PrismResults) -> Figure:
 
 
 def _curves(results: PrismResults, names: Sequence[str]) -> list[tuple[str, Array]]:
-    fitted = {misfit.method for misfit in results.misfits if misfit.fitted}
-    return [(f"{ESTIMATORS[name].title} (fitted to the dice)" if name in fitted
-             else ESTIMATORS[name].title, results.estimated[name]) for name in names]
+    return [(ESTIMATORS[name].title, results.estimated[name]) for name in names]
 
 
 def _rows(points: tuple[SidesPoint, ...]) -> Array:

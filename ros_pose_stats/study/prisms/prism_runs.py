@@ -33,8 +33,6 @@ DROPS, DICE_DROPS = 1000, 2000
 DEFAULT_SEED = 1
 OF_CURVE, OF_DICE, OF_ERRORS = range(3)
 """Streams of random numbers."""
-FITTED = ("pqse",)
-"""Estimators with a coefficient that was fitted to the dice."""
 
 
 def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT_SEED, *,
@@ -146,7 +144,7 @@ def _gathered(done: Iterable[tuple[_Drops, SidesPoint]], stream: int) -> Points:
 def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple[Misfit, ...]:
     error_seed = _seed(seed, OF_ERRORS)
     found = [Misfit(name, ESTIMATORS[name].title, None, root_mean_square(sides),
-                    standard_error(sides, seed=error_seed), name in FITTED)
+                    standard_error(sides, seed=error_seed))
              for name, sides in estimated.items()]
     for restitution, points in simulated.items():
         if len(points) < len(DICE):
@@ -154,7 +152,7 @@ def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple
         sides = [point.probability for point in points]
         error = standard_error(sides, [point.trials for point in points], seed=error_seed)
         found.append(Misfit("simulation", f"simulation, restitution {restitution:g}",
-                            restitution, root_mean_square(sides), error, False))
+                            restitution, root_mean_square(sides), error))
     # Equal but for rounding (CSAE and QSE): in the order of the registry.
     return tuple(sorted(found, key=lambda misfit: round(misfit.rms, 12)))
 

@@ -67,7 +67,7 @@ def _compared(dataset: Dataset, found: dict[float, dict[str, Array]], poses: lis
         combined=combined_row(dataset, poses, first) if spec.drops > first else None,
         calibration={one: calibration(of_first[one], dataset.rest(one, first))
                      for one in spec.restitutions if spec.drops > first},
-        refits=tuple(refits(_first(found), every, single, poses)), outliers=(), estimates=found,
+        refits=tuple(refits(_first(found), every, single)), outliers=(), estimates=found,
         seconds=0.0)
 
 

@@ -12,11 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from ...estimators.energy_absorption import COMBINED_WEIGHT
-from ...estimators.quasi_static import NQSE_COEFFICIENTS, PQSE_SHARE, perturbed_quasi_static
-from ...resting.poses import RestingPoses
+from ...estimators.quasi_static import NQSE_COEFFICIENTS
 from ..errors.bootstrap import body_bootstrap
 from ..errors.partition import accuracy
 from ..errors.simulated_poses import SimulatedPoses
@@ -27,17 +25,10 @@ Array = NDArray[np.float64]
 FEWEST_BODIES = 20
 """Least number of bodies; with fewer, some resamples do not determine four coefficients."""
 
-SHARES = 0.0, 2.6
-"""Redistributed shares of PQSE between which the best is sought."""
-
-SHARE_STEP = 0.1
-"""Distance of shares on either side of the best. A parabola through the three misfits gives the
-best share of a resample."""
-
 
 def refits(estimates: dict[str, Array], pooled: SimulatedPoses,
-           single: dict[float, SimulatedPoses], poses: list[RestingPoses]) -> Iterator[Refit]:
-    """Fit Eq. 6 and Eq. 9 pooled, Eq. 9 at each restitution, and PQSE's share.
+           single: dict[float, SimulatedPoses]) -> Iterator[Refit]:
+    """Fit Eq. 6 and Eq. 9 pooled, and Eq. 9 at each restitution.
 
     The result is empty where there are too few bodies.
 
@@ -47,18 +38,15 @@ def refits(estimates: dict[str, Array], pooled: SimulatedPoses,
     pooled : SimulatedPoses
         All restitutions after each other.
     single : dict of float to SimulatedPoses
-    poses : list of RestingPoses
-        Of all bodies.
     """
     body = next(iter(single.values())).body
-    if len(poses) < FEWEST_BODIES:
+    if len(np.unique(body)) < FEWEST_BODIES:
         return
     yield _nonlinear(estimates["qse"], body, pooled, len(single))
     two = estimates["meae"], estimates["nqse"]
     yield _weight("combined", np.tile(two[0], len(single)), np.tile(two[1], len(single)), pooled)
     for restitution, simulated in single.items():
         yield _weight(f"combined, {restitution:g}", *two, simulated)
-    yield _share(poses, pooled, len(single))
 
 
 def _nonlinear(qse: Array, body: NDArray[np.int64], pooled: SimulatedPoses,
@@ -88,31 +76,6 @@ def _weight(name: str, meae: Array, nqse: Array, simulated: SimulatedPoses) -> R
 
     return Refit(name, (COMBINED_WEIGHT,), fitted, errors, error(COMBINED_WEIGHT),
                  error(fitted[0]))
-
-
-def _share(poses: list[RestingPoses], pooled: SimulatedPoses, times: int) -> Refit:
-    """The share of PQSE with the smallest error."""
-    def estimated(share: float) -> Array:
-        return np.tile(np.concatenate([perturbed_quasi_static(one, share) for one in poses]),
-                       times)
-
-    def squares(share: float) -> Array:
-        return np.asarray((estimated(share) - pooled.probability) ** 2)
-
-    best = float(minimize_scalar(lambda share: squares(share).mean(), bounds=SHARES,
-                                 method="bounded", options={"xatol": 0.005}).x)
-    middle = min(max(best, SHARE_STEP), SHARES[1] - SHARE_STEP)
-    three = [squares(middle + away) for away in (-SHARE_STEP, 0.0, SHARE_STEP)]
-
-    def lowest(sums: Array) -> Array:
-        a, b, c = sums
-        return np.asarray(np.clip(middle + 0.5 * SHARE_STEP * (a - c) / (a - 2.0 * b + c),
-                                  *SHARES))
-
-    spread = body_bootstrap(pooled.body, np.stack(three, axis=1), lowest)
-    return Refit("PQSE", (PQSE_SHARE,), (best,), (float(spread.std(ddof=1)),),
-                 accuracy(estimated(PQSE_SHARE), pooled).error,
-                 accuracy(estimated(best), pooled).error)
 
 
 def _least_squares(basis: Array, target: Array,

@@ -65,8 +65,7 @@ class Refit(NamedTuple):
     Attributes
     ----------
     name : str
-        `NQSE` (Eq. 6), `combined` (Eq. 9), with the restitution where it is for one alone, or
-        `PQSE` (this project's reading).
+        `NQSE` (Eq. 6) or `combined` (Eq. 9), with the restitution where it is for one alone.
     published, fitted, standard_error : tuple of float
         The error by a bootstrap over bodies.
     error : float
@@ -156,7 +155,7 @@ class TableResults:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON, the estimates left out."""
         return {
-            "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
+            "scene": self.spec.scene, "spec": self.spec.as_dict(), "shapes": plain(self.shapes),
             "estimators": [_row(row) for row in self.rows], "first_drops": self.first,
             "combined": plain(self.combined),
             "noise_of_100": plain(self.noise), "pooled_noise_of_100": plain(self.pooled_noise),

@@ -17,7 +17,7 @@ def table_text(found: TableResults) -> str:
 def _sections(found: TableResults) -> Iterator[str]:
     spec = found.spec
     yield (f"### Shift {spec.shift:g} ({spec.shift_moment}), {spec.bodies} bodies, "
-           f"{spec.drops} drops of each at each restitution\n\n"
+           f"{spec.drops} drops of each, {spec.scene}\n\n"
            "Errors in points, noise removed, ± standard error (bootstrap over bodies). `largest` "
            "is the largest deviation from simulation, noise included: the paper's in "
            f"{paper.DROPS} drops, here in the first {found.first} and in all. `hybrid` was given "
