@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import math
 import pickle
 
 import numpy as np
@@ -82,6 +83,22 @@ class TestEstimate:
         for method, radii in (("combined", 5.1), ("split", 1.2)):
             high = ros_pose_stats.estimate(self.part, method, drop_height=radii * 0.0270)
             assert high.warnings == ()
+
+    @pytest.mark.parametrize("radii", [1e-6, 0.4, 1.0, 4.99, 5.0, 20.0])
+    def test_every_method_blind_to_the_height_says_so_from_touching_up(self, radii):
+        radius = ros_pose_stats.estimate(self.part).radius
+        for one in ros_pose_stats.estimate_all(self.part, drop_height=radii * radius):
+            told = [line for line in one.warnings if line.startswith("LOW_DROP: ")]
+            assert len(told) == (radii < 5.0 and one.method != "split"), one.method
+            assert one.as_dict()["warnings"] == list(one.warnings)
+            assert math.isnan(one.drop_height) == (one.method != "split")
+
+    def test_a_method_that_knows_the_height_tells_of_a_larger_error_below_two_radii(self):
+        radius = ros_pose_stats.estimate(self.part).radius
+        low, high = (ros_pose_stats.estimate(self.part, drop_height=radii * radius)
+                     for radii in (0.5, 20.0))
+        assert low.expected_error > high.expected_error
+        assert low.largest_error > high.largest_error > high.expected_error
 
     @pytest.mark.parametrize("method", ["", "MEAE", "simulation", None])
     def test_unknown_methods_are_refused(self, method):

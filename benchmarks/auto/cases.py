@@ -14,7 +14,7 @@ from ros_pose_stats.planning.confidence import pose_prior
 from ros_pose_stats.resting.poses import RestingPoses
 from ros_pose_stats.simulation.drops import DropChunk
 from ros_pose_stats.statistics.posterior import PosePrior
-from training.families import family_options, family_part, family_poses
+from training.families import FAMILIES, family_options, family_part, family_poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -22,11 +22,8 @@ Index = NDArray[np.int64]
 SERIES = 4242
 """Seed of the parts; the reference datasets and the fits have others."""
 
-KINDS = ("polyhedra 0", "ellipsoids", "polyhedra 0.25", "machined",
-         "polyhedra 0.65 second", "rounds", "polyhedra 1", "plates",
-         "polyhedra 0", "lumps", "polyhedra 0.25", "prisms",
-         "polyhedra 0.65 second", "cornered", "polyhedra 1", "weighted")
-"""Families of the parts, which take turns: every other one is a random polyhedron."""
+KINDS = FAMILIES
+"""Families of the parts, which take turns."""
 
 RESTITUTIONS = (0.2, 0.5, 0.8)
 SEQUENCE, REFERENCE = 10_000, 20_000

@@ -13,6 +13,7 @@ from ..report import DOCS, collect_results, write_page
 from ..results import Section, save
 from .cases import Case, drop_parts, read_cases, write_cases
 from .choosing import choosing
+from .promises import promises
 from .sharpening import coverage, drops_needed, sharpening
 
 PARTS = 200
@@ -23,6 +24,7 @@ def sections(cases: Sequence[Case]) -> Iterator[Section]:
     yield sharpening(cases)
     yield drops_needed(cases)
     yield coverage(cases)
+    yield from promises(cases)
     yield from choosing(cases)
 
 

@@ -27,8 +27,7 @@ HALF = 0.5
 
 ERROR_TIMED = (
     "Root mean square error over all poses, in points, against {} reference drops of each part "
-    "with their noise taken off; {} parts that no fit has seen, every other one a random "
-    "polyhedron of one of four shifts of the centre of mass, the rest of eight other families, at "
+    "with their noise taken off; {} parts that no fit has seen, of {} families in turn, at "
     "restitution 0.2, 0.5 and 0.8. `estimate`: {} alone; `drops`: count / n; "
     "`hybrid`: both. `told`: root mean square of hybrid's expected errors. Not times.")
 COVERAGE_TIMED = (
@@ -60,7 +59,8 @@ def sharpening(cases: Sequence[Case]) -> Section:
         }, (Target("hybrid / better", ratio, WORSE),)))
     reference = int(cases[0].reference.sum())
     return Section("hybrid_error", "Estimate and drops combined", ERROR_TIMED.format(
-        reference, len({one.number for one in cases}), FITTED_METHOD), tuple(rows))
+        reference, len({one.number for one in cases}), len({one.family for one in cases}),
+        FITTED_METHOD), tuple(rows))
 
 
 def coverage(cases: Sequence[Case]) -> Section:

@@ -42,8 +42,9 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
                          help="number of drops, or the most where a target error is given "
                          f"(default: {shown})")
     command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
-                         metavar="E", help="stop once the expected error is down to this "
-                         "fraction; 0.01 is one percentage point (default: none)")
+                         metavar="E", help="stop once the root mean square error over "
+                         "the poses is within this fraction with 90 %% confidence; 0.01 is one "
+                         "percentage point (default: none)")
     command.add_argument("--seed", type=read_count, metavar="S",
                          help="the same seed gives the same counts (default: a fresh one, "
                          "which is printed)")

@@ -75,9 +75,9 @@ class ProgressBar:
 def drops_done(progress: DropProgress) -> tuple[float, str]:
     """Progress of a simulation, as a share and as a text."""
     share = progress.drops / progress.bound
-    if progress.target_error > 0.0 and math.isfinite(progress.expected_error):
+    if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
         # The error falls with the root of the drops.
-        share = max(share, min(1.0, (progress.target_error / progress.expected_error) ** 2))
+        share = max(share, min(1.0, (progress.target_error / progress.error_bound) ** 2))
     error = ("" if math.isnan(progress.expected_error)
              else f", error {100.0 * progress.expected_error:.2f} points")
     return share, (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "

@@ -6,7 +6,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,14 +17,11 @@ from ..estimators.registry import estimator
 from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
 from ..resting.poses import RestingPoses
-from ..statistics.intervals import DEFAULT_LEVEL
-from ..statistics.posterior import PosePrior, error_quantile
+from ..statistics.error_bound import Judged, judge_counts, judge_posterior
+from ..statistics.posterior import PosePrior
 from ..statistics.posterior.fitted import FITTED_METHOD
 
 Counts = NDArray[np.int64]
-
-BOUND = f"{100.0 * DEFAULT_LEVEL:.0f} % bound of the error"
-"""What the drops of `auto` are judged by, for a sentence."""
 
 FIRST_LOOK = 10
 """Drops before the first look at the error: an estimate may need no more."""
@@ -34,10 +31,6 @@ WORTHLESS = 0.02
 
 SOON = 1.4
 """The first look, in drops for which the expected error is the target; its bound needs more."""
-
-AT_A_LOOK = 0.92
-"""Asked of the bound wherever it is looked at. A run stops at the first look that finds it low
-enough, by luck at times: so nine out of ten are left that keep the target."""
 
 LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
@@ -137,17 +130,11 @@ def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
     return max(FIRST_LOOK, int(SOON * needed))
 
 
-def prior_bound(prior: PosePrior) -> Callable[[Counts], float]:
-    """The bound of the error by the counts and an estimate."""
-    return lambda counts: prior.updated(counts).error_quantile(AT_A_LOOK)
-
-
-def plain_bound(counts: Counts) -> float:
-    """The bound of the error by the counts alone; infinite where nothing was counted."""
-    total = float(counts.sum())
-    if total == 0.0:
-        return math.inf
-    return error_quantile((counts + 0.5) / (total + 0.5 * counts.size), total, AT_A_LOOK)
+def judge_drops(prior: PosePrior | None, counts: Counts) -> Judged:
+    """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
+    if prior is None or prior.contradicted(counts).any():
+        return judge_counts(counts)
+    return judge_posterior(prior.updated(counts))
 
 
 def points(error: float) -> str:

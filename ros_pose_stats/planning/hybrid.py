@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
@@ -16,7 +18,8 @@ from ..resting.poses import resting_poses
 from ..simulation.simulate import simulate
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
-from .confidence import FIRST_LOOK, pose_prior
+from ..text import percent, ranges, several
+from .confidence import FIRST_LOOK, judge_drops, pose_prior
 
 
 def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -29,7 +32,9 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     """Drop a part, and take an estimate as if it were drops already made.
 
     How many drops the estimate is worth is judged by its expected error on this part, and by
-    how well the counts agree with it. Poses that symmetry makes equal share their counts.
+    how well the counts agree with it. Poses that symmetry makes equal share their counts. Where
+    drops contradict the estimate beyond both errors, the answer is that of the drops alone, with
+    the method `simulation` and the warning `CONFLICT`.
 
     Parameters
     ----------
@@ -45,8 +50,9 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     drop_height : float, optional
         Height of the centre of mass at release, metres. Default: 20 part radii.
     target_error : float
-        Stop once the expected error is down to this fraction; looked at after 10 drops, and
-        then where it may be reached. 0 asks for all drops.
+        Stop once the root mean square error over the poses is within this fraction with 90 %
+        confidence; looked at after 10 drops, and then where it may be reached. 0 asks for all
+        drops.
     workers : int, optional
         Threads; default: all cores.
     on_progress, should_stop : callable, optional
@@ -72,7 +78,7 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     prior = pose_prior(resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
-    judge = Judge(lambda counts: prior.updated(counts).expected_error, first=FIRST_LOOK)
+    judge = Judge(partial(judge_drops, prior), FIRST_LOOK)
     counted = simulate(part, drops, restitution, seed, drop_height, target_error, workers,
                        on_progress=combined_progress(prior, on_progress),
                        should_stop=should_stop, cluster_tolerance=cluster_tolerance,
@@ -95,7 +101,8 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     Returns
     -------
     PoseStatistics
-        As `counted`, with the method `hybrid`, and probabilities and errors of both together.
+        As `counted`, with the method `hybrid`, and probabilities and errors of both together;
+        where the counts refute the estimate, `counted` itself with the warning `CONFLICT`.
 
     Raises
     ------
@@ -104,6 +111,10 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     """
     poses = sorted(counted.poses, key=lambda pose: pose.index)
     counts = np.array([pose.count for pose in poses])
+    refuted = np.flatnonzero(prior.contradicted(counts))
+    if refuted.size:
+        return replace(counted, warnings=(*counted.warnings, describe_conflict(counts, prior,
+                                                                               refuted)))
     posterior = prior.updated(counts)
     low, high = posterior.interval()
     rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
@@ -111,6 +122,27 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     return replace(counted, method=HYBRID, expected_error=posterior.expected_error,
                    largest_error=posterior.largest_error(),
                    poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
+
+
+def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
+                      refuted: NDArray[np.int64]) -> str:
+    """The warning, with the pose that is farthest off first.
+
+    Parameters
+    ----------
+    counts : (P,) array of int
+    prior : PosePrior
+    refuted : (R,) array of int
+        Indices of the poses in which counts contradict the estimate, at least one.
+    """
+    estimated = (prior.mean / prior.size)[prior.unit]
+    share = counts / counts.sum()
+    first = refuted[np.argsort(-np.abs(share - estimated)[refuted], kind="stable")]
+    worst, others = first[0], several(first.size, "pose")
+    return (f"CONFLICT: drops contradict the estimate in {others} ({ranges(sorted(first))}), in "
+            f"pose {worst} most: counted {percent(share[worst])} %, estimated "
+            f"{percent(estimated[worst])} %; the estimate is left out, so the answer is that of "
+            f"the drops.")
 
 
 def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from ..methods import HYBRID
@@ -13,13 +14,11 @@ from ..simulation.simulate import simulate
 from ..statistics.posterior import PosePrior
 from ..statistics.prefix import Judge
 from .confidence import (
-    BOUND,
     enough,
     estimate_bound,
     first_look,
+    judge_drops,
     not_enough,
-    plain_bound,
-    prior_bound,
     prior_of,
     worthwhile,
 )
@@ -57,7 +56,7 @@ def _dropped(part: Part, scene: DropScene, asked: Asked, prior: PosePrior,
         asked.workers, should_stop=should_stop, cluster_tolerance=scene.cluster_tolerance,
         round_sides=scene.round_sides,
         on_progress=combined_progress(prior, on_progress) if helped else on_progress,
-        judge=Judge(prior_bound(prior) if helped else plain_bound, BOUND,
+        judge=Judge(partial(judge_drops, prior if helped else None),
                     first_look(prior, asked.target_error, helped)))
     return hybrid_statistics(counted, prior) if helped else counted
 
@@ -68,4 +67,6 @@ def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: f
     alone = not_enough(f"{method} alone", bound, target_error)
     if found.method == HYBRID:
         return f"{alone}; so {found.drops} drops were added."
+    if any(line.startswith("CONFLICT:") for line in found.warnings):
+        return f"{alone}, and drops contradict it; so {found.drops} drops were counted."
     return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."

@@ -247,6 +247,8 @@ class DropProgress:
         Of those done.
     expected_error : float
         Of the drops so far, a fraction; NaN before one has settled.
+    error_bound : float
+        That the error over the poses keeps with 90 % confidence; infinite before one has settled.
     target_error : float
         0 where all drops are wanted.
     seconds : float
@@ -259,6 +261,7 @@ class DropProgress:
     bound: int
     unsettled: int
     expected_error: float
+    error_bound: float
     target_error: float
     seconds: float
     statistics: Callable[[], PoseStatistics]
@@ -272,7 +275,7 @@ class DropProgress:
     def seconds_left(self) -> float:
         """Expected time; the error falls as one over the root of the drops."""
         wanted = float(self.bound)
-        if self.target_error > 0.0 and math.isfinite(self.expected_error):
-            more = (self.expected_error / self.target_error) ** 2
+        if self.target_error > 0.0 and math.isfinite(self.error_bound):
+            more = (self.error_bound / self.target_error) ** 2
             wanted = min(wanted, self.drops * more)
         return max(0.0, wanted - self.drops) / self.rate if self.drops else math.nan

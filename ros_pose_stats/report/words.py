@@ -46,6 +46,8 @@ WORDS = {
                     "Trust the simulation."),
     "METHODS_DISAGREE": ("The quick estimates disagree",
                          "Trust the simulation more than any of them."),
+    "CONFLICT": ("Drops contradict the quick estimate",
+                 "The estimate is left out: the answer is that of the drops alone."),
     "LOW_DROP": ("The part is released low",
                  "The pose at release will come up more often than the estimates say; the "
                  "simulation knows the height."),

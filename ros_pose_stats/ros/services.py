@@ -15,6 +15,7 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..errors import PoseStatsError, RequestError
 from ..methods import AUTO
+from ..planning.confidence import not_enough
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
@@ -22,7 +23,7 @@ from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
-from .parts.refinement import Refinement
+from .parts.refinement import Refinement, credible_bound
 from .parts.result_store import ResultStore
 from .requests import Requests, ResolvedPart, check_target, wait_for
 from .settings import Settings
@@ -137,12 +138,12 @@ class Services:
     def _named(self, known: KnownPart, request: Any, scene: DropScene) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         found = self._results.estimate(known, request.method, scene)
-        if request.target_error and not found.expected_error <= request.target_error:
-            error = ("not known" if math.isnan(found.expected_error)
-                     else f"{found.expected_error:.2g}")
-            found = with_warning(found, f"TARGET_MISSED: the expected error of {found.method} is "
-                                 f"{error}, the target {request.target_error:g}; ask for the "
-                                 f"method auto, or start a drop simulation.")
+        bound = credible_bound(known.part, found, scene) if request.target_error else 0.0
+        if bound > request.target_error:
+            short = (not_enough(found.method, bound, request.target_error)
+                     if math.isfinite(bound) else f"the error of {found.method} is not known here")
+            found = with_warning(found, f"TARGET_MISSED: {short}; ask for the method auto, or "
+                                 f"start a drop simulation.")
         return found
 
     @refusing

@@ -66,8 +66,9 @@ class Settings:
     drops: int = _parameter(
         10_000, "Drops of a simulation that does not say how many.", 1, 10**9)
     target_error: float = _parameter(
-        0.0, "Error, as a fraction, to which each new mesh is refined in the background: with "
-        "auto one kept with 90 % confidence, else the expected one; 0: none.", 0.0, BELOW_ONE)
+        0.0, "Root mean square error over the poses, as a fraction, to which each new mesh is "
+        "refined in the background, until it is kept with 90 % confidence; 0: none.", 0.0,
+        BELOW_ONE)
     workers: int = _parameter(
         0, "Threads that simulate, at most four a core; 0: all cores but keep_cores, at least "
         "one.", 0, 256)

@@ -56,8 +56,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         Height of the centre of mass at release, metres; too low to fit means released
         touching the plate. Default: 20 part radii.
     target_error : float
-        Stop once the expected error is down to this fraction, which is checked after 100, 150,
-        225, ... drops. 0 asks for all drops.
+        Stop once the root mean square error over the poses is within this fraction with 90 %
+        confidence, which is checked after 100, 150, 225, ... drops. 0 asks for all drops.
     workers : int, optional
         Threads; default: all cores.
     sampling : {'random', 'lattice'}
@@ -76,7 +76,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     round_sides : int
         Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
     judge : Judge, optional
-        Gives the expected error in place of the counts, and the drops before the first check.
+        Judges in place of the counts, and says how many drops come before the first check.
 
     Returns
     -------
@@ -105,7 +105,6 @@ class _Simulation:
         self._rules = drop_rules(scene, self._body.radius)
         self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
                               request.sampling == "lattice", judge)
-        self._means = Judge.means if judge is None else judge.means
         self._touched = 0
 
     def count_drops(self, on_progress: Callable[[DropProgress], object] | None,
@@ -129,9 +128,10 @@ class _Simulation:
                 workers.stop()
             workers.request_drops(prefix.wanted)
             if on_progress is not None and kept:
+                judged = prefix.recently_judged()
                 on_progress(DropProgress(
                     prefix.drops, request.drops, prefix.drops - prefix.settled,
-                    prefix.recent_error(), request.target_error,
+                    judged.expected_error, judged.bound, request.target_error,
                     time.perf_counter() - self._begin, self._statistics))
         return self._statistics()
 
@@ -173,10 +173,10 @@ class _Simulation:
                 f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is "
                 f"in metres whatever the unit of the mesh.")
         if prefix.finished and prefix.target_error > 0.0 and not target_reached(
-                prefix.expected_error(), prefix.target_error):
+                prefix.judged().bound, prefix.target_error):
             warnings.append(
-                f"TARGET_MISSED: the {self._means} is {prefix.expected_error():.2g} after all "
-                f"{prefix.drops} drops, above the target of {prefix.target_error:g}.")
+                f"TARGET_MISSED: the 90 % bound of the error is {prefix.judged().bound:.2g} after "
+                f"all {prefix.drops} drops, above the target of {prefix.target_error:g}.")
         unsettled = prefix.drops - prefix.settled
         if self._touched:
             warnings.append(

@@ -193,6 +193,12 @@ class BlockSums:
         found[seen] = (free * ratio + PRIOR_BLOCKS) / (free + PRIOR_BLOCKS)
         return found
 
+    def cautious_factor(self) -> float:
+        """As `factor`, by `factors`: few blocks do not make counts look surer than they are."""
+        binomial = self.binomial_variances()
+        total = float(binomial.sum())
+        return float((self.factors() * binomial).sum()) / total if total > 0.0 else 1.0
+
     def binomial_variances(self) -> Array:
         """What independent drops would have: p (1 - p) / n of each pose (K,); NaN for n = 0."""
         return binomial_variances(self._all())

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import BlockSums
+from .error_bound import Judged, counted_bound
 from .errors import expected_error, standard_errors
 from .intervals import DEFAULT_LEVEL, jeffreys_interval
 from .largest import largest_error
@@ -62,7 +63,7 @@ def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int
 
 
 def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
-    """The prefix in which the target may be reached, seen from one that has this error.
+    """The prefix in which the target may be reached, seen from one whose bound is this error.
 
     The error falls at most as the root of the number of drops, so this is a little beyond.
 
@@ -87,17 +88,17 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
     return max(done + drops, math.ceil(done * wanted))
 
 
-def target_reached(expected_error: float, target_error: float) -> bool:
-    """Whether a run stops at the checkpoint where it has this expected error.
+def target_reached(bound: float, target_error: float) -> bool:
+    """Whether a run stops at the checkpoint where its error keeps this bound.
 
     Parameters
     ----------
-    expected_error : float
-        Of the prefix, as a fraction; NaN (nothing settled yet) never stops a run.
+    bound : float
+        Of the prefix, as a fraction; infinite (nothing settled yet) never stops a run.
     target_error : float
         As a fraction, 0 <= target_error; 0 asks for all drops.
     """
-    return target_error > 0.0 and expected_error <= target_error
+    return target_error > 0.0 and bound <= target_error
 
 
 @dataclass(frozen=True)
@@ -106,10 +107,8 @@ class Judge:
 
     Attributes
     ----------
-    error : callable
-        From counts (K,) to the error that is compared with the target, a fraction.
-    means : str
-        What that error is, for a sentence.
+    judge : callable
+        From counts (K,) to what they are worth.
     first : int
         Drops before the first look. Later ones come where the target may be reached, at the
         latest after half as many drops again.
@@ -118,8 +117,7 @@ class Judge:
         poses are many.
     """
 
-    error: Callable[[Index], float]
-    means: str = "expected error"
+    judge: Callable[[Index], Judged]
     first: int = FIRST_CHECKPOINT
     pause: float = 0.0
 
@@ -134,12 +132,12 @@ class Prefix:
     drops : int
         The bound of the run.
     target_error : float
-        Stop at the first checkpoint with at most this expected error; 0 for never.
+        Stop at the first checkpoint where the error keeps this bound; 0 for never.
     blocks : bool
         Whether the drops come in independently rotated blocks, whose scatter then gives the
         errors in place of the binomial ones.
     judge : Judge, optional
-        Tells the error in their place.
+        Judges in their place.
     """
 
     def __init__(self, poses: int, drops: int, target_error: float, blocks: bool,
@@ -151,7 +149,7 @@ class Prefix:
         self.finished = False
         self._sums = BlockSums(poses) if blocks else None
         self._judge = judge
-        self._judged = -1, math.nan
+        self._judged = -1, Judged(math.nan, math.inf)
         self._judged_at = -math.inf
         self._first = FIRST_CHECKPOINT if judge is None else judge.first
         self._next = next_checkpoint(0, drops, self._first)
@@ -187,10 +185,10 @@ class Prefix:
         """Finish where it is enough, else set the next look; a judge's are as few as can be."""
         sooner = math.inf
         if self.target_error > 0.0:
-            error = self.expected_error()
-            self.finished = target_reached(error, self.target_error)
+            bound = self.judged().bound
+            self.finished = target_reached(bound, self.target_error)
             if self._judge is not None and not self.finished:
-                sooner = sooner_checkpoint(self.drops, error, self.target_error)
+                sooner = sooner_checkpoint(self.drops, bound, self.target_error)
         self.finished = self.finished or self.drops >= self.bound
         self._next = int(min(next_checkpoint(self.drops, self.bound, self._first), sooner))
 
@@ -206,23 +204,31 @@ class Prefix:
         return math.sqrt(factor) * standard_errors(self.counts, self.settled)
 
     def expected_error(self) -> float:
-        """Root mean square of the standard errors, or what the judge says."""
-        if self._judge is not None:
-            if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
-                self._judged = self.drops, self._judge.error(self.counts)
-                self._judged_at = time.monotonic()
-            return self._judged[1]
+        """Root mean square of the standard errors; NaN as long as nothing has settled."""
         return expected_error(self.standard_errors())
+
+    def judged(self) -> Judged:
+        """What the counts are worth, by themselves or by the judge."""
+        if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
+            self._judged = self.drops, self._judgement()
+            self._judged_at = time.monotonic()
+        return self._judged[1]
+
+    def _judgement(self) -> Judged:
+        if self._judge is not None:
+            return self._judge.judge(self.counts)
+        factor = 1.0 if self._sums is None else self._sums.cautious_factor()
+        return Judged(self.expected_error(), counted_bound(self.counts, factor))
 
     def largest_error(self) -> float:
         """Bound that the error of every pose keeps with 90 % confidence."""
         return largest_error(self.standard_errors(), DEFAULT_LEVEL)
 
-    def recent_error(self) -> float:
+    def recently_judged(self) -> Judged:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
         if self._judge is None or self.finished or (
                 time.monotonic() - self._judged_at >= self._judge.pause):
-            return self.expected_error()
+            return self.judged()
         return self._judged[1]
 
     def interval(self) -> tuple[Array, Array]:

@@ -11,6 +11,8 @@ import sys
 import pytest
 
 from ros_pose_stats import auto, cli, hybrid, load_part, shapes
+from ros_pose_stats.planning import confidence
+from ros_pose_stats.recording.conflicts import read_conflicts
 from tests.bodies import write_stl
 from tests.commands.test_estimate import POSE_KEYS, STATISTICS_KEYS
 from tests.running import ROOT, complaints, strict_json
@@ -50,10 +52,26 @@ def test_auto_says_why(box, capsys):
     assert "no target error" in printed(capsys, *arguments)
 
 
+def test_a_contradicted_estimate_is_kept_for_training(box, capsys, tmp_path, monkeypatch):
+    true = confidence.estimated
+    arguments = (box, "--unit", "mm", "--method", "hybrid", "--drops", 400, "--seed", 9, "--json",
+                 "--keep-conflicts", tmp_path / "kept")
+    printed(capsys, *arguments)
+    assert not (tmp_path / "kept").exists()
+    monkeypatch.setattr(confidence, "estimated", lambda *given: true(*given)[::-1].copy())
+    found = strict_json(printed(capsys, *arguments))
+    assert found["method"] == "simulation"
+    assert any(line.startswith("CONFLICT: ") for line in found["warnings"])
+    (case,) = read_conflicts(tmp_path / "kept")
+    assert case.counts.tolist() == [pose["count"] for pose in sorted(
+        found["poses"], key=lambda pose: pose["index"])]
+
+
 @pytest.mark.parametrize(("options", "said"), [
     (("--method", "split", "--drops", "5"), "--drops"),
     (("--method", "split", "--seed", "5"), "--seed"),
     (("--method", "split", "--workers", "5"), "--workers"),
+    (("--method", "split", "--keep-conflicts", "there"), "--keep-conflicts"),
     (("--method", "split", "--target-error", "0.1"), "--target-error"),
     (("--method", "all", "--drops", "5"), "--drops"),
     (("--method", "auto", "--target-error", "2"), "target error"),

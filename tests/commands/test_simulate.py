@@ -42,6 +42,7 @@ def printed(capsys, *arguments):
 def progress(**changes):
     """A state of a run."""
     state = {"drops": 250, "bound": 1000, "unsettled": 0, "expected_error": 0.02,
+             "error_bound": 0.04,
              "target_error": 0.0, "seconds": 0.5, "statistics": None, **changes}
     return DropProgress(**state)
 
@@ -196,9 +197,9 @@ class TestProgress:
                         "error 2.00 points")
 
     def test_a_target_shortens_the_time_left(self):
-        line = bar_line(*drops_done(progress(target_error=0.01)))
+        line = bar_line(*drops_done(progress(target_error=0.02)))
         assert "2 s left" in line  # four times the drops in all, the bound is at 1000
-        assert "1 s left" in bar_line(*drops_done(progress(bound=10 ** 9, target_error=0.0142)))
+        assert "1 s left" in bar_line(*drops_done(progress(bound=10 ** 9, target_error=0.0284)))
 
     def test_nothing_settled_yet(self):
         line = bar_line(*drops_done(progress(expected_error=math.nan, drops=0)))

@@ -15,11 +15,11 @@ from ros_pose_stats.estimators.fitted_weights import USUAL_ERRORS
 from ros_pose_stats.planning import confidence
 from ros_pose_stats.planning.confidence import (
     estimate_bound,
-    plain_bound,
     pose_prior,
     prior_of,
 )
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
+from ros_pose_stats.statistics.error_bound import counted_bound
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 
@@ -63,7 +63,25 @@ def test_an_estimate_worth_nothing_is_left_out(part, monkeypatch):
     assert found.method == "simulation"
     assert "worth too few drops" in found.choice
     counts = np.array([pose.count for pose in found.poses])
-    assert plain_bound(counts) <= 0.02
+    assert counted_bound(counts) <= 0.02
+
+
+def test_a_conflict_is_told_and_the_target_kept_by_drops(part, monkeypatch):
+    import ros_pose_stats.planning.targeted as targeted
+
+    true = targeted.prior_of
+
+    def wrong_prior(found, resting, scene):
+        prior = true(found, resting, scene)
+        prior.mean = prior.mean[::-1].copy()
+        return prior
+
+    monkeypatch.setattr(targeted, "prior_of", wrong_prior)
+    found = auto(part, 0.015, seed=1)
+    assert (found.method, found.choice.split(", and ")[1][:24]) == (
+        "simulation", "drops contradict it; so ")
+    assert any(line.startswith("CONFLICT: ") for line in found.warnings)
+    assert counted_bound(np.array([pose.count for pose in found.poses])) <= 0.015
 
 
 def test_a_low_drop_is_estimated_where_the_estimate_knows_it(part):
@@ -125,7 +143,7 @@ def test_the_prior_is_fitted_to_the_best_method(restitution):
 
 
 def test_plain_counts_without_drops_bound_nothing():
-    assert plain_bound(np.zeros(3, np.int64)) == math.inf
+    assert counted_bound(np.zeros(3, np.int64)) == math.inf
 
 
 @pytest.mark.parametrize("options", [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -17,9 +18,10 @@ from ros_pose_stats import (
     simulate,
 )
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.planning.confidence import pose_prior
+from ros_pose_stats.planning.confidence import judge_drops, pose_prior
 from ros_pose_stats.planning.hybrid import FIRST_LOOK, hybrid_statistics
 from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
+from ros_pose_stats.statistics.error_bound import counted_bound
 from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
 
 
@@ -64,7 +66,8 @@ def test_it_lies_between_estimate_and_counts_and_is_surer(part):
 def test_a_target_ends_it_at_a_fixed_prefix_whatever_the_workers(part, workers):
     found = hybrid(part, 10_000, seed=1, target_error=0.02, workers=workers)
     again = hybrid(part, found.drops, seed=1, workers=1)
-    assert found.expected_error <= 0.02 < simulate(part, found.drops, seed=1).expected_error
+    counts, prior = by_index(found, "count"), pose_prior(resting_poses(part), DropScene())
+    assert judge_drops(prior, counts).bound <= 0.02 < counted_bound(counts)
     assert by_index(found).tolist() == by_index(again).tolist()
 
 
@@ -159,3 +162,35 @@ def test_the_bound_of_every_pose_shrinks_with_the_drops(part):
     found = hybrid(part, 300, seed=3, workers=1)
     errors = by_index(found, "standard_error")
     assert errors.max() < found.largest_error < 4.0 * errors.max()
+
+
+@pytest.fixture
+def deceived(monkeypatch):
+    """An estimator that turns the probabilities round and says that it is sure."""
+    true = sys.modules["ros_pose_stats.planning.confidence"].estimated
+    monkeypatch.setattr("ros_pose_stats.planning.confidence.estimated",
+                        lambda *given: true(*given)[::-1].copy())
+
+
+class TestAConflict:
+    def test_the_drops_win_and_the_poses_are_named(self, part, deceived):
+        found, counted = hybrid(part, 1000, seed=3), simulate(part, 1000, seed=3)
+        assert found.method == "simulation"
+        for name in ("probability", "probability_low", "probability_high", "standard_error"):
+            assert by_index(found, name).tolist() == by_index(counted, name).tolist()
+        assert (found.expected_error, found.largest_error) == (
+            counted.expected_error, counted.largest_error)
+        (line,) = (line for line in found.warnings if line.startswith("CONFLICT: "))
+        share = by_index(counted)
+        apart = np.abs(share - pose_prior(resting_poses(part), DropScene()).mean)
+        worst = apart.argmax()
+        assert f"in pose {worst} most: counted {100.0 * share[worst]:.2f} %" in line
+
+    def test_a_target_is_kept_by_the_drops_alone(self, part, deceived):
+        found = hybrid(part, 100_000, seed=3, target_error=0.01)
+        assert found.method == "simulation"
+        assert counted_bound(by_index(found, "count")) <= 0.01
+        assert not any(line.startswith("TARGET_MISSED") for line in found.warnings)
+
+    def test_none_where_they_agree(self, part):
+        assert not any("CONFLICT" in line for line in hybrid(part, 1000, seed=3).warnings)

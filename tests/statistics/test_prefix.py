@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ros_pose_stats.statistics.error_bound import Judged
 from ros_pose_stats.statistics.prefix import (
     AHEAD,
     Judge,
@@ -53,12 +54,12 @@ def test_next_is_the_first_beyond(done, drops):
     assert next_checkpoint(done, drops) == (beyond[0] if beyond else drops)
 
 
-@pytest.mark.parametrize(("expected", "target", "stops"), [
+@pytest.mark.parametrize(("bound", "target", "stops"), [
     (0.01, 0.01, True), (0.009, 0.01, True), (0.011, 0.01, False), (0.0, 0.0, False),
-    (0.0, 0.01, True), (math.nan, 0.01, False), (0.01, 0.0, False),
+    (0.0, 0.01, True), (math.inf, 0.01, False), (0.01, 0.0, False),
 ])
-def test_target(expected, target, stops):
-    assert target_reached(expected, target) is stops
+def test_target(bound, target, stops):
+    assert target_reached(bound, target) is stops
 
 
 def test_an_earlier_first_look():
@@ -74,12 +75,12 @@ def test_a_judge_stops_in_place_of_the_counts():
 
     def error(counts):
         told.append(int(counts.sum()))
-        return 0.5 if counts.sum() < 15 else 0.01
+        return Judged(0.3, 0.5 if counts.sum() < 15 else 0.01)
 
     prefix = Prefix(2, 1000, 0.02, False, Judge(error, first=10))
     assert prefix.wanted == 10
     assert prefix.add(np.zeros(40, np.int64)) == 15
-    assert prefix.finished and prefix.expected_error() == 0.01
+    assert prefix.finished and prefix.judged() == (0.3, 0.01)
     assert told == [10, 15]
 
 
@@ -97,7 +98,7 @@ def test_a_judge_is_asked_again_where_the_target_may_be_reached():
 
     def error(counts):
         asked.append(int(counts.sum()))
-        return 0.2 / math.sqrt(counts.sum())
+        return Judged(math.nan, 0.2 / math.sqrt(counts.sum()))
 
     prefix = Prefix(2, 10_000, 0.01, False, Judge(error, first=390))
     prefix.add(np.zeros(10_000, np.int64))
@@ -110,14 +111,14 @@ def test_what_is_only_shown_is_not_judged_at_every_drop():
 
     def error(counts):
         asked.append(int(counts.sum()))
-        return 0.5
+        return Judged(0.3, 0.5)
 
     prefix = Prefix(2, 1000, 0.02, False, Judge(error, first=500, pause=3600.0))
     shown = []
     for _ in range(100):
         prefix.add(np.zeros(1, dtype=int))
-        shown.append(prefix.recent_error())
+        shown.append(prefix.recently_judged().bound)
     assert set(shown) == {0.5}
     assert asked == [1]
     prefix.add(np.zeros(900, dtype=int))
-    assert prefix.finished and prefix.recent_error() == 0.5 and asked[-1] == 1000
+    assert prefix.finished and prefix.recently_judged().bound == 0.5 and asked[-1] == 1000

@@ -6,15 +6,18 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
+from functools import partial
 
-from ...planning.confidence import BOUND, first_look, pose_prior, prior_bound
+import numpy as np
+
+from ...planning.confidence import first_look, judge_drops, pose_prior
 from ...planning.hybrid import combined_progress, hybrid_statistics
 from ...records import DropProgress, Part, PoseStatistics
 from ...resting.poses import resting_poses
 from ...simulation.drops import DropChunk
 from ...simulation.simulate import simulate
 from ...statistics.posterior import PosePrior
-from ...statistics.prefix import Judge
+from ...statistics.prefix import Judge, target_reached
 from .job import COMBINED_SECONDS, Job, JobListener, JobRequest
 
 
@@ -79,7 +82,7 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         background=True, cluster_tolerance=request.scene.cluster_tolerance,
         round_sides=request.scene.round_sides,
         judge=_judge(prior, request.target_error))
-    complete = _complete(found, request)  # which goes by the error that the target is for
+    complete = _complete(found, request, prior)
     if prior is not None:
         found = hybrid_statistics(found, prior)
     if complete:
@@ -89,9 +92,11 @@ def run_drops(job: Job, part: Part, listener: JobListener,
     return found, ending
 
 
-def _complete(found: PoseStatistics, request: JobRequest) -> bool:
-    return found.drops == request.drops or (
-        request.target_error > 0.0 and found.expected_error <= request.target_error)
+def _complete(found: PoseStatistics, request: JobRequest, prior: PosePrior | None) -> bool:
+    if found.drops == request.drops:
+        return True
+    counts = np.array([pose.count for pose in sorted(found.poses, key=lambda one: one.index)])
+    return target_reached(judge_drops(prior, counts).bound, request.target_error)
 
 
 def _warned(found: PoseStatistics, request: JobRequest) -> PoseStatistics:
@@ -112,5 +117,5 @@ def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:
     """Who decides whether drops and estimate are sure enough; nobody without a target."""
     if prior is None or not target_error:
         return None
-    return Judge(prior_bound(prior), BOUND, first_look(prior, target_error, helped=True),
+    return Judge(partial(judge_drops, prior), first_look(prior, target_error, helped=True),
                  COMBINED_SECONDS)

@@ -13,10 +13,9 @@ from ...methods import AUTO, HYBRID
 from ...planning.confidence import (
     enough,
     estimate_bound,
+    judge_drops,
     not_enough,
-    plain_bound,
     pose_prior,
-    prior_bound,
     prior_of,
 )
 from ...records import DropScene, Part
@@ -49,9 +48,8 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count
-    if message.method == HYBRID:
-        return prior_bound(pose_prior(resting, scene))(counts)
-    return plain_bound(counts)
+    prior = pose_prior(resting, scene) if message.method == HYBRID else None
+    return judge_drops(prior, counts).bound
 
 
 class Refinement:
@@ -137,10 +135,7 @@ def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> 
     latched = known.latched
     if latched is None or known.scene != request.scene:
         return False
-    if request.hybrid:
-        sure = target_error > 0.0 and (
-            credible_bound(known.part, latched, request.scene) <= target_error)
-        return bool(sure or latched.drops >= request.drops)
-    return bool(latched.drops) and bool(
-        latched.drops >= request.drops
-        or 0.0 < latched.expected_error <= target_error)
+    if not (latched.drops or request.hybrid):
+        return False
+    return latched.drops >= request.drops or (bool(target_error) and (
+        credible_bound(known.part, latched, request.scene) <= target_error))

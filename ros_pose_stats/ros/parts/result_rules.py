@@ -24,13 +24,22 @@ def known_error(message: PoseStatistics) -> float:
     return float(message.plate_error) if math.isnan(error) else error
 
 
+def refutes(message: PoseStatistics) -> bool:
+    """Whether a result is of drops that contradicted an estimate."""
+    return any(line.startswith("CONFLICT:") for line in message.warnings)
+
+
 def replaces(new: PoseStatistics, old: PoseStatistics) -> bool:
     """Whether a result takes the place of the latched one for the same scene.
 
     A larger expected error never replaces a smaller one for the same digest, but that a
     simulation ends what it has shown of itself: its last drops may raise the error a little.
-    Of two estimates the newer one counts, which is by the method that is wanted now.
+    Of two estimates the newer one counts, which is by the method that is wanted now. What drops
+    have refuted comes back only with as many drops behind it, however small the error that it
+    tells of itself.
     """
+    if new.part_digest == old.part_digest and refutes(new) != refutes(old):
+        return new.drops >= old.drops
     if not new.drops and not old.drops and new.method != old.method:
         return True
     if new.final and new.job_id and new.job_id == old.job_id:

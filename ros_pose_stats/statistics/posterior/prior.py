@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import RequestError
+from .conflict import contradicted_units
 from .connor_mosimann import ConnorMosimann
 from .fitted import FITTED, FITTED_AT
 from .posterior import Kinds, Posterior
@@ -171,6 +172,18 @@ class PosePrior:
         mean, variance = (each[:, back] for each in breaks.moments())
         kinds = Kinds(*(each[:, back] for each in breaks.kinds(weight)))
         return Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
+
+    def contradicted(self, counts: ArrayLike) -> NDArray[np.bool_]:
+        """Poses (P,) in which drops contradict the estimate beyond both errors.
+
+        Parameters
+        ----------
+        counts : (P,) array of int
+            Settled drops in each pose.
+        """
+        weight = self._share[:, None] * np.exp(self._log_weight)
+        strength = np.broadcast_to(self._strength, (self._share.size, *self._strength.shape[1:]))
+        return contradicted_units(self._pooled(counts), self.mean, weight, strength)[self.unit]
 
     def _updated(self, pooled: Array) -> tuple[ConnorMosimann, Array, float]:
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""

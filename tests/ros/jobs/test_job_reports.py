@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import Future
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -12,8 +13,10 @@ from ros_pose_stats_msgs.msg import JobEvent
 
 from ros_pose_stats import simulate
 from ros_pose_stats.errors import MeshError
+from ros_pose_stats.recording.conflicts import read_conflicts
 from ros_pose_stats.ros.jobs import Job, State
 from ros_pose_stats.ros.jobs.job_reports import JobReports, job_event
+from ros_pose_stats.ros.settings import Settings
 
 from ..harness.parts import WEDGE, library_part
 from .fake_jobs import Listener, asked, queue_of, settings, submit
@@ -22,7 +25,9 @@ from .fake_jobs import Listener, asked, queue_of, settings, submit
 def reports():
     """With stores and a recorder that know nothing and keep nothing."""
     parts = SimpleNamespace(current=lambda part_id: None)
-    return JobReports(SimpleNamespace(parts=parts, number_result=lambda *args: args),
+    announcer = SimpleNamespace(record_answer=lambda message, **how: None)
+    return JobReports(SimpleNamespace(parts=parts, number_result=lambda *args: args,
+                                      announcer=announcer),
                       SimpleNamespace(record=lambda *args, **how: True), print)
 
 
@@ -158,3 +163,30 @@ def test_a_refinement_that_a_client_joins_is_on_disk_before_they_are_told(monkey
     looked_at = reports()
     looked_at._recorder = disk = Disk()
     assert looked_at.joined(first) and disk.synced == 1
+
+
+class TestAContradictedEstimate:
+    @pytest.fixture
+    def job(self, tmp_path):
+        part = library_part(WEDGE, "part")
+        future = Future()
+        future.set_result(part)
+        job = Job("run_0001", asked(), future, 1, Settings(log_directory=str(tmp_path)))
+        found = simulate(part, 50, seed=1)
+        job.snapshot = replace(found, warnings=(*found.warnings, "CONFLICT: one."))
+        return job
+
+    def test_is_kept_for_training(self, job, tmp_path):
+        reports().ended(job, State.DONE)
+        (case,) = read_conflicts(tmp_path / "conflicts")
+        assert (case.part.digest, case.counts.sum()) == (job.built().digest, 50)
+
+    def test_that_cannot_be_kept_is_said(self, job, tmp_path, capsys):
+        (tmp_path / "conflicts").write_text("in the way")
+        reports().ended(job, State.DONE)
+        assert "not kept for training" in capsys.readouterr().out
+
+    def test_no_other_job_leaves_anything(self, job, tmp_path):
+        job.snapshot = replace(job.snapshot, warnings=())
+        reports().ended(job, State.DONE)
+        assert list(tmp_path.iterdir()) == []

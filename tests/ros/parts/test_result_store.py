@@ -43,6 +43,16 @@ class TestReplaces:
         assert not replaces(result(0.02, 200, method="simulation"), together)
         assert replaces(result(0.005, 900, method="simulation"), together)
 
+    def test_what_drops_refuted_comes_back_with_as_many_drops_only(self):
+        """An estimate that is wrong tells of a small error; so may a few drops with its help."""
+        refuted = result(0.02, 400, method="simulation", warnings=["CONFLICT: drops contradict."])
+        estimated, few = result(0.005, method="split"), result(0.004, 100, method="hybrid")
+        assert replaces(refuted, estimated) and replaces(refuted, few)
+        assert not replaces(estimated, refuted) and not replaces(few, refuted)
+        assert replaces(result(0.03, 500, method="hybrid"), refuted)
+        better = result(0.01, 900, method="simulation", warnings=["CONFLICT: drops contradict."])
+        assert replaces(better, refuted) and not replaces(refuted, better)
+
     def test_another_digest_is_another_part(self):
         assert replaces(result(0.5, part_digest="other"), result(0.01))
 
