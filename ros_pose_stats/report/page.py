@@ -64,7 +64,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
         part=part, found=found, target=findings.target_error,
-        estimate=findings.best_estimate, wanted=findings.wanted, groups=groups, shown=shown, size=size.tolist(), commands=commands,
+        estimate=findings.best_estimate, wanted=findings.wanted, groups=groups, shown=shown,
+        size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],

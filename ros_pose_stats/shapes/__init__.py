@@ -1,7 +1,7 @@
-"""Shapes made by code: exact convex bodies here, the demo parts in `demo_parts`.
+"""Shapes made by code: exact convex bodies here, modelled parts in other modules.
 
-`demo_parts` loads the solid modeller manifold3d, so it is imported only where the demo parts
-are made.
+`modelling`, `demo_parts` and `random_parts` load the solid modeller manifold3d, so they are
+imported only where such parts are made.
 """
 
 from .closed_forms import (

@@ -2,7 +2,8 @@
 
 Each function returns a closed outward surface, vertices (V, 3) in millimetres and triangles
 (T, 3). Coordinates are float32 numbers, since STL stores nothing finer: a written part
-reads back exactly. This is the only module here that needs manifold3d and trimesh.
+reads back exactly. This module and those that model solids need manifold3d, so they are
+imported only where such parts are made.
 """
 
 from __future__ import annotations
@@ -13,16 +14,15 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
 from trimesh.exchange.stl import export_stl
 
 from ..errors import MeshFileError
-from ..mesh.arrays import in_standard_order
 from ..whole_files import write_file
 from . import closed_forms
 from .closed_forms import Surface
-from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
+from .modelling import drill, extrude, in_file_order, revolve, surface_of
+from .profiles import rounded_polygon, spur_gear, unit_circle
 
 
 def clamp() -> Surface:
@@ -39,11 +39,11 @@ def clamp() -> Surface:
     slot = rounded_polygon(
         [(4.0, 27.0, 2.9), (4.0, 50.0, 0.0), (-2.0, 50.0, 0.0), (-2.0, 27.0, 2.9)]
     )
-    body = _extrude(side, "z", -9.0, 9.0) - _extrude(slot, "y", 20.0, 40.0)
-    body -= _drill(2.75, "z", (34.0, 30.5), -10.0, 10.0)
-    body -= _drill(4.75, "z", (34.0, 30.5), 6.5, 10.0)
-    body -= _drill(3.3, "y", (1.0, 22.0), -1.0, 11.0)
-    return _surface(body)
+    body = extrude(side, "z", -9.0, 9.0) - extrude(slot, "y", 20.0, 40.0)
+    body -= drill(2.75, "z", (34.0, 30.5), -10.0, 10.0)
+    body -= drill(4.75, "z", (34.0, 30.5), 6.5, 10.0)
+    body -= drill(3.3, "y", (1.0, 22.0), -1.0, 11.0)
+    return surface_of(body)
 
 
 def bracket() -> Surface:
@@ -59,12 +59,12 @@ def bracket() -> Surface:
     wall = rounded_polygon(
         [(-1.0, -18.0, 0.0), (42.0, -18.0, 6.0), (42.0, 18.0, 6.0), (-1.0, 18.0, 0.0)]
     )
-    body = _extrude(angle, "z", -18.0, 18.0) + _extrude(rib, "z", -2.5, 2.5)
-    body ^= _extrude(base, "y", -1.0, 43.0) ^ _extrude(wall, "x", -1.0, 51.0)
+    body = extrude(angle, "z", -18.0, 18.0) + extrude(rib, "z", -2.5, 2.5)
+    body ^= extrude(base, "y", -1.0, 43.0) ^ extrude(wall, "x", -1.0, 51.0)
     for z in (-10.0, 10.0):
-        body -= _drill(2.75, "y", (z, 40.0), -1.0, 6.0)
-        body -= _drill(2.75, "x", (32.0, z), -1.0, 6.0)
-    return _surface(body)
+        body -= drill(2.75, "y", (z, 40.0), -1.0, 6.0)
+        body -= drill(2.75, "x", (32.0, z), -1.0, 6.0)
+    return surface_of(body)
 
 
 def hex_bolt() -> Surface:
@@ -72,67 +72,30 @@ def hex_bolt() -> Surface:
 
     The axis is z; the underside of the head lies in z = 0. The thread is left out.
     """
-    head = _extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
+    head = extrude(13.0 / np.sqrt(3.0) * unit_circle(6), "z", -5.3, 0.0)
     chamfer = np.array([(0.0, -5.3), (6.0, -5.3), (9.0, -5.3 + np.sqrt(3.0)), (9.0, 1.0),
                         (0.0, 1.0)])
     shank = np.array([(0.0, -1.0), (4.0, -1.0), (4.0, 29.0), (3.2, 30.0), (0.0, 30.0)])
-    cone = _revolve(chamfer, 96).rotate((0.0, 0.0, 180.0 / 96.0))  # facets face the corners
-    return _surface((head ^ cone) + _revolve(shank, 48))
+    cone = revolve(chamfer, 96).rotate((0.0, 0.0, 180.0 / 96.0))  # facets face the corners
+    return surface_of((head ^ cone) + revolve(shank, 48))
 
 
 def gear() -> Surface:
     """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub on one side."""
-    wheel = _extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
+    wheel = extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
     hub = np.array([(0.0, 5.0), (9.0, 5.0), (9.0, 17.2), (8.2, 18.0), (0.0, 18.0)])
-    bore = _drill(4.0, "z", (0.0, 0.0), -1.0, 19.0, sides=64)
-    return _surface(wheel + _revolve(hub, 64) - bore)
+    bore = drill(4.0, "z", (0.0, 0.0), -1.0, 19.0, sides=64)
+    return surface_of(wheel + revolve(hub, 64) - bore)
 
 
 def prism() -> Surface:
     """Hexagonal prism, circumradius 10 mm, length 24 mm."""
-    return _canonical(*closed_forms.prism(6, 10.0, 24.0))
+    return in_file_order(*closed_forms.prism(6, 10.0, 24.0))
 
 
 def cylinder() -> Surface:
     """Cylinder of 64 facets, radius 9 mm, length 22 mm."""
-    return _canonical(*closed_forms.cylinder(64, 9.0, 22.0))
-
-
-def _extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:
-    """Solid over an outline in the two axes that follow `axis` in the cycle x, y, z."""
-    solid = CrossSection([outline]).extrude(stop - start).translate((0.0, 0.0, start))
-    order = {"x": (2, 0, 1), "y": (1, 2, 0), "z": (0, 1, 2)}[axis]
-    return solid.transform(np.eye(3, 4)[list(order)])
-
-
-def _drill(
-    radius: float, axis: str, center: tuple[float, float], start: float, stop: float,
-    sides: int = 32,
-) -> Manifold:
-    """Drilling tool along an axis; its center as in `_extrude`."""
-    return _extrude(radius * unit_circle(sides) + np.array(center), axis, start, stop)
-
-
-def _revolve(outline: Outline, sides: int) -> Manifold:
-    """Solid around z; the outline gives (distance from the axis, z)."""
-    return CrossSection([outline]).revolve(sides)
-
-
-def _surface(solid: Manifold) -> Surface:
-    """Triangles of a solid."""
-    mesh = solid.to_mesh64()
-    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    return _canonical(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
-
-
-def _canonical(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
-    """Coordinates as float32 numbers, vertices and triangles in lexicographic order.
-
-    So the files do not depend on the order in which a modeller emits triangles.
-    """
-    rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
-    merged, index = np.unique(rounded, axis=0, return_inverse=True)
-    return merged, in_standard_order(index.reshape(-1)[triangles])
+    return in_file_order(*closed_forms.cylinder(64, 9.0, 22.0))
 
 
 DEMO_PARTS: dict[str, Callable[[], Surface]] = {

@@ -22,7 +22,7 @@ from ros_pose_stats.study.chart import (
     chart_text,
     other_software,
 )
-from ros_pose_stats.study.chart.bodies import ellipsoids, paper_size
+from ros_pose_stats.study.chart.bodies import ellipsoids, machined_parts, paper_size
 from ros_pose_stats.study.chart.methods import (
     Effort,
     estimator_points,
@@ -210,7 +210,29 @@ class TestSizes:
         assert not np.array_equal(size.meshes[0].vertices, size.meshes[1].vertices)
 
 
+    def test_machined_parts_are_taken_as_users_files_are(self):
+        size = machined_parts(6, 40, (0.2, 0.8))
+        assert (size.cluster_tolerance, size.round_sides) == (0.0025, 192)
+        assert size.title.startswith("machined and turned parts, ")
+        for number, (mesh, known) in enumerate(zip(size.meshes, size.known, strict=True)):
+            assert len(known.poses) == len(resting_poses(mesh.part()).poses)
+            for simulated in size.simulated.values():
+                assert simulated.count[simulated.body == number].sum() == 40
+        names = [point.name for point in estimator_points(size, LITTLE)]
+        assert names == [entry.title for entry in ESTIMATORS.values()]
+
+
 class TestTrimesh:
+    def test_a_pose_of_many_facets_gets_them_all(self):
+        """A cylinder of 48 sides, which stands as one of 192: CSAE of its ends and its side."""
+        surface = shapes.cylinder(48, 1.0, 2.0)
+        part = part_from_mesh(*surface)
+        body = trimesh.Trimesh(*surface, process=False)
+        theirs = other_software.matched(
+            resting_poses(part), *compute_stable_poses(body, center_mass=part.center_of_mass))
+        end = 0.5 * (1.0 - math.sqrt(0.5))
+        assert sorted(theirs) == pytest.approx([end, end, math.sqrt(0.5)], abs=2e-3)
+
     @pytest.mark.parametrize("edges", [(1.0, 2.0, 3.0), (1.0, 1.0, 0.4)])
     def test_a_box_has_our_solid_angles(self, edges):
         surface = shapes.box(*edges)

@@ -53,14 +53,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     prisms.add_argument("--seed", type=read_count, default=1, metavar="S",
                         help="seed of the drops (default: %(default)s)")
     prisms.add_argument("-o", "--output", metavar="STEM", help="draw STEM.png and STEM.svg")
-    chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for three sizes of part",
-                  "Measure time and error of every method for three sizes of part, and draw one "
+    chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for four kinds of part",
+                  "Measure time and error of every method for random polyhedra of three sizes "
+                  "and for machined and turned parts, and draw one "
                   "against the other. A shift or a dataset chooses the bodies of the paper's "
                   "size.",
                   "chart --quick -o speed_accuracy")
     _add_dataset_options(chart, 0.0)
     chart.add_argument("--quick", action="store_true",
-                       help="measure fewer bodies and drops, and two sizes of part")
+                       help="measure fewer bodies and drops, and two sizes of polyhedra")
     chart.add_argument("-o", "--output", default="speed_accuracy", metavar="STEM",
                        help="draw STEM.png and STEM.svg and write STEM.json "
                        "(default: %(default)s)")

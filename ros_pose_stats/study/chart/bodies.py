@@ -1,4 +1,4 @@
-"""The bodies of the chart: sizes of part, each with its reference probabilities."""
+"""The bodies of the chart: kinds of part, each with its reference probabilities."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh.parts import part_from_mesh
-from ...records import Part
+from ...records import DropScene, Part
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ...resting.poses import RestingPoses, resting_poses
 from ...shapes import ellipsoid_points, hull_mesh
 from ...simulation.simulate import simulate
@@ -17,6 +18,9 @@ from ..errors.simulated_poses import SimulatedPoses, pooled
 from ..estimates import restings
 
 Array = NDArray[np.float64]
+
+PARTS_SEED = 21
+"""Of the series of machined and turned parts."""
 
 SEMI_AXES = (0.45, 0.95)
 """Range of the two shorter semi-axes of an ellipsoid whose longest one is 1."""
@@ -37,7 +41,7 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Size:
-    """Bodies of one size.
+    """Bodies of one size or kind.
 
     Attributes
     ----------
@@ -49,6 +53,9 @@ class Size:
         Reference counts by restitution: body after body, the poses of each by `index`.
     height : float or None
         Drop height, metres; None for 20 radii.
+    cluster_tolerance : float
+    round_sides : int
+        As for `simulate`: 0 for bare polyhedra, the defaults for parts.
     """
 
     title: str
@@ -56,6 +63,12 @@ class Size:
     known: list[RestingPoses]
     simulated: dict[float, SimulatedPoses]
     height: float | None
+    cluster_tolerance: float = 0.0
+    round_sides: int = 0
+
+    def scene(self, restitution: float) -> DropScene:
+        """The scene of its bodies at a restitution."""
+        return DropScene(restitution, self.height, self.cluster_tolerance, self.round_sides)
 
 
 def paper_size(dataset: Dataset) -> Size:
@@ -79,16 +92,46 @@ def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float
         Of each body at each restitution.
     restitutions : tuple of float
     """
-    meshes, known, simulated = [], [], []
+    meshes = [_ellipsoid(vertices, number) for number in range(bodies)]
+    return _dropped(f"{vertices:,} vertices".replace(",", " "), meshes, drops, restitutions,
+                    0.0, 0)
+
+
+def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
+    """Machined and turned parts as files have them, with the default poses and round surfaces.
+
+    Parameters
+    ----------
+    bodies : int
+    drops : int
+        Of each body at each restitution.
+    restitutions : tuple of float
+    """
+    from ...shapes.random_parts import random_part  # loads the solid modeller
+
+    meshes = []
     for number in range(bodies):
-        mesh = _ellipsoid(vertices, number)
+        surface = random_part(PARTS_SEED, number)
+        meshes.append(Mesh(*surface, part_from_mesh(*surface).center_of_mass))
+    sizes = [len(mesh.vertices) for mesh in meshes]
+    return _dropped(f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices", meshes,
+                    drops, restitutions, DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+
+
+def _dropped(title: str, meshes: list[Mesh], drops: int, restitutions: tuple[float, ...],
+             cluster_tolerance: float, round_sides: int) -> Size:
+    """Simulate bodies from 20 radii."""
+    known, simulated = [], []
+    for number, mesh in enumerate(meshes):
         part = mesh.part()
-        meshes.append(mesh)
-        known.append(resting_poses(part, 0.0, 0))
-        simulated.append([_simulated(part, drops, one, number) for one in restitutions])
-    return Size(f"{vertices:,} vertices".replace(",", " "), meshes, known,
+        known.append(resting_poses(part, cluster_tolerance, round_sides))
+        simulated.append([_simulated(part, drops, number,
+                                     DropScene(one, None, cluster_tolerance, round_sides))
+                          for one in restitutions])
+    return Size(title, meshes, known,
                 {restitution: pooled(list(of_all)) for restitution, of_all
-                 in zip(restitutions, zip(*simulated, strict=True), strict=True)}, None)
+                 in zip(restitutions, zip(*simulated, strict=True), strict=True)}, None,
+                cluster_tolerance, round_sides)
 
 
 def _ellipsoid(vertices: int, number: int) -> Mesh:
@@ -99,10 +142,12 @@ def _ellipsoid(vertices: int, number: int) -> Mesh:
     return Mesh(*surface, part_from_mesh(*surface).center_of_mass)
 
 
-def _simulated(part: Part, drops: int, restitution: float, number: int) -> SimulatedPoses:
+def _simulated(part: Part, drops: int, number: int, scene: DropScene) -> SimulatedPoses:
     """Drops that ended in each pose of a body, by `index`."""
-    seed = np.random.SeedSequence((number, round(restitution * 1e9))).generate_state(1, np.uint64)
-    found = simulate(part, drops, restitution, int(seed[0]), cluster_tolerance=0.0, round_sides=0)
+    entropy = np.random.SeedSequence((number, round(scene.restitution * 1e9)))
+    found = simulate(part, drops, scene.restitution,
+                     int(entropy.generate_state(1, np.uint64)[0]),
+                     cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     counts = np.zeros(len(found.poses), dtype=np.int64)
     for pose in found.poses:
         counts[pose.index] = pose.count

@@ -17,7 +17,7 @@ from ...estimators import estimate
 from ...estimators.registry import ESTIMATORS
 from ...planning.hybrid import hybrid
 from ...plots.study.speed_accuracy import ChartPoint
-from ...records import DropScene, PoseStatistics
+from ...records import PoseStatistics
 from ...simulation.simulate import simulate
 from .. import paper
 from ..errors.partition import Accuracy, accuracy, noise_of
@@ -71,11 +71,11 @@ class Effort(NamedTuple):
 def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each estimator; the time is from the mesh arrays to the statistics."""
     every = pooled(list(size.simulated.values()))
-    values = {rho: estimates(size.known, DropScene(rho, size.height, 0.0, 0))
+    values = {rho: estimates(size.known, size.scene(rho))
               for rho in size.simulated}
     names = list(next(iter(values.values())))
     # The methods take turns, so that other load of the machine affects all of them alike.
-    took = medians([{name: partial(_estimate, mesh, name) for name in names}
+    took = medians([{name: partial(_estimate, size, mesh, name) for name in names}
                     for mesh in some(size.meshes, effort.parts)], REPEATS)
     for name in names:
         found = accuracy(np.concatenate([one[name] for one in values.values()]), every)
@@ -87,7 +87,7 @@ def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """A point for each number of drops; the error is the noise of that many independent drops."""
     every = pooled(list(size.simulated.values()))
     for drops in effort.drops:
-        took = medians([{"": partial(_simulate, mesh, drops, restitution, size.height)}
+        took = medians([{"": partial(_simulate, size, mesh, drops, restitution)}
                         for restitution in size.simulated
                         for mesh in some(size.meshes, effort.timed(drops))])
         noise = noise_of(every, drops)
@@ -102,13 +102,14 @@ def point(name: str, kind: str, seconds: float, found: Accuracy,
     return ChartPoint(name, kind, seconds, found.error, *bounds, series)
 
 
-def _estimate(mesh: Mesh, name: str) -> object:
-    return estimate(mesh.part(), name, cluster_tolerance=0.0, round_sides=0)
+def _estimate(size: Size, mesh: Mesh, name: str) -> object:
+    return estimate(mesh.part(), name, cluster_tolerance=size.cluster_tolerance,
+                    round_sides=size.round_sides)
 
 
-def _simulate(mesh: Mesh, drops: int, restitution: float, height: float | None) -> object:
-    return simulate(mesh.part(), drops, restitution, 1, height, workers=1,
-                    cluster_tolerance=0.0, round_sides=0)
+def _simulate(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
+    return simulate(mesh.part(), drops, restitution, 1, size.height, workers=1,
+                    cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
 
 
 def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
@@ -129,27 +130,27 @@ def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
     """
     every = pooled(list(size.simulated.values()))
     for drops in effort.combined:
-        took = medians([{"": partial(_hybrid, mesh, drops, restitution, size.height, 1)}
+        took = medians([{"": partial(_hybrid, size, mesh, drops, restitution, 1)}
                         for restitution in size.simulated
                         for mesh in some(size.meshes, effort.timed(drops))])
-        values = [_combined_shares(mesh, drops, restitution, size.height, number)
+        values = [_combined_shares(size, mesh, drops, restitution, number)
                 for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
         yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],
                     accuracy(np.concatenate(values), every), SERIES)
 
 
-def _combined_shares(mesh: Mesh, drops: int, restitution: float, height: float | None,
+def _combined_shares(size: Size, mesh: Mesh, drops: int, restitution: float,
                      number: int) -> Array:
     """Probabilities (P,) by `index`, of hybrid with drops of its own."""
     seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
-    found = _hybrid(mesh, drops, restitution, height, int(seed.generate_state(1, np.uint64)[0]))
+    found = _hybrid(size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0]))
     return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
 
 
-def _hybrid(mesh: Mesh, drops: int, restitution: float, height: float | None,
+def _hybrid(size: Size, mesh: Mesh, drops: int, restitution: float,
             seed: int) -> PoseStatistics:
-    return hybrid(mesh.part(), drops, restitution, seed, height, workers=1,
-                  cluster_tolerance=0.0, round_sides=0)
+    return hybrid(mesh.part(), drops, restitution, seed, size.height, workers=1,
+                  cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
 
 
 Call = Callable[[], object]

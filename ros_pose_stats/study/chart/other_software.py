@@ -22,8 +22,9 @@ from .methods import point, timed
 
 Array = NDArray[np.float64]
 
-SAME_POSE = 1e-3
-"""Angle within which a pose of trimesh is one of ours, radians."""
+SAME_FACE, SAME_FACET = 1e-3, 0.2
+"""Angle within which a pose of trimesh is one of our faces, radians; on a round surface, which has
+other facets here than in the file."""
 
 MUJOCO_DROPS = (10, 100)
 MUJOCO_DEPTH, MUJOCO_STEPS = 0.01, 10
@@ -93,12 +94,11 @@ def _mujoco_shares(size: Size, bodies: int) -> tuple[float, dict[int, Array]]:
 
 def matched(known: RestingPoses, transforms: Array, probabilities: Sequence[float]) -> Array:
     """Another program's probabilities in the order of our poses, without those that match none."""
-    downs = np.array([pose.down for pose in known.poses])
     theirs = -np.asarray(transforms)[:, 2, :3]
-    gap, place = cKDTree(downs).query(theirs)
-    near = gap < SAME_POSE
-    return np.bincount(place[near], np.asarray(probabilities)[near],
-                       len(downs)).astype(np.float64)
+    gap, face = cKDTree(known.equilibria.downs).query(theirs)
+    near = gap < (SAME_FACET if known.body.rounded else SAME_FACE)
+    return np.bincount(known.clusters.pose[face[near]], np.asarray(probabilities)[near],
+                       len(known.poses)).astype(np.float64)
 
 
 def _first(size: Size, parts: int) -> int:

@@ -8,25 +8,28 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ...plots.study.speed_accuracy import ChartPanel, ChartPoint, pareto_front
+from ...records.scene import describe_scene
 from ..dataset import Dataset, DatasetSpec
 from ..output import markdown_table, plain, points
-from .bodies import Size, ellipsoids, paper_size
+from .bodies import Size, ellipsoids, machined_parts, paper_size
 from .methods import Effort, combined_points, estimator_points, simulation_points
 from .other_software import mujoco_points, trimesh_points
 
 
 class Plan(NamedTuple):
-    """Measurements of one size of part.
+    """Measurements of one size or kind of part.
 
     Attributes
     ----------
     vertices : int
-        0 for the bodies of the dataset.
+        Of the bodies; 0 for those of the dataset, or the machined ones.
     bodies, drops : int
         Bodies to simulate as the reference, and drops of each at each restitution.
     effort : Effort
     trimesh, mujoco : int
         Number of bodies for this software.
+    machined : bool
+        Whether these are machined and turned parts.
     """
 
     vertices: int
@@ -35,16 +38,19 @@ class Plan(NamedTuple):
     effort: Effort
     trimesh: int
     mujoco: int
+    machined: bool = False
 
 
 PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 6),
          Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
-         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2))
+         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2),
+         Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True))
 
 FEW_DROPS, FEWER_DROPS = (10, 100, 1_000), (10, 100)
 
 QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
-         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0))
+         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0),
+         Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, 0, machined=True))
 
 
 class Measured(NamedTuple):
@@ -90,9 +96,14 @@ class ChartResults:
     sizes: tuple[Measured, ...]
     seconds: float
 
+    @property
+    def scene(self) -> str:
+        """How high all bodies were released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.spec.restitutions, None)
+
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        return {"dataset": self.spec.as_dict(), "seconds": self.seconds,
+        return {"scene": self.scene, "dataset": self.spec.as_dict(), "seconds": self.seconds,
                 "sizes": [{**plain(one), "pareto_front": one.front()} for one in self.sizes]}
 
 
@@ -111,7 +122,8 @@ def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
     begin = time.perf_counter()
     found = []
     for plan in plans:
-        on_progress(f"simulating bodies of {plan.vertices} vertices" if plan.vertices
+        on_progress("simulating machined and turned parts" if plan.machined
+                    else f"simulating bodies of {plan.vertices} vertices" if plan.vertices
                     else "reading the dataset's bodies")
         size = _planned_bodies(dataset, plan)
         points = []
@@ -125,6 +137,8 @@ def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
 
 
 def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
+    if plan.machined:
+        return machined_parts(plan.bodies, plan.drops, dataset.spec.restitutions)
     if plan.vertices == 0:
         return paper_size(dataset)
     return ellipsoids(plan.vertices, plan.bodies, plan.drops, dataset.spec.restitutions)
@@ -141,8 +155,9 @@ def _points(size: Size, plan: Plan,
 
 
 def chart_text(found: ChartResults) -> str:
-    """A table for each size of part; methods that nothing beats are marked."""
-    return "\n\n".join(_size_text(one) for one in found.sizes)
+    """The scene, and a table for each kind of part; methods that nothing beats are marked."""
+    scene = f"{found.scene[0].upper()}{found.scene[1:]}."
+    return "\n\n".join([scene, *(_size_text(one) for one in found.sizes)])
 
 
 def _size_text(one: Measured) -> str:
