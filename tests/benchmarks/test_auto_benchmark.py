@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.auto import cases, choosing, measure
+from benchmarks.auto import cases, choosing, measure, promises
 from benchmarks.auto.sharpening import coverage, drops_needed, sharpening
 from benchmarks.report import render_page
 from benchmarks.results import Results
@@ -46,6 +46,16 @@ class TestTheRun:
         assert [row.name for row in found[-1].rows] == sorted({one.family for one in few})
         page = render_page([Results({}, tuple(found))])
         assert all(f"## {section.title}" in page for section in found)
+
+    def test_promises_by_family(self, few):
+        for section in promises.promises(few):
+            assert [row.name for row in section.rows] == [*sorted({one.family for one in few}),
+                                                          "all"]
+            assert section.rows[-1].cells["cases"] == len(few)
+            assert all(row.targets == () for row in section.rows)  # too few to be judged
+        stops = [promises.stop_alone(one, 0.1) for one in few]
+        assert all(one is not None and one.drops in (100, 150, 225) for one in stops)
+        assert promises.stop_alone(few[0], 1e-4) is None  # its drops do not suffice
 
     def test_cases_are_kept_in_a_file(self, few, tmp_path):
         file = tmp_path / "cases.npz"

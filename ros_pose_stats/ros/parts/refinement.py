@@ -24,6 +24,7 @@ from ..jobs import JobRequest, Jobs
 from ..messages.statistics_messages import with_warning
 from ..settings import Settings
 from .part_store import KnownPart, at_hand
+from .result_rules import refutes
 from .result_store import ResultStore
 
 
@@ -79,25 +80,27 @@ class Refinement:
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target.
 
-        A target error of 0 stands for none.
+        A target error of 0 stands for none. Drops that contradicted the estimate take its place.
         """
-        best = self._results.estimate(known, AUTO, scene)
+        best, found = self._results.estimate(known, AUTO, scene), self._results.find_drops(
+            known, scene)
+        said = explain_best(best.method)
+        if found is not None and refutes(found):
+            said, best = f"Drops already made contradict {best.method}.", found
         if not target_error:
-            return best, explain_best(best.method)
+            return best, said
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
-            return best, enough(f"{best.method} alone", bound, target_error)
-        found = self._results.find_drops(known, scene)
+            return best, enough(_means(best), bound, target_error)
         if found is not None:
             of_found = credible_bound(known.part, found, scene)
-            said = f"{found.method} with the {found.drops} drops already made"
             if of_found <= target_error:
-                return found, enough(said, of_found, target_error)
+                return found, enough(_means(found), of_found, target_error)
             most = self._most_drops()
             if found.drops >= most:
-                return _missed(found, f"{not_enough(said, of_found, target_error)}, and the node "
-                               f"drops at most {most} times for it (parameter drops).")
-        short = not_enough(best.method, bound, target_error)
+                return _missed(found, f"{not_enough(_means(found), of_found, target_error)}, and "
+                               f"the node drops at most {most} times for it (parameter drops).")
+        short = not_enough(_means(best), bound, target_error)
         return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
 
     def _most_drops(self) -> int:
@@ -124,6 +127,13 @@ class Refinement:
         said = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
         return said if job.recorded else f"{said} {self._results.announcer.not_recorded()}"
+
+
+def _means(message: PoseStatistics) -> str:
+    """What a result is, for a sentence."""
+    if not message.drops:
+        return f"{message.method} alone"
+    return f"{message.method} with the {message.drops} drops already made"
 
 
 def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
