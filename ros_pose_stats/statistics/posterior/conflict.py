@@ -11,8 +11,8 @@ from scipy.special import betainc
 Array = NDArray[np.float64]
 
 FALSE_ALARMS: Final = 0.002
-"""Chance at each look that some pose of a part is said to be contradicted though the estimate is as
-far off as it says, at most; Bonferroni's bound over the units and both sides."""
+"""Chance at each look that some pose of a part is said to be contradicted though the estimate is
+as far off as it says, at most; Bonferroni's bound over the units and both sides."""
 
 SMALLEST: Final = 1e-9
 
