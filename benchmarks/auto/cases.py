@@ -38,7 +38,7 @@ class Case(NamedTuple):
         Number of the part in the series, in which the families take turns.
     restitution : float
     sequence : (SEQUENCE,) array of int
-        Poses of successive drops.
+        Poses of successive drops; -1 for an unsettled one.
     reference : (P,) array of int
         Counts of other drops, `REFERENCE` of them in the benchmark.
     """
@@ -58,8 +58,9 @@ class Case(NamedTuple):
         return family_part(self.family, SERIES, self.number)
 
     def counts(self, drops: int) -> Index:
-        """Counts (P,) of the first drops."""
-        return np.bincount(self.sequence[:drops], minlength=self.reference.size)
+        """Counts (P,) of the first drops, of those that settled."""
+        first = self.sequence[:drops]
+        return np.bincount(first[first >= 0], minlength=self.reference.size)
 
     def prior(self) -> PosePrior:
         """Prior around the estimate that `hybrid` starts from."""

@@ -47,6 +47,10 @@ class TestTheRun:
         page = render_page([Results({}, tuple(found))])
         assert all(f"## {section.title}" in page for section in found)
 
+    def test_unsettled_drops_are_not_counted(self, few):
+        case = few[0]._replace(sequence=np.array([0, -1, 1, 0], np.int16))
+        assert case.counts(3).sum() == 2 and case.counts(4)[0] == 2
+
     def test_promises_by_family(self, few):
         for section in promises.promises(few):
             assert [row.name for row in section.rows] == [*sorted({one.family for one in few}),

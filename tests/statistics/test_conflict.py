@@ -26,7 +26,7 @@ def told_prior(rng):
 
 @pytest.mark.parametrize("drops", [10, 300, 10_000])
 def test_false_alarms_are_as_rare_as_they_say(drops):
-    """Five thousandths of 1000 parts are 5; three standard errors more are 11."""
+    """Two thousandths of 1000 parts are 2; three standard errors more are 6."""
     rng, alarms = np.random.default_rng(4), 0
     for _ in range(TIMES):
         prior, true = told_prior(rng)

@@ -10,9 +10,9 @@ from scipy.special import betainc
 
 Array = NDArray[np.float64]
 
-FALSE_ALARMS: Final = 0.005
-"""Chance that some pose of a part is said to be contradicted though the estimate is as far off as
-it says, at most; Bonferroni's bound over the units and both sides."""
+FALSE_ALARMS: Final = 0.002
+"""Chance at each look that some pose of a part is said to be contradicted though the estimate is
+as far off as it says, at most; Bonferroni's bound over the units and both sides."""
 
 SMALLEST: Final = 1e-9
 

@@ -115,7 +115,7 @@ class TestATargetThatIsMissed:
             final = joiner.wait(part_id, lambda message: message.drops and message.final)
         assert (first.method, first.drops) == ("split", 0)
         assert any(line.startswith("TARGET_MISSED") for line in first.warnings)
-        assert "split is within" in answer.message and "1 points" in answer.message
+        assert "split alone is within" in answer.message and "1 points" in answer.message
         assert (final.method, final.job_id) == ("hybrid", job_named(answer.message))
         assert final.expected_error < TARGET < first.expected_error
         assert bound_of(final) <= TARGET
