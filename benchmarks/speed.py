@@ -34,13 +34,13 @@ target that was met or missed.
 
 CHART = """## By size
 
-![Time of a part on one core against the error of its probabilities, for three sizes of
+![Time of a part on one core against the error of its probabilities, for four kinds of
 part](figures/speed_accuracy.png)
 
 An estimate is the first answer, and drops lower its error. Time is from the mesh arrays to the
 probabilities; the error is the root mean square over the poses in percentage points, against the
-drop simulation's own limit. No poses are merged (cluster tolerance 0). A real plate adds some 5
-points, whatever the method.
+drop simulation's own limit. No poses of polyhedra are merged (cluster tolerance 0); machined and
+turned parts are taken as users' files are. A real plate adds some 5 points, whatever the method.
 """
 
 DEMO_PARTS = """## The demo parts

@@ -51,7 +51,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          "the page says how many are accepted a minute")
     command.add_argument("--drops", type=read_count, metavar="N",
                          help="number of drops of the simulation (default: as many as bring the "
-                         "error over the poses within a point, at most 5000)")
+                         "error over the poses within a point, at most 10000)")
     command.add_argument("--seed", type=read_count, default=1, metavar="S",
                          help="seed of the simulation; the same seed gives the same counts "
                          "(default: %(default)s)")

@@ -19,7 +19,7 @@ from .feeding import Feeding, feeding, refuse_unknown
 from .words import said_once
 
 TARGET_ERROR = 0.01
-MOST_DROPS = 5000
+MOST_DROPS = 10_000
 """Error that the drops of a page are to reach, and the most of them, where their number is not
 given: a page should be there soon, and a real plate adds five points anyway."""
 
@@ -81,7 +81,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     ----------
     part : Part
     drops : int, optional
-        Default: as many as bring the error over the poses within a point, at most 5000. The
+        Default: as many as bring the error over the poses within a point, at most 10 000. The
         same request gives the same counts on every machine.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 
 from ros_pose_stats import resting_poses
 from ros_pose_stats.estimators import ESTIMATORS
@@ -21,9 +22,10 @@ from ros_pose_stats.study.stability import (
     write_stability,
 )
 from ros_pose_stats.study.stability.jumps import change, spread
-from ros_pose_stats.study.stability.stability_page import LESSONS
+from ros_pose_stats.study.stability.lessons import LESSONS
+from ros_pose_stats.study.stability.walk import along, towards
 from ros_pose_stats.study.stability.walk_runs import measured, reliability
-from ros_pose_stats.study.stability.walks import along, towards, walks
+from ros_pose_stats.study.stability.walks import walks
 from tests.study.tables import shipped, some
 
 WALKS = {walk.name: walk for walk in walks()}
@@ -99,7 +101,8 @@ class TestWalks:
         """But that the leaning prism's base is no pose any more at one of them."""
         seen = []
         for value in walk.values[[0, -1]].tolist():
-            poses = resting_poses(walk.make(value).part, walk.cluster_tolerance).poses
+            step = walk.make(value)
+            poses = resting_poses(step.part, walk.tolerance(step), walk.round_sides).poses
             seen.append(bool(walk.watched(np.array([pose.down for pose in poses])).any()))
         assert any(seen)
 
@@ -133,14 +136,6 @@ class TestLimits:
             assert one.values[0] > 0.97 and one.values[-1] < 0.01
         np.testing.assert_array_equal(found.simulated.values, (1.0, 0.0))
 
-    def test_round_cylinder(self):
-        """CSAE: the two discs span 4 pi (1 - cos 45 degrees) of a cylinder as high as wide."""
-        walk = WALKS["cylinder_sides"]
-        found = measured(walk, 20, len(walk.values) - 1)
-        assert found.values[-1] == 512.0
-        assert curve(found, "csae").values[-1] == pytest.approx(1.0 - math.sqrt(0.5), abs=1e-4)
-        assert found.poses[-1] == 3
-
     def test_an_unbroken_cube(self):
         found = measured(WALKS["broken_symmetry"], 600, 22)
         for one in found.curves:
@@ -154,6 +149,55 @@ class TestLimits:
             assert (np.ptp(one.values) == 0.0) == (one.method != "split")
         assert found.simulated.low[0] > found.simulated.high[-1] or \
             found.simulated.low[-1] > found.simulated.high[0]
+
+
+class TestParts:
+    """What users have: turned, toothed and drilled parts, and the nudge that makes poses."""
+
+    def test_from_fifteen_sides_on_a_cylinder_is_round_however_the_file_cuts_it(self):
+        """CSAE: the two discs span 4 pi (1 - cos 45 degrees) of a cylinder as high as wide."""
+        walk = WALKS["cylinder_sides"]
+        round_ones = walk.values >= walk.mark
+        found = measured(walk, 400)
+        assert round_ones.sum() >= 10
+        assert set(found.poses[round_ones]) == {3}
+        for one in found.curves:
+            assert np.ptp(one.values[round_ones]) < 0.005, one.method
+        csae = curve(found, "csae").values[round_ones]
+        assert csae == pytest.approx(np.full(round_ones.sum(), 1.0 - math.sqrt(0.5)), abs=2e-3)
+        drops = found.simulated.values[round_ones]
+        expected = drops.mean() * (1.0 - drops.mean()) / 400
+        chi = ((drops - drops.mean()) ** 2).sum() / expected
+        assert chi < stats.chi2.ppf(0.9999, round_ones.sum() - 1)
+
+    def test_teeth_become_one_rim(self):
+        walk = WALKS["gear_teeth"]
+        many = walk.values >= walk.mark
+        poses = [len(resting_poses(walk.make(teeth).part).poses) for teeth in walk.values.tolist()]
+        assert np.all(np.array(poses)[many] == 3)
+        assert min(np.array(poses)[~many]) > 3
+
+    def test_a_blind_hole_makes_the_closed_end_heavier(self):
+        """The centre of mass in closed form: a block less a prism of 64 sides, millimetres."""
+        walk = WALKS["hole_size"]
+        block, depth = 20.0 * 20.0 * 22.0, 0.9 * 22.0
+        for diameter in (0.0, 0.5, 0.96):
+            hole = 32.0 * math.sin(2.0 * math.pi / 64.0) * (10.0 * diameter) ** 2 * depth
+            height = (block * 11.0 - hole * (22.0 - depth / 2.0)) / (block - hole)
+            part = walk.make(diameter).part
+            assert part.center_of_mass[2] * 1e3 == pytest.approx(height, abs=1e-4)
+        found = measured(walk, 2000, 16)
+        for one in found.curves:
+            if one.method != "area":  # of the hull, which stays
+                assert one.values[1] > one.values[0] + 0.01, one.method
+        assert found.simulated.low[1] > found.simulated.high[0]
+
+    def test_a_larger_nudge_lists_fewer_poses_and_pours_the_shallow_ones_into_others(self):
+        found = measured(WALKS["nudge"], 20, 4)
+        assert found.poses[0] == 20 and found.poses[-1] == 2
+        assert np.all(np.diff(found.poses) <= 0)
+        for method in ("area", "csae", "adre", "qse"):
+            assert np.all(np.diff(curve(found, method).values) >= -1e-12), method
 
 
 @pytest.fixture(scope="module")

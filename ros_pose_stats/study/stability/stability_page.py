@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from ...estimators.registry import ESTIMATORS
 from ...plots.study.stability import WalkCurve, WalkPanel, reliability_figure, walk_figure
+from ...records.scene import DEFAULT_RESTITUTION, describe_scene
 from ...text import listed
 from ..output import markdown_table, points, write_page
 from ..paper import ERRORS
 from .jumps import spread
+from .lessons import LESSONS
 from .walk_runs import COMBINED_DROPS, LEVEL, Curve, StabilityResults, WalkResults
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
 
 def as_dict(found: StabilityResults) -> dict[str, Any]:
     """Plain values for JSON."""
-    return {"walks": [_walk(one) for one in found.walks],
+    return {"scene": SCENE, "walks": [_walk(one) for one in found.walks],
             "reliability": {name: [one._asdict() for one in bins]
                             for name, bins in found.reliability.items()}}
 
@@ -70,14 +72,17 @@ def _method(found: WalkResults, one: Curve) -> dict[str, Any]:
 
 WIDTH = 99
 
+SCENE: Final = f"Unless a walk changes it: {describe_scene(DEFAULT_RESTITUTION, None)}."
+
 INTRODUCTION = """# Where methods fail
 
 Written by `ros_pose_stats benchmark stability -o docs`; edits here are lost.
 
+{scene}
+
 Each section walks a body, or the scene that it falls into, through one kind of trouble. The figure
-shows one probability along the walk by every estimator and by drop simulation at restitution
-0.5 (unless the walk changes it); crosses are jumps, found by halving the step until the change
-stays. In the tables
+shows one probability along the walk by every estimator and by drop simulation; crosses are jumps,
+found by halving the step until the change stays. In the tables
 
 - `jumps` is the number of jumps of at least 0.2 points, and the largest of them,
 - `slope` the largest change in points for a relative change of the parameter by one per cent
@@ -100,7 +105,7 @@ each bin of what was expected and of what came true, in points. The last row is 
 
 def stability_page(found: StabilityResults) -> str:
     """The whole page, Markdown."""
-    parts = [INTRODUCTION]
+    parts = [INTRODUCTION.format(scene=SCENE)]
     for one in found.walks:
         name = one.walk.name
         picture = f"![{one.walk.title}](../figures/stability_{name}.png)"
@@ -112,7 +117,7 @@ def stability_page(found: StabilityResults) -> str:
 def stability_text(found: StabilityResults) -> str:
     """All tables."""
     parts = [f"### {one.walk.title}\n\n{walk_text(one)}" for one in found.walks]
-    return "\n\n".join([*parts, f"### Expected errors\n\n{reliability_text(found)}"])
+    return "\n\n".join([SCENE, *parts, f"### Expected errors\n\n{reliability_text(found)}"])
 
 
 def reliability_text(found: StabilityResults) -> str:
@@ -167,66 +172,6 @@ def _title(name: str) -> str:
     return ESTIMATORS[name].title
 
 
-LESSONS: Final = {
-    "marginal_face": (
-        "A face that is about to stop being stable still gets its full share from the area, the "
-        "centroid solid angle and what is built on them, up to the moment when it gets nothing. "
-        "EAE and MEAE fade it out, and so do drops. The warning MARGINAL_POSE says when a part is "
-        "here: the real part, off by a tenth of a millimetre, may be on either side."),
-    "coplanar_faces": (
-        "Two faces that are nearly one change nothing for drops. Estimators share out the same "
-        "total between them, but for NQSE, whose curve is taken of every pose by itself, and the "
-        "combined estimator with it: they change where the faces merge. Cluster tolerance 0 "
-        "shows it; at the default the two are one pose long before."),
-    "cylinder_sides": (
-        "To the estimators of the paper a cylinder of 32 sides is as good as one of 512. Drops "
-        "see a difference: a polygon that rolls loses energy at every edge and comes to rest on "
-        "its side, a round part rolls on until it falls on an end or stops for other reasons. "
-        "Simulate round parts with fine facets; COARSE_CURVE warns of coarse ones. NQSE has a "
-        "spike where the facets are not yet gathered into one pose. `split` knows how finely a "
-        "body is divided and goes with the drops up to some hundred sides; of still finer ones "
-        "it can tell no more, but a hundred drops together with it begin to."),
-    "heavy_sphere": (
-        "With hundreds of shallow poses the older estimators do not see that the heavy side "
-        "pulls: most facets stay stable, so most share in the probability. Drops roll to the "
-        "heavy side once the offset beats the facets. EAE, MEAE and `split` follow in kind, not "
-        "in number. "
-        "Expect little of any estimator for a part that is nearly a ball, and simulate."),
-    "needle": (
-        "All methods agree on plates and needles, and on the cube by symmetry. In between they "
-        "part company, most at thick plates and short bars, which many parts are: see the dice in "
-        "accuracy.md."),
-    "broken_symmetry": (
-        "A cube whose corners are off by a millionth has faces of two triangles each, and one "
-        "triangle of a face may hold the foot of the centre of mass alone. Estimators that add up "
-        "faces count the stable triangle only. QSE lets the other one topple onto it, EAE and "
-        "MEAE see one valley: these hardly move. Drops do not move at all."),
-    "vertex_noise": (
-        "Noise of the vertices up to a thousandth of the radius changes no method; at a "
-        "hundredth faces begin to appear and vanish, and estimators that jump there jump."),
-    "restitution": (
-        "None of the paper's estimators knows the plate. The simulation's probability changes by "
-        "far more than its noise between soft and hard plates, and not steadily: no single "
-        "estimate is right for all of them. `split` knows the restitution and goes with the "
-        "drops, but for the ups and downs on soft plates: give it, and simulate if they matter."),
-    "rocking": (
-        "Two neighbouring faces, a ridge of less than a hundred-thousandth of the radius between "
-        "the higher one and the lower. Whether the part rocks itself to rest on the higher face "
-        "or over the ridge is decided by a few impacts, and changes within a few hundredths of "
-        "the restitution. No estimator that is smooth in the scene and in the shape follows that; "
-        "the largest deviations of all methods are of this kind. At cluster "
-        "tolerance 0, as here, MARGINAL_POSE and SHALLOW_POSE warn of it; at the default the two "
-        "are one pose. Where it matters, simulate with the restitution of the real ground."),
-    "drop_height": (
-        "Released low, the part stays where it is put: the simulation then follows the starting "
-        "poses. Above a few radii the height hardly matters, and the paper's estimators are "
-        "made for that. Feeder lips are one to three radii high, where LOW_DROP warns. `split` "
-        "knows the height from one radius on, but smooths over what happens below three: simulate "
-        "with the real height, or let `hybrid` add drops."),
-}
-"""By the walk's name."""
-
-
 PAPER = "the paper's estimators and those before it"
 
 
@@ -244,8 +189,14 @@ def draw_walk(found: WalkResults) -> Figure:
                        WalkPanel(heading, ours, paper, "those on the left")],
         np.array([simulated.values, simulated.low, simulated.high]), walk.parameter,
         walk.quantity, logarithmic=walk.logarithmic, mark=walk.mark, title=walk.title,
-        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops. Cluster tolerance "
-        f"{walk.cluster_tolerance:g}.")
+        note=f"Bars: {100.0 * LEVEL:g} % intervals of {drops} drops.{_tolerance(found)} {SCENE}")
+
+
+def _tolerance(found: WalkResults) -> str:
+    """The cluster tolerance, where the walk does not change it."""
+    walk = found.walk
+    changed = walk.make(float(found.values[0])).cluster_tolerance is not None
+    return "" if changed else f" Cluster tolerance {walk.cluster_tolerance:g}."
 
 
 def draw_reliability(found: StabilityResults) -> Figure:

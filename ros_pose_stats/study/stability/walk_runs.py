@@ -23,7 +23,8 @@ from ...statistics.intervals import jeffreys_interval
 from ..dataset import Dataset, shipped_dataset, shipped_datasets
 from ..estimates import restings, scene_estimates, square_errors
 from .jumps import Change, change
-from .walks import Step, Walk, walks
+from .walk import Step, Walk
+from .walks import walks
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,8 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
         return Curve(method, probabilities, change(
             places, probabilities, lambda place: between(place)[method], walk.whole))
 
-    poses = [len(resting_poses(step.part, walk.cluster_tolerance, 0).poses) for step in steps]
+    poses = [len(resting_poses(step.part, walk.tolerance(step), walk.round_sides).poses)
+             for step in steps]
     return WalkResults(walk, values, np.array(poses), tuple(map(curve, told[0])),
                        _simulated(walk, steps, drops), _combined(walk, steps))
 
@@ -151,7 +153,7 @@ def measured(walk: Walk, drops: int, stride: int = 1) -> WalkResults:
 def _estimated(walk: Walk, step: Step) -> dict[str, float]:
     """Probability of what is watched, by each estimator."""
     found = estimate_all(step.part, restitution=step.restitution, drop_height=step.drop_height,
-                         cluster_tolerance=walk.cluster_tolerance, round_sides=0)
+                         cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides)
     return {one.method: _watched(walk, one) for one in found}
 
 
@@ -159,7 +161,7 @@ def _combined(walk: Walk, steps: Sequence[Step]) -> Array:
     """Probability by an estimate with a few fresh drops, at each step."""
     return np.array([_watched(walk, hybrid(
         step.part, COMBINED_DROPS, step.restitution, COMBINED_SEED + place, step.drop_height,
-        cluster_tolerance=walk.cluster_tolerance, round_sides=0))
+        cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides))
         for place, step in enumerate(steps)])
 
 
@@ -174,7 +176,7 @@ def _simulated(walk: Walk, steps: Sequence[Step], drops: int) -> SimulatedCurve:
     counts, settled = [], []
     for seed, step in enumerate(steps):
         found = simulate(step.part, drops, step.restitution, seed, step.drop_height,
-                         cluster_tolerance=walk.cluster_tolerance, round_sides=0)
+                         cluster_tolerance=walk.tolerance(step), round_sides=walk.round_sides)
         seen = walk.watched(np.array([pose.down for pose in found.poses]))
         counts.append(sum(pose.count for pose, yes in zip(found.poses, seen, strict=True) if yes))
         settled.append(found.drops - found.unsettled)

@@ -1,107 +1,19 @@
-"""Walks: bodies or scenes that go through one known trouble each, step by step."""
+"""The walks: bodies and scenes that go through one known trouble each, step by step."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...mesh.parts import part_from_mesh
 from ...records import Part
-from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
 from ...resting.poses import resting_poses
-from ...shapes import box, cylinder, hull_mesh, sphere_points
+from ...shapes import box, hull_mesh, sphere_points
 from ...shapes.random_polyhedra import random_polyhedron
-
-Array = NDArray[np.float64]
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """The part and the scene at one value of a walk.
-
-    Attributes
-    ----------
-    part : Part
-    restitution : float
-    drop_height : float or None
-        Metres; None for 20 radii.
-    """
-
-    part: Part
-    restitution: float = DEFAULT_RESTITUTION
-    drop_height: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Walk:
-    """A family of bodies or scenes along one parameter.
-
-    Attributes
-    ----------
-    name : str
-        For files.
-    title : str
-        Sentence that says what happens along the walk.
-    parameter : str
-        Label of the axis, with its unit.
-    values : (k,) array
-        Of the parameter, rising, where everything is measured.
-    logarithmic : bool
-        Whether the axis and the slopes are in the parameter's logarithm.
-    make : callable
-        From a value of the parameter to a `Step`.
-    watched : callable
-        From directions (P, 3) that point down in the poses to a mask (P,): the poses whose
-        probabilities are added and followed.
-    quantity : str
-        Name of what is watched.
-    cluster_tolerance : float
-    whole : bool
-        Whether the parameter takes whole numbers only, so that no limit can be looked for.
-    mark : float or None
-        Value of the parameter at which the trouble is.
-    """
-
-    name: str
-    title: str
-    parameter: str
-    values: Array
-    logarithmic: bool
-    make: Callable[[float], Step]
-    watched: Callable[[Array], NDArray[np.bool_]]
-    quantity: str
-    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
-    whole: bool = False
-    mark: float | None = None
-
-    def place(self, value: float) -> float:
-        """Position along the walk: the value or its logarithm."""
-        return float(np.log(value)) if self.logarithmic else value
-
-    def value(self, place: float) -> float:
-        """The parameter at a position."""
-        return float(np.exp(place)) if self.logarithmic else place
-
-
-def towards(direction: tuple[float, float, float],
-            angle: float) -> Callable[[Array], NDArray[np.bool_]]:
-    """Whether directions (P, 3) lie within an angle, in radians, of one."""
-    unit = np.asarray(direction) / np.linalg.norm(direction)
-    least = np.cos(angle)
-    return lambda downs: np.asarray(downs @ unit >= least)
-
-
-def along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
-    """Whether directions (P, 3) lie nearest to an axis, either way."""
-    return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)
-
-
-SIZE = 0.02
-"""Size of the bodies, metres, on which no number depends."""
+from .part_walks import part_walks
+from .walk import SIZE, Array, Step, Walk, along, spread_by_ratio, spread_evenly, towards
 
 LEAN_HEIGHT = 1.5
 RANDOM_BODY = 3
@@ -119,13 +31,13 @@ NEAR = 0.3
 
 def walks() -> list[Walk]:
     """All walks, in the order of the page."""
-    return [_leaning(), _roof(), _cylinder(), _sphere(), _prism(), _broken_cube(),
+    return [_leaning(), _roof(), *part_walks(), _sphere(), _prism(), _broken_cube(),
             _noisy(), _restitution(), _rocking(), _drop_height()]
 
 
 def _leaning() -> Walk:
     return Walk("marginal_face", "A prism leans until its centre of mass crosses the base's edge",
-                "lean of the top over the width of the base", _even(0.85, 1.15, 13), False,
+                "lean of the top over the width of the base", spread_evenly(0.85, 1.15, 13), False,
                 lambda lean: Step(_leaning_prism(lean)), along(2), "both bases together",
                 0.0, mark=1.0)
 
@@ -137,7 +49,7 @@ def _leaning_prism(lean: float) -> Part:
 
 def _roof() -> Walk:
     return Walk("coplanar_faces", "The roof of a house flattens until it is one face",
-                "height of the ridge over the width", _log(1e-12, 0.3, 24), True,
+                "height of the ridge over the width", spread_by_ratio(1e-12, 0.3, 24), True,
                 lambda rise: Step(_house(rise)), towards((0.0, 0.0, 1.0), 0.8), "the roof",
                 0.0)
 
@@ -148,17 +60,9 @@ def _house(rise: float) -> Part:
     return _hull(np.array(walls + ridge))
 
 
-def _cylinder() -> Walk:
-    sides = np.unique(_log(6.0, 512.0, 20).round())
-    return Walk("cylinder_sides", "A cylinder, as high as wide, is made of more and more sides",
-                "sides", sides, True,
-                lambda count: Step(part_from_mesh(*cylinder(round(count), SIZE, 2.0 * SIZE))),
-                along(2), "both ends together", whole=True)
-
-
 def _sphere() -> Walk:
     return Walk("heavy_sphere", "A tessellated sphere loses the offset of its centre of mass",
-                "offset over the radius", _log(1e-4, 0.2, 12), True,
+                "offset over the radius", spread_by_ratio(1e-4, 0.2, 12), True,
                 lambda offset: Step(_loaded_sphere(offset)),
                 towards((0.0, 0.0, -1.0), 0.25 * math.pi),
                 "a pose within 45 degrees of the heavy side")
@@ -177,14 +81,14 @@ def _plain_sphere() -> Part:
 
 def _prism() -> Walk:
     return Walk("needle", "A square prism goes from a plate to a needle", "length over width",
-                _log(0.01, 100.0, 25), True,
+                spread_by_ratio(0.01, 100.0, 25), True,
                 lambda ratio: Step(part_from_mesh(*box(SIZE, SIZE, ratio * SIZE))), along(2),
                 "both square faces together")
 
 
 def _broken_cube() -> Walk:
     return Walk("broken_symmetry", "The corners of a cube are moved at random",
-                "move over the edge", _log(1e-12, 1e-1, 23), True,
+                "move over the edge", spread_by_ratio(1e-12, 1e-1, 23), True,
                 lambda size: Step(_hull(_moved(np.array(box(1.0, 1.0, 1.0)[0]), size))),
                 towards((0.0, 0.0, -1.0), NEAR), "one face", 0.0)
 
@@ -192,7 +96,7 @@ def _broken_cube() -> Walk:
 def _noisy() -> Walk:
     body = random_polyhedron(1, RANDOM_BODY)
     return Walk("vertex_noise", "The vertices of a random polyhedron are moved at random",
-                "move over the radius", _log(1e-9, 1e-1, 17), True,
+                "move over the radius", spread_by_ratio(1e-9, 1e-1, 17), True,
                 lambda size: Step(_hull(_moved(body.vertices, size))),
                 towards(_favourite(body.part()), NEAR), "its most probable pose", 0.0)
 
@@ -200,7 +104,7 @@ def _noisy() -> Walk:
 def _restitution() -> Walk:
     part = _plate()
     return Walk("restitution", "A thick square plate falls on harder and harder ground",
-                "coefficient of restitution", _even(0.0, 0.95, 20), False,
+                "coefficient of restitution", spread_evenly(0.0, 0.95, 20), False,
                 lambda value: Step(part, restitution=value), along(2),
                 "both square faces together")
 
@@ -209,15 +113,15 @@ def _rocking() -> Walk:
     part = random_polyhedron(*ROCKING_BODY).part()
     x, y, z = resting_poses(part, 0.0, 0).poses[1].down.tolist()
     return Walk("rocking", "A part with two poses side by side falls on harder and harder ground",
-                "coefficient of restitution", _even(0.0, 0.95, 20), False,
+                "coefficient of restitution", spread_evenly(0.0, 0.95, 20), False,
                 lambda value: Step(part, restitution=value), towards((x, y, z), 0.1),
                 "the higher one of the two", 0.0)
 
 
 def _drop_height() -> Walk:
     part = _plate()
-    return Walk("drop_height", "A thick square plate falls from higher and higher",
-                "drop height in radii", _log(0.5, 100.0, 20), True,
+    return Walk("drop_height", "A thick square plate falls from touching up",
+                "drop height in radii", spread_by_ratio(0.3, 100.0, 22), True,
                 lambda radii: Step(part, drop_height=radii * resting_poses(
                     part, round_sides=0).body.radius),
                 along(2), "both square faces together", mark=1.0)
@@ -233,14 +137,6 @@ def _favourite(part: Part) -> tuple[float, float, float]:
 
     x, y, z = estimate(part, "combined").poses[0].down.tolist()
     return x, y, z
-
-
-def _log(low: float, high: float, number: int) -> Array:
-    return np.asarray(np.geomspace(low, high, number), dtype=np.float64)
-
-
-def _even(low: float, high: float, number: int) -> Array:
-    return np.asarray(np.linspace(low, high, number), dtype=np.float64)
 
 
 def _moved(vertices: Array, size: float) -> Array:
