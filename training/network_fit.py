@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.random import Generator
@@ -13,6 +13,12 @@ from ros_pose_stats.estimators.fitted_weights import TanhNetwork
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.floating]
+
+RATE, WARMING = 0.01, 0.05
+"""Highest rate of `descend`, and the share of its steps over which it rises to that."""
+
+KEPT_MEAN, KEPT_SQUARE, LEAST_SLOPE = 0.9, 0.999, 1e-8
+"""Constants of Adam as its authors give them."""
 
 
 def coefficient_count(columns: int, units: int) -> int:
@@ -41,6 +47,37 @@ def network_gradient(network: TanhNetwork, tangents: Floats, inputs: Floats,
     inner = (1.0 - tangents * tangents) * np.outer(back, network.output_weights)
     return np.concatenate(([back.sum()], inputs.T @ back, (inputs.T @ inner).ravel(),
                            inner.sum(axis=0), tangents.T @ back))
+
+
+def descend(slopes: Callable[[int, Array], Array], values: Array, batches: int, epochs: int,
+            draw: Generator) -> Array:
+    """Minimise a mean over batches of samples by Adam (Kingma and Ba, 2015).
+
+    The rate rises over the first steps, then falls to 0 like a half wave of a cosine.
+
+    Parameters
+    ----------
+    slopes : callable
+        Gradient (n,) of the loss of one batch, from its number and the values.
+    values : (n,) array
+        To begin from.
+    batches : int
+    epochs : int
+        Number of times that each batch is used.
+    draw : Generator
+        For the order of the batches.
+    """
+    found, mean, square = values.copy(), np.zeros_like(values), np.zeros_like(values)
+    order = np.concatenate([draw.permutation(batches) for _ in range(epochs)])
+    for step, batch in enumerate(order.tolist(), 1):
+        at = step / len(order)
+        rate = RATE * min(at / WARMING, 1.0) * 0.5 * (1.0 + math.cos(math.pi * at))
+        slope = slopes(batch, found)
+        mean += (1.0 - KEPT_MEAN) * (slope - mean)
+        square += (1.0 - KEPT_SQUARE) * (slope * slope - square)
+        found -= (rate * mean / (1.0 - KEPT_MEAN ** step)
+                  / (np.sqrt(square / (1.0 - KEPT_SQUARE ** step)) + LEAST_SLOPE))
+    return found
 
 
 def undo_scaling(network: TanhNetwork, mean: Floats, scale: Floats) -> TanhNetwork:

@@ -20,6 +20,9 @@ LEAST_CROWDING = 1e-4
 LEAST_APART = 1e-3
 """Added to square distances of two methods, over the `error_scale`, before the logarithm."""
 
+LEAST_ANGLE = 1e-12
+"""Solid angle by which shares of a component are taken, at least."""
+
 SHALLOWEST = 1e-3
 """Added to the barrier of a pose, in radii, before its logarithm is taken."""
 
@@ -43,6 +46,30 @@ def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
 def corner_inputs(resting: RestingPoses) -> Array:
     """Logarithms of how far the body turns in few corners, at two reaches (2,)."""
     return np.asarray(np.log(resting.corner_crowding + LEAST_CROWDING))
+
+
+def rolling_inputs(resting: RestingPoses) -> Array:
+    """How far the components of the K splits are facets that the body rolls on, (3 K, 2).
+
+    The share of the facets of round and toothed runs in the solid angle of a component's faces,
+    and the mean over that angle of the log of how many facets their run has, 0 off all runs. The
+    rows of a split are its two children and the whole.
+    """
+    body, tree = resting.body, resting.equilibria.arrays.tree
+    joins = np.flatnonzero(resting.clusters.split)
+    nodes = np.column_stack((tree.child[joins], tree.level.shape[0] + 1 + joins)).ravel()
+    rolls = body.run_of_face >= 0
+    if not rolls.any():
+        return np.zeros((nodes.shape[0], 2))
+    run = body.run_of_face[rolls]
+    measures = np.zeros((rolls.shape[0], 3))
+    measures[:, 0], measures[rolls, 1] = 1.0, 1.0
+    measures[rolls, 2] = np.log(np.bincount(run)[run])
+    measures *= body.arrays.angle[:, None]
+    sums = np.concatenate((np.zeros((1, 3)), measures[tree.face_order].cumsum(axis=0)))
+    begin, end = tree.face_range[tree.leaf_range[nodes]].T
+    found = sums[end] - sums[begin]
+    return np.asarray(found[:, 1:] / np.maximum(found[:, :1], LEAST_ANGLE))
 
 
 def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,

@@ -19,7 +19,7 @@ from ..kernels.features.component_features import DEPTH, LEVEL, LOG_AREA, LOG_HE
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .fitted_inputs import corner_inputs, scene_inputs
+from .fitted_inputs import corner_inputs, rolling_inputs, scene_inputs
 from .fitted_weights import SPLIT_FITS, SplitFit
 from .solid_angles import Array, normalized
 
@@ -52,7 +52,9 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 24) of the weights: features, body, scene and corners, for the K splits.
+    """Inputs (3 K, 26) of the weights of the K splits.
+
+    Those are the features, then what tells of the body, the scene and the corners, then rolling.
 
     The rows of a split are its two children and the whole.
     """
@@ -61,9 +63,8 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     rows = features.reshape(-1, features.shape[2])
     about = np.concatenate((resting.shape_features, scene_inputs(resting, scene),
                             corner_inputs(resting)))
-    inputs = np.empty((rows.shape[0], rows.shape[1] + about.shape[0]))
-    inputs[:, :rows.shape[1]], inputs[:, rows.shape[1]:] = rows, about
-    return inputs
+    same = np.broadcast_to(about, (rows.shape[0], about.shape[0]))
+    return np.hstack((rows, same, rolling_inputs(resting)))
 
 
 def kept_shares(resting: RestingPoses) -> Array:
@@ -89,7 +90,7 @@ def kept_shares(resting: RestingPoses) -> Array:
 
 def component_weights(rows: NDArray[np.floating],
                       fits: Sequence[SplitFit] = SPLIT_FITS) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 24).
+    """Logarithm (n,) of the weights of components from their inputs (n, 26).
 
     A part comes to rest in a component because the last of its energy leaves it there, or
     because it lands on a face that holds it: each has a weight of its own, and they add.

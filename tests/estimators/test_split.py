@@ -11,6 +11,7 @@ from scipy.integrate import trapezoid
 from ros_pose_stats import DropScene, estimate, part_from_mesh, resting_poses, shapes
 from ros_pose_stats.estimators import split as module
 from ros_pose_stats.estimators.energy_absorption import meae
+from ros_pose_stats.estimators.fitted_inputs import rolling_inputs
 from ros_pose_stats.estimators.fitted_weights import SplitFit, TanhNetwork
 from ros_pose_stats.estimators.split import component_bases, component_weights, split, split_inputs
 from ros_pose_stats.kernels.body.arcs import make_arcs
@@ -28,7 +29,7 @@ def by_index(part, restitution=0.5, height=None, tolerance=0.0):
 @pytest.mark.parametrize("number", range(3))
 def test_without_its_weights_it_is_the_modified_energy_absorption_estimator(number, monkeypatch):
     """Eq. 8 with r, which has an implementation of its own."""
-    none = SplitFit(*(TanhNetwork(bias, np.zeros(24), np.zeros((24, 1)), np.zeros(1), np.zeros(1))
+    none = SplitFit(*(TanhNetwork(bias, np.zeros(26), np.zeros((26, 1)), np.zeros(1), np.zeros(1))
                       for bias in (0.0, -300.0)))
     monkeypatch.setattr(module, "component_weights", lambda rows: component_weights(rows, [none]))
     resting = resting_poses(random_polyhedron(8, number, 0.25).part(), 0.0)
@@ -63,11 +64,24 @@ def test_what_joins_soon_by_its_definition(of, columns):
 
 
 def test_a_component_of_no_depth_holds_nothing():
-    rows = np.zeros((4, 24))
+    rows = np.zeros((4, 26))
     rows[:, 3] = (0.0, 1e-6, 1e-3, 0.5)
     area, held = component_bases(rows)
     assert area.tolist() == [0.0] * 4
     np.testing.assert_allclose(np.exp(held), (0.0, 1e-3, 0.5, 1.0), atol=2e-3)
+
+
+def test_what_a_cylinder_rolls_on():
+    """Its ends are no facets of a turn, and its side is all of the 192; by solid angles."""
+    resting = resting_poses(part_from_mesh(*shapes.cylinder(48, 1.0, 2.0)))
+    found = rolling_inputs(resting).reshape(-1, 3, 2)
+    side = 1.0 / math.sqrt(2.0)  # of the sphere, seen from the middle
+    shares = found[:, :, 0]
+    np.testing.assert_allclose(shares[-1, 2], side, atol=1e-3)
+    assert set(np.round(shares[0, :2], 9).tolist()) <= {0.0, 1.0}
+    np.testing.assert_allclose(found[:, :, 1], shares * math.log(192.0), rtol=1e-12)
+    cube = resting_poses(part_from_mesh(*shapes.box(1.0, 1.1, 1.2)))
+    assert not rolling_inputs(cube).any()
 
 
 class TestScene:

@@ -18,16 +18,17 @@ from ros_pose_stats.estimators.split import component_bases, component_weights
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS, write_demo_parts
 from training.families import family_options, family_part, family_poses
+from training.network_fit import descend
 from training.split import counting, page, real_parts
 from training.split.__main__ import DOCS
 from training.split.counting import count_all, drop_body, join_parts
-from training.split.fit import _objective, fit_networks, predict, write_weights
+from training.split.fit import Batch, fit_networks, loss_slopes, predict, write_weights
 from training.split.gradient import tree_loss
 from training.split.samples import FIT_SEED, HEIGHT, JUDGE_SEED, read_samples, write_samples
 from training.split.table import make_table
 
 
-def network(constant=0.0, columns=24, units=3, random=None):
+def network(constant=0.0, columns=26, units=3, random=None):
     """Of random coefficients, or a constant."""
     if random is None:
         return TanhNetwork(constant, np.zeros(columns), np.zeros((columns, units)),
@@ -82,23 +83,41 @@ class TestFit:
         plain = [SplitFit(network(), network(-200.0))]
         before = table.error(predict(plain, table))
         assert table.error(table.reference["meae"]) == pytest.approx(before, abs=1e-3)
-        found = fit_networks(table, (4, 2), 1e-4, 30)
+        found = fit_networks(table, (4, 2), 1e-4, 40)
         assert table.error(predict([found], table)) < 0.9 * before
 
     def test_the_slopes_of_the_fit_are_those_of_its_objective(self, table):
         """Along random ways, in single precision."""
         inputs = (table.inputs - table.inputs.mean(axis=0)) / table.inputs.std(axis=0)
         bases = np.stack(component_bases(table.inputs)).astype(np.float32)
+        batch = Batch(table, inputs, bases)
         random, units = np.random.default_rng(6), (3, 2)
-        size = sum(1 + 24 + 26 * many for many in units)
+        size = sum(1 + 26 + 28 * many for many in units)
         values = 0.3 * random.normal(size=size)
-        slope = _objective(values, table, inputs, bases, units, 1e-3)[1]
+        slope = loss_slopes(values, batch, units, 1e-3)[1]
         for _ in range(5):
             way = random.normal(size=size)
-            ends = [_objective(values + step * way, table, inputs, bases, units, 1e-3)[0]
+            ends = [loss_slopes(values + step * way, batch, units, 1e-3)[0]
                     for step in (-1e-3, 1e-3)]
             assert (ends[1] - ends[0]) / 2e-3 == pytest.approx(float(slope @ way), rel=1e-2,
                                                                abs=2e-3)
+
+    def test_descent_finds_least_squares(self):
+        """The minimum of a sum of squares over batches, by linear algebra."""
+        random = np.random.default_rng(3)
+        rows, wanted = random.normal(size=(8, 20, 4)), random.normal(size=(8, 20))
+        found = descend(lambda batch, values: rows[batch].T @ (
+            rows[batch] @ values - wanted[batch]) / 20.0, np.zeros(4), 8, 400, random)
+        exact = np.linalg.lstsq(rows.reshape(-1, 4), wanted.ravel(), rcond=None)[0]
+        np.testing.assert_allclose(found, exact, atol=1e-3)
+
+    def test_some_samples_of_a_table_are_the_table_of_those(self, some, table):
+        chosen = np.random.default_rng(4).permutation(table.splits.size)[:40]
+        here = make_table([some[number] for number in chosen], compared=False)
+        there = table.some(chosen)
+        for name in ("inputs", "children", "leaf_pose", "kept", "splits", "poses",
+                     "first_split", "first_pose", "share", "restitution"):
+            np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
 
     def test_the_mean_of_fits_is_that_of_their_logarithms(self, table):
         random = np.random.default_rng(8)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from ros_pose_stats.estimators.fitted_weights import (
     SPLIT_FILE,
@@ -18,6 +18,7 @@ from ros_pose_stats.estimators.split import component_bases, component_weights
 
 from ..network_fit import (
     coefficient_count,
+    descend,
     network_gradient,
     network_of,
     pack_networks,
@@ -34,10 +35,28 @@ Single = NDArray[np.float32]
 SQUARE = 3.0
 """Weight of the square error beside the negative log likelihood of a drop."""
 
-BLOCK = 4096
+BATCH = 512
+"""Samples of a step."""
 
 HELD_SELDOM = -4.0
 """First value of the constant in the weights of holding faces."""
+
+
+class Batch(NamedTuple):
+    """Some samples.
+
+    Attributes
+    ----------
+    table : Table
+    inputs : (3 K, 26) array
+        Standardised.
+    bases : (2, 3 K) array
+        As from `component_bases`, with the first value of the constant.
+    """
+
+    table: Table
+    inputs: Single
+    bases: Single
 
 
 def predict(fits: Sequence[SplitFit], table: Table) -> Array:
@@ -45,7 +64,7 @@ def predict(fits: Sequence[SplitFit], table: Table) -> Array:
     return _loss(table, component_weights(table.inputs, fits), gradient=False)[2]
 
 
-def fit_networks(table: Table, units: tuple[int, int], ridge: float, iterations: int,
+def fit_networks(table: Table, units: tuple[int, int], ridge: float, epochs: int,
                  seed: int = 0) -> SplitFit:
     """Fit both networks to the samples of a table.
 
@@ -56,19 +75,19 @@ def fit_networks(table: Table, units: tuple[int, int], ridge: float, iterations:
         Hidden units of either network.
     ridge : float
         Weight of the squares of all coefficients, for standardised inputs, in the mean loss.
-    iterations : int
+    epochs : int
+        Number of times that each sample is used.
     seed : int
-        Of the first coefficients.
+        Of the first coefficients, and of the order of the samples.
     """
     mean, scale = table.inputs.mean(axis=0), table.inputs.std(axis=0) + np.float32(1e-6)
-    inputs = (table.inputs - mean) / scale
-    columns = inputs.shape[1]
-    draw = np.random.default_rng(seed)
+    columns, draw = table.inputs.shape[1], np.random.default_rng(seed)
     begin = np.concatenate([random_coefficients(columns, many, draw) for many in units])
-    bases = np.stack(component_bases(table.inputs)).astype(np.float32)
-    bases[1] += np.float32(HELD_SELDOM)
-    found = minimize(_objective, begin, (table, inputs, bases, units, ridge), "L-BFGS-B", True,
-                     options={"maxiter": iterations, "maxcor": 20}).x
+    order = draw.permutation(table.splits.shape[0])
+    batches = [_batch(table.some(order[first:first + BATCH]), mean, scale)
+               for first in range(0, order.shape[0], BATCH)]
+    found = descend(lambda batch, values: loss_slopes(values, batches[batch], units, ridge)[1],
+                    begin, len(batches), epochs, draw)
     left, held = (undo_scaling(part, mean, scale) for part in _parts(found, columns, units))
     return SplitFit(left, held._replace(bias=held.bias + HELD_SELDOM))
 
@@ -89,26 +108,30 @@ def _parts(values: Array, columns: int, units: tuple[int, int]) -> tuple[TanhNet
             network_of(values[first:], columns, units[1]))
 
 
-def _objective(values: Array, table: Table, inputs: Single, bases: Single,
-               units: tuple[int, int], ridge: float) -> tuple[float, Array]:
-    """Loss with the ridge, and its gradient, computed in blocks of rows that fit the cache."""
+def _batch(table: Table, mean: Single, scale: Single) -> Batch:
+    bases = np.stack(component_bases(table.inputs)).astype(np.float32)
+    bases[1] += np.float32(HELD_SELDOM)
+    return Batch(table, (table.inputs - mean) / scale, bases)
+
+
+def loss_slopes(values: Array, batch: Batch, units: tuple[int, int],
+                ridge: float) -> tuple[float, Array]:
+    """Mean loss of a batch with the ridge, and its gradient by the coefficients of both networks.
+
+    The networks are computed in single precision.
+    """
+    inputs = batch.inputs
     parts = [TanhNetwork(np.float32(part.bias), *(one.astype(np.float32) for one in part[1:]))
              for part in _parts(values, inputs.shape[1], units)]
-    blocks = [slice(begin, begin + BLOCK) for begin in range(0, len(inputs), BLOCK)]
-    hidden = [np.empty((len(inputs), many), np.float32) for many in units]
-    told = np.empty_like(bases)
-    for block in blocks:
-        for k, part in enumerate(parts):
-            np.tanh(inputs[block] @ part.hidden_weights + part.hidden_bias, out=hidden[k][block])
-            told[k, block] = (bases[k, block] + part.bias + inputs[block] @ part.skip
-                              + hidden[k][block] @ part.output_weights)
+    hidden = [np.tanh(inputs @ part.hidden_weights + part.hidden_bias) for part in parts]
+    told = np.stack([base + part.bias + inputs @ part.skip + tangents @ part.output_weights
+                     for base, part, tangents in zip(batch.bases, parts, hidden, strict=True)])
     whole = np.logaddexp(*told)
-    loss, slopes, _ = _loss(table, whole.astype(float), gradient=True)
+    loss, slopes, _ = _loss(batch.table, whole.astype(float), gradient=True)
     back = slopes.astype(np.float32) * np.exp(told - whole)
     slope = np.concatenate([
-        np.sum([network_gradient(part, hidden[k][block], inputs[block], back[k, block])
-                for block in blocks], axis=0, dtype=float)
-        for k, part in enumerate(parts)])
+        network_gradient(part, tangents, inputs, of_part)
+        for part, tangents, of_part in zip(parts, hidden, back, strict=True)])
     return loss + ridge * float(values @ values), slope + 2.0 * ridge * values
 
 

@@ -36,7 +36,7 @@ class Table:
 
     Attributes
     ----------
-    inputs : (3 K, 24) array
+    inputs : (3 K, 26) array
         Of the weights of components, as from `split_inputs`.
     children : (K, 2) array
         Children of each split, from 0 in each sample: leaves, then splits by rising level.
@@ -81,26 +81,34 @@ class Table:
         squares = ((probability - self.share) ** 2 - noise)[where]
         return 100.0 * math.sqrt(max(float(squares.mean()), 0.0))
 
-    def some(self, keep: NDArray[np.bool_]) -> Table:
-        """The samples (U,) that are to be kept."""
-        splits, poses = self.splits[keep], self.poses[keep]
-        of_split, of_pose = np.repeat(keep, self.splits), np.repeat(keep, self.poses)
+    def some(self, which: Index | NDArray[np.bool_]) -> Table:
+        """Samples by their numbers, or those (U,) that are true."""
+        samples = np.arange(self.splits.shape[0])
+        chosen = samples[which]
+        splits, poses = self.splits[chosen], self.poses[chosen]
+        split = _rows(self.first_split[chosen], splits)
+        pose = _rows(self.first_pose[chosen], poses)
+        leaf = _rows(self.first_split[chosen] + chosen, splits + 1)
         return Table(
-            self.inputs[np.repeat(of_split, 3)], self.children[of_split],
-            self.leaf_pose[np.repeat(keep, self.splits + 1)], self.kept[of_split],
-            splits, poses, _starts(splits), _starts(poses), self.share[of_pose],
-            self.settled[of_pose], self.restitution[of_pose], self.height[of_pose],
-            self.body[of_pose], self.family[of_pose], self.expected[of_pose],
-            {name: one[of_pose] for name, one in self.reference.items()})
+            self.inputs.reshape(-1, 3, self.inputs.shape[1])[split].reshape(
+                -1, self.inputs.shape[1]),
+            self.children[split], self.leaf_pose[leaf], self.kept[split],
+            splits, poses, _starts(splits), _starts(poses), self.share[pose],
+            self.settled[pose], self.restitution[pose], self.height[pose],
+            self.body[pose], self.family[pose], self.expected[pose],
+            {name: one[pose] for name, one in self.reference.items()})
 
 
-def make_table(samples: Sequence[Sample]) -> Table:
-    """Compute the inputs of all samples; a body takes some ten milliseconds."""
+def make_table(samples: Sequence[Sample], compared: bool = True) -> Table:
+    """Compute the inputs of all samples; a body takes some ten milliseconds.
+
+    Unless they are to be compared, there are no references, and expected errors are NaN.
+    """
     inputs, children, leaf_pose, kept = [], [], [], []
     poses: dict[str, list[Array]] = {
         name: [] for name in ("share", "settled", "restitution", "height", "body", "family",
                               "expected")}
-    reference: dict[str, list[Array]] = {name: [] for name in REFERENCES}
+    reference: dict[str, list[Array]] = {name: [] for name in REFERENCES if compared}
     for body, (key, scenes) in enumerate(groupby(samples, lambda row: row[:3])):
         tolerance, sides = family_options(key[0])
         resting = family_poses(key[0], family_part(*key))
@@ -117,7 +125,7 @@ def make_table(samples: Sequence[Sample]) -> Table:
             kept.append(shares)
             told = {"share": row.count / settled, "settled": settled, "body": body,
                     "restitution": row.restitution, "height": row.height, "family": key[0],
-                    "expected": _expected(resting, scene)}
+                    "expected": _expected(resting, scene) if compared else math.nan}
             for name, value in told.items():
                 poses[name].append(np.broadcast_to(value, row.count.shape))
             for name, values in reference.items():
@@ -133,6 +141,11 @@ def make_table(samples: Sequence[Sample]) -> Table:
 def _starts(numbers: Index) -> Index:
     """Where each of some rows of entries begins."""
     return np.concatenate(([0], np.cumsum(numbers)[:-1])).astype(np.int64)
+
+
+def _rows(first: Index, count: Index) -> Index:
+    """Places of all entries of some rows of entries."""
+    return np.repeat(first - _starts(count), count) + np.arange(count.sum())
 
 
 def usable(row: Sample) -> bool:
