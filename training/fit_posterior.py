@@ -92,7 +92,7 @@ def main() -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--method", default=FITTED_METHOD,
                         help="the estimator to combine with drops (default: %(default)s)")
-    parser.add_argument("--every", type=int, default=3, help="take every so many bodies; the "
+    parser.add_argument("--every", type=int, default=12, help="take every so many bodies; the "
                         "others are left to judge by (default: %(default)s)")
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
     options = parser.parse_args()

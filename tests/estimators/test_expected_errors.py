@@ -190,7 +190,7 @@ class TestFit:
         found = fit_errors(ErrorSamples(inputs, single, square, noise, np.full(count, freedom),
                                         np.ones(count, dtype=int)))
         off = found(inputs) - log_ratio
-        assert abs(off.mean()) < 0.03
+        assert abs(off.mean()) < 0.06  # three standard errors: one square scatters by 1.4
         assert off.std() < 0.15
         assert found.scatter == pytest.approx(spread, abs=0.1)
 
