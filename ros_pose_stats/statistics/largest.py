@@ -10,6 +10,10 @@ from scipy.special import ndtr
 
 Array = NDArray[np.float64]
 
+WIDEST: Final = 1e6
+"""A standard deviation beyond which nothing is known either; far outside of what was fitted it may
+be infinite."""
+
 NODES: Final = np.geomspace(0.01, 12.0, 64)
 """Where a bound is looked for, in the largest standard deviation; between them it is straight."""
 
@@ -42,7 +46,7 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
         From 0 to 1; NaN where a deviation is.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
-    spread = np.atleast_2d(deviation) * share
+    spread = np.minimum(np.atleast_2d(deviation), WIDEST) * share
     middle = np.broadcast_to(np.asarray(away, dtype=np.float64) * share, spread.shape)
     if np.isnan(spread).any():
         return float(np.nan)

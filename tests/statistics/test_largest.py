@@ -51,5 +51,5 @@ def test_poses_of_a_unit_share_its_error():
 def test_ends():
     assert largest_error([0.0, 0.0], 0.9) == 0.0
     assert math.isnan(largest_error([math.nan, 0.1], 0.9))
-    assert largest_error([5.0], 0.9) == 1.0
+    assert largest_error([5.0], 0.9) == largest_error([math.inf, 0.1], 0.9) == 1.0
     assert largest_error([0.2, 0.1, 0.0], 0.9) == largest_error([0.2, 0.1], 0.9)

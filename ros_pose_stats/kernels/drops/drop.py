@@ -48,7 +48,7 @@ from .trap import energy, judge_outcome, may_go_on
 
 
 @entry_kernel
-def run_drops(body: DropBody, rules: DropRules, states: Fixed2, outcome: Index2,
+def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index2,
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 
@@ -56,7 +56,7 @@ def run_drops(body: DropBody, rules: DropRules, states: Fixed2, outcome: Index2,
     ----------
     body : DropBody
     rules : DropRules
-    states : (k, 8) array
+    releases : (k, 8) array
         State at release; see `layout`. A body that reaches below the plate is lifted onto it.
     outcome : (k, 5) array
         Filled; see `layout` for its columns. The pose is -1 where a drop is unsettled.
@@ -69,8 +69,8 @@ def run_drops(body: DropBody, rules: DropRules, states: Fixed2, outcome: Index2,
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
-    for i in range(states.shape[0]):
-        _release(body, rules, states[i], top, work, outcome[i], tape)
+    for i in range(releases.shape[0]):
+        _release(body, rules, releases[i], top, work, outcome[i], tape)
         _drop(body, rules, top, work, outcome[i], measure[i], tape)
 
 
