@@ -13,6 +13,9 @@ HYBRID = "hybrid"
 AUTO = "auto"
 SIMULATION = "simulation"
 
+OBSERVED = "observed"
+"""Of a result that has learnt from what cameras counted; it cannot be asked for."""
+
 DEFAULT_METHOD = AUTO
 """Default of the library, the commands and the node."""
 

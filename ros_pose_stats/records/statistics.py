@@ -69,7 +69,7 @@ class StablePose:
     standard_error : float
         NaN where none is known.
     count : int
-        Drops that came to rest here.
+        Drops that came to rest here; parts that were seen here where the method is `observed`.
     group_probability : float
         Of all poses of its group together.
     """
@@ -145,7 +145,7 @@ class PoseStatistics:
     radius : float
         Largest distance from the centre of mass to a vertex, metres.
     method : str
-        Name of the estimator, `simulation`, or `hybrid`.
+        Name of the estimator, `simulation`, `hybrid`, or `observed`.
     restitution : float
         Of the requested scene.
     drop_height : float
@@ -169,6 +169,9 @@ class PoseStatistics:
         Of this package.
     round_sides : int
         Sides a turn of the polygons that round surfaces stand as; 0: as in the file.
+    observed : int
+        Parts counted by cameras that the probabilities have learnt from; `count` of the poses
+        are theirs then.
     choice : str
         Why this method was chosen, in one sentence; empty where the caller chose it.
     """
@@ -192,6 +195,7 @@ class PoseStatistics:
     version: str = ""
     choice: str = ""
     round_sides: int = 0
+    observed: int = 0
 
     @property
     def scene(self) -> str:
@@ -202,7 +206,8 @@ class PoseStatistics:
         """The statistics as plain values under the keys of the JSON contract."""
         plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
                  "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
-                 "expected_error", "largest_error", "plate_error", "seconds", "version", "choice")
+                 "observed", "expected_error", "largest_error", "plate_error", "seconds",
+                 "version", "choice")
         entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
         entry["scene"] = self.scene
         entry["warnings"] = list(self.warnings)

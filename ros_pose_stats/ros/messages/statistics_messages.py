@@ -16,8 +16,8 @@ from ... import records
 from .times import duration_message, time_message
 
 PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-         "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "expected_error",
-         "largest_error", "plate_error", "version")
+         "cluster_tolerance", "round_sides", "drops", "unsettled", "observed", "seed",
+         "expected_error", "largest_error", "plate_error", "version")
 """Fields of the statistics that have the same name and value in the message."""
 
 PLAIN_OF_POSE = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
