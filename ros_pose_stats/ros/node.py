@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..records import DropScene, Part
-from .diagnostics import Diagnostics, Refusals, job_health
+from .diagnostics import Diagnostics, Refusals, count_health, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
@@ -88,7 +88,8 @@ class PoseStatsNode(PatientNode):
             self._settings, self.results, self.mesh_queue, self.jobs, self.refusals,
             self._find_poses)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
-        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
+        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
+                                        self.results.add_counts)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
@@ -97,6 +98,7 @@ class PoseStatsNode(PatientNode):
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
+            "counts": lambda: count_health(self.parts.all()),
             "jobs": lambda: job_health(self.jobs, self._settings()),
             "recording": self.recorder.health})
 

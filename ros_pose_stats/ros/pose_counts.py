@@ -38,6 +38,9 @@ OVERHEAD = 1000
 MOST_PROBLEMS = 60
 """Counts that cannot be compared, of which each is told, in a minute."""
 
+MOST_PARTS = 10**12
+"""In one count."""
+
 Received = tuple[bytes, Mapping[str, int]]
 
 
@@ -55,14 +58,18 @@ class CountSubscription:
         A known part by its id, or None.
     refusals : Refusals
         Told of bytes that are no count; in the bag they would be in the way of its readers.
+    learn : callable
+        Takes a known part and what was counted of it, where that can be compared.
     """
 
     def __init__(self, node: Node, recorder: Recorder,
-                 known: Callable[[str], KnownPart | None], refusals: Refusals) -> None:
+                 known: Callable[[str], KnownPart | None], refusals: Refusals,
+                 learn: Callable[[KnownPart, PoseCounts], object]) -> None:
         self._log = node.get_logger()
         self._recorder = recorder
         self._known = known
         self._refusals = refusals
+        self._learn = learn
         self._gaps = SequenceGaps()
         self._lost_told = -math.inf
         self._lock = threading.Lock()
@@ -107,7 +114,10 @@ class CountSubscription:
             self._recorder.record(POSE_COUNTS, data, durable=place == len(sound))
         for _, counts in sound:
             problem = count_problem(counts, self._known)
-            if problem and self._refusals.floods.count("counts of nothing", MOST_PROBLEMS):
+            part = self._known(counts.part_id)
+            if not problem and part is not None:
+                self._learn(part, counts)
+            elif self._refusals.floods.count("counts of nothing", MOST_PROBLEMS):
                 self._log.warning(f"{TOPIC}: recorded, but {problem}")
 
     def _count_lost(self, lost: int) -> None:
@@ -152,6 +162,8 @@ def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) 
         return f"no part {shown(counts.part_id)} is known"
     if counts.part_digest and counts.part_digest != part.part.digest:
         return f"{shown(counts.part_id)} has another part_digest by now"
+    if sum(counts.count) > MOST_PARTS:
+        return f"it counts more than {MOST_PARTS} parts"
     latched = part.latched
     counted, numbered = numbering_of(counts), numbering_of(latched)
     if not counted.agrees(numbered):

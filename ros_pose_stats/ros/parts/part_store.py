@@ -18,6 +18,7 @@ from ...records import DropScene, Part
 from ...records.part import array_bytes, digest_name
 from ..messages.times import now, time_message
 from ..recorder import JOB_EVENTS, Recorder
+from .cell_counts import CellCounts
 from .memory import Memory
 from .mesh_record import MeshRecord
 from .part_builder import NotBuiltError
@@ -86,6 +87,11 @@ class KnownPart:
         Of its name.
     latched : PoseStatistics or None
         The current result, which late joiners get.
+    model : PoseStatistics or None
+        The best estimate or simulation for that scene, as it was before it was latched: under
+        another number, and combined with the counts where there are any.
+    counts : CellCounts or None
+        What cameras counted of it.
     scene : DropScene or None
         That the latched result is for.
     published : float
@@ -95,8 +101,6 @@ class KnownPart:
     size : int
         Bytes of the mesh as it was sent, of the part, and of what was prepared on it when it
         became known.
-    origin : PoseStatistics or None
-        The latched result as it was before it got another number to be latched under.
     mark : int
         The recorder's, when the latched result was put on record; -1 where it is not.
     latched_bytes : int
@@ -111,11 +115,12 @@ class KnownPart:
     request: PartRequest | None = None
     revisions: Revisions = field(default_factory=Revisions)
     latched: PoseStatistics | None = None
+    model: PoseStatistics | None = None
+    counts: CellCounts | None = None
     scene: DropScene | None = None
     published: float = 0.0
     on_record: PoseStatistics | None = None
     size: int = 0
-    origin: PoseStatistics | None = None
     mark: int = -1
     latched_bytes: int = 0
     mesh_is_last: bool = False
@@ -172,8 +177,10 @@ class PartStore:
         if old is not None and (old.part.digest, old.scene_override) == (part.digest, override):
             return old, False
         revisions = self._revisions.get(part.part_id) if old is None else old.revisions
-        return KnownPart(part, request.content, override, request,
-                         revisions or Revisions()), True
+        new = KnownPart(part, request.content, override, request, revisions or Revisions())
+        if old is not None and old.part.digest == part.digest:
+            new.counts = old.counts  # dropped otherwise, but on the same plate
+        return new, True
 
     def _same(self, part_id: str, content: bytes) -> KnownPart | None:
         """The known part of this name and mesh; by the mesh alone where there is no name."""

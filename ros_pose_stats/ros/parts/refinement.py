@@ -141,11 +141,11 @@ def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
 
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
-    """Whether what is latched is as good as a refinement would make it."""
-    latched = known.latched
-    if latched is None or known.scene != request.scene:
+    """Whether the model is as good as a refinement would make it."""
+    model = known.model
+    if model is None or known.scene != request.scene:
         return False
-    if not (latched.drops or request.hybrid):
+    if not (model.drops or request.hybrid):
         return False
-    return latched.drops >= request.drops or (bool(target_error) and (
-        credible_bound(known.part, latched, request.scene) <= target_error))
+    return model.drops >= request.drops or (bool(target_error) and (
+        credible_bound(known.part, model, request.scene) <= target_error))

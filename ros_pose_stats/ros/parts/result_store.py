@@ -7,17 +7,27 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import NamedTuple
 
+import numpy as np
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
 from ...errors import PoseStatsError
 from ...estimators import estimate
+from ...methods import OBSERVED
+from ...planning.observed import observe_counts
 from ...records import DropScene
-from ..messages.statistics_messages import Answer, copied, statistics_message
+from ...recording.analysis.numbering import numbering_of
+from ..messages.statistics_messages import (
+    Answer,
+    copied,
+    statistics_message,
+    statistics_of_message,
+)
 from ..messages.times import now
 from ..settings import Settings
 from .announcer import Announcer, Recorded
+from .cell_counts import CellCounts, Ground, counts_of_result
 from .memory import Memory
 from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import KnownPart, PartStore
@@ -70,6 +80,7 @@ class ResultStore:
         self.announcer = announcer
         self.recorder = announcer.recorder
         self._waiting: dict[str, KnownPart] = {}
+        self._counted: dict[str, KnownPart] = {}
         self.on_shown: Callable[[KnownPart], object] = lambda known: None
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
@@ -131,7 +142,10 @@ class ResultStore:
             return None
         with known.revisions.lock:
             known.revisions.newest = max(known.revisions.newest, last.revision)
-        if last.part_digest != known.part.digest or not still_true(last, scene):
+        if last.part_digest == known.part.digest and known.counts is None:
+            known.counts = counts_of_result(last)
+        if (last.part_digest != known.part.digest or last.method == OBSERVED
+                or not still_true(last, scene)):
             return None
         if not last.drops:
             self._results.put(self._key(last.method, known, scene), last)
@@ -157,8 +171,41 @@ class ResultStore:
                     self._record_latched(known)
         meshes.leave_runs(self.parts.all())
 
+    def add_counts(self, known: KnownPart, counts: PoseCounts) -> None:
+        """Learn from what a camera counted, if on this plate; `record_waiting` shows it.
+
+        Parameters
+        ----------
+        known : KnownPart
+        counts : PoseCounts
+            Of its poses as they are numbered now.
+        """
+        if counts.plate not in ("", self._settings().plate):
+            return
+        ground = self._ground(counts)
+        with known.revisions.lock:
+            if known.latched is None:
+                return
+            if known.counts is None or known.counts.ground != ground:
+                known.counts = CellCounts(ground, np.zeros(len(known.latched.poses), np.int64))
+            if known.counts.add(counts):
+                self._counted[known.part.part_id] = known
+
+    def _ground(self, message: PoseCounts | PoseStatistics) -> Ground:
+        return Ground(numbering_of(message), self._settings().plate)
+
+    def _show_counts(self) -> None:
+        """Latch what cameras have counted since it was latched last."""
+        for part_id in list(self._counted):
+            known = self._counted.pop(part_id)
+            with known.revisions.lock:
+                if (self.parts.current(part_id) is known and known.model is not None
+                        and known.scene is not None):
+                    self._latch(known, known.model, known.scene)
+
     def record_waiting(self) -> None:
-        """Put repeated results on record that were not when they were latched."""
+        """Show what was counted, and put on record what was not when it was latched again."""
+        self._show_counts()
         for part_id in list(self._waiting):
             known = self._waiting.get(part_id)
             if known is None:
@@ -189,8 +236,8 @@ class ResultStore:
         if best is not None:
             yield best
         with known.revisions.lock:  # until it is offered, so that nothing comes in between
-            if known.latched is not None and known.scene == scene:
-                yield labelled(known.latched, self._settings())
+            if known.model is not None and known.scene == scene:
+                yield labelled(known.model, self._settings())
         yield self.estimate(known, "", scene)
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
@@ -253,12 +300,12 @@ class ResultStore:
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
         if self.parts.current(known.part.part_id) is not known or (
-                message is known.latched or message is known.origin):
+                message is known.latched or message is known.model):
             return False
         if self._settings().scene(known.scene_override) != scene:
             return False
-        if (known.scene == scene and known.latched is not None
-                and not replaces(message, known.latched)):
+        if (known.scene == scene and known.model is not None
+                and not replaces(message, known.model)):
             return False
         return message.final or self.is_due(known, scene)
 
@@ -268,6 +315,8 @@ class ResultStore:
         One that is latched again, because meshes change places, is put on record at most once
         a second; the last one always, by `record_waiting`.
         """
+        known.model = message
+        message = self._observe(known, message)
         at, revisions, origin = time.monotonic(), known.revisions, message
         if message.revision <= revisions.shown:
             message = copied(message)
@@ -284,10 +333,20 @@ class ResultStore:
             revisions.recorded_at, known.mesh_is_last = at, False
             if found.mark >= 0 and not again:
                 revisions.recorded.append(origin.revision)
-        known.origin, known.mark, known.latched = origin, found.mark, found.message
+        known.mark, known.latched = found.mark, found.message
         known.latched_bytes = len(found.data)
         known.scene, known.published = scene, at
         self.announcer.publish_result(known.part, found.message, found.data)
+
+    def _observe(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
+        """A result of the model combined with what was counted; itself where nothing was."""
+        counts = known.counts
+        if counts is None or counts.ground != self._ground(message):
+            return message
+        found = observe_counts(statistics_of_message(message), counts.total)
+        if found.method != OBSERVED:
+            return message
+        return self.number_result(known, found, self._settings(), final=message.final)
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()
