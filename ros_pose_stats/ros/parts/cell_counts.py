@@ -1,0 +1,103 @@
+"""What cameras counted of one part on one plate since it was first seen there."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+
+from ...methods import OBSERVED
+from ...recording.analysis.numbering import Numbering, numbering_of
+from ...statistics.chi_square import homogeneity
+from ...text import percent
+
+Index = NDArray[np.int64]
+
+RECENT: Final = 400
+"""Parts that are compared with all those before."""
+
+CHANCE: Final = 1e-4
+"""Below it, a change is more than chance: a cell that does not change alarms once in some
+hundred thousand parts."""
+
+class Ground(NamedTuple):
+    """What counts must have in common to be added: numbers of the poses, and the plate."""
+
+    numbering: Numbering
+    plate: str
+
+
+class CellCounts:
+    """Counts of the poses of a part, and whether the last ones differ from those before.
+
+    Parameters
+    ----------
+    ground : Ground
+    total : (P,) array of int
+        What is counted already.
+    """
+
+    def __init__(self, ground: Ground, total: Index) -> None:
+        self.ground = ground
+        self._total = total.copy()
+        self._recent: deque[Index] = deque()
+        self._seen = 0
+        self._drift: str | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def total(self) -> Index:
+        """Parts (P,) seen in each pose, by `index`."""
+        with self._lock:
+            return self._total.copy()
+
+    def add(self, counts: PoseCounts) -> int:
+        """Add what a camera counted, of poses that the part has; how many parts that is."""
+        new = np.zeros_like(self._total)
+        for index, count in zip(counts.index, counts.count, strict=True):
+            new[index] += count
+        seen = int(new.sum())
+        if not seen:
+            return 0
+        with self._lock:
+            self._total += new
+            self._drift = None
+            self._recent.append(new)
+            self._seen += seen
+            while self._seen - int(self._recent[0].sum()) >= RECENT:
+                self._seen -= int(self._recent.popleft().sum())
+        return seen
+
+    def drift(self) -> str:
+        """How the last parts differ from those before by more than chance; empty if they do not."""
+        with self._lock:
+            if self._drift is None:
+                recent = np.sum(self._recent, axis=0) if self._recent else 0 * self._total
+                self._drift = _describe_drift(recent, self._total - recent)
+            return self._drift
+
+
+def _describe_drift(recent: Index, before: Index) -> str:
+    if min(recent.sum(), before.sum()) < RECENT:
+        return ""
+    found = homogeneity(before, recent)
+    if not found.p_value < CHANCE:
+        return ""
+    now, then = recent / recent.sum(), before / before.sum()
+    most = int(np.abs(now - then).argmax())
+    return (f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose {most}, of the "
+            f"{before.sum()} before {percent(then[most])} % did")
+
+
+def counts_of_result(last: PoseStatistics) -> CellCounts | None:
+    """What a result of the last run had learnt from; None for one that had not."""
+    if last.method != OBSERVED:
+        return None
+    total = np.zeros(len(last.poses), dtype=np.int64)
+    for pose in last.poses:
+        total[pose.index] = pose.count
+    return CellCounts(Ground(numbering_of(last), last.plate), total)
