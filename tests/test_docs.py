@@ -198,7 +198,7 @@ def test_every_interface_is_in_the_page_of_the_node():
     page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
     for file in (ROOT / "msg_defs").rglob("*.srv"):
         assert f"| `{file.stem}` |" in page
-    for name in ("PartMesh", "PoseStatistics", "SimulateDrops"):
+    for name in ("PartMesh", "PoseStatistics", "ObservedParts", "SimulateDrops"):
         assert f"`{name}`" in page
 
 

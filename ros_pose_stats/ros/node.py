@@ -14,6 +14,7 @@ from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
 from .messages.times import follow_clock, steady_timer
+from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.mesh_queue import MeshQueue
@@ -89,6 +90,8 @@ class PoseStatsNode(PatientNode):
             self._find_poses)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals)
+        self.observed = ObservedSubscription(self, self._settings, self.counts,
+                                             self.parts.current, self.recorder, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
@@ -171,6 +174,7 @@ class PoseStatsNode(PatientNode):
         self.action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
+        self.observed.take_waiting()
         self.counts.take_waiting()
         self.results.record_waiting()
         self.recorder.close()
