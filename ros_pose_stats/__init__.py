@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         StablePose,
         Trajectory,
     )
+    from .resting.observed_orientations import classify_orientations
     from .resting.poses import resting_poses
     from .resting.splitting_graph import splitting_graph
     from .simulation.flips import simulate_flips
@@ -48,6 +49,7 @@ _HOMES = {
     "Trajectory": "records",
     "analyse_bags": "recording.analysis",
     "auto": "planning.auto",
+    "classify_orientations": "resting.observed_orientations",
     "estimate": "estimators",
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
@@ -62,8 +64,9 @@ _HOMES = {
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
            "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
-           "estimate", "estimate_all", "hybrid", "load_part", "part_from_mesh", "record_drop",
-           "resting_poses", "simulate", "simulate_flips", "splitting_graph"]
+           "classify_orientations", "estimate", "estimate_all", "hybrid", "load_part",
+           "part_from_mesh", "record_drop", "resting_poses", "simulate", "simulate_flips",
+           "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

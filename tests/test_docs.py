@@ -69,7 +69,7 @@ def test_pages_have_code_to_run():
     assert len(shell_lines(README)) == 5
     assert len(shell_lines(COMMAND_LINE)) == 10
     assert len(blocks(README, "python")) == 1
-    assert len(blocks(LIBRARY, "python")) == 3
+    assert len(blocks(LIBRARY, "python")) == 4
     commands = {line.split()[1] for line in lines_without_ros()}
     assert commands == {"shapes", "estimate", "simulate", "report", "animate"}
 
@@ -198,7 +198,7 @@ def test_every_interface_is_in_the_page_of_the_node():
     page = (ROOT / "docs/node.md").read_text(encoding="utf-8")
     for file in (ROOT / "msg_defs").rglob("*.srv"):
         assert f"| `{file.stem}` |" in page
-    for name in ("PartMesh", "PoseStatistics", "SimulateDrops"):
+    for name in ("PartMesh", "PoseStatistics", "ObservedParts", "SimulateDrops"):
         assert f"`{name}`" in page
 
 

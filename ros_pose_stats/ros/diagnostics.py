@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
@@ -17,8 +17,6 @@ from ..errors import PoseStatsError
 from .floods import Floods
 from .jobs import Jobs
 from .messages.times import now, steady_timer, time_message
-from .parts.part_requests import shown
-from .parts.part_store import KnownPart
 from .settings import Settings
 
 REMEMBERED = 20
@@ -126,18 +124,6 @@ def job_health(jobs: Jobs, settings: Settings) -> Health:
         "queued": asked, "refinements queued": refinements,
         "queue bound": settings.max_queued_jobs, "running": "" if job is None else job.job_id,
         "threads": settings.threads()})
-
-
-def count_health(parts: Iterable[KnownPart]) -> Health:
-    """The line about what cameras counted: how much, and what has changed beyond chance."""
-    counted = {known.part.part_id: known.counts for known in parts if known.counts is not None}
-    drifts = {part_id: counts.drift() for part_id, counts in counted.items()}
-    changed = {f"changed {shown(part_id)}": text for part_id, text in drifts.items() if text}
-    total = sum(int(counts.total.sum()) for counts in counted.values())
-    text = next((f"{name}: {text}" for name, text in changed.items()),
-                f"{total} parts counted of {len(counted)} kinds")
-    return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
-                                        **changed})
 
 
 class Diagnostics:

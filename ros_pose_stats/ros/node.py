@@ -9,13 +9,15 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..records import DropScene, Part
-from .diagnostics import Diagnostics, Refusals, count_health, job_health
+from .diagnostics import Diagnostics, Refusals, job_health
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
 from .messages.times import follow_clock, steady_timer
+from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
+from .parts.cell_counts import count_health
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
 from .parts.part_builder import PartBuilder, is_large
@@ -90,6 +92,8 @@ class PoseStatsNode(PatientNode):
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
                                         self.results.add_counts)
+        self.observed = ObservedSubscription(self, self._settings, self.counts,
+                                             self.parts.current, self.recorder, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
         self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
@@ -98,7 +102,8 @@ class PoseStatsNode(PatientNode):
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
-            "counts": lambda: count_health(self.parts.all()),
+            "counts": lambda: count_health({known.part.part_id: known.counts
+                                            for known in self.parts.all()}),
             "jobs": lambda: job_health(self.jobs, self._settings()),
             "recording": self.recorder.health})
 
@@ -173,6 +178,7 @@ class PoseStatsNode(PatientNode):
         self.action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
+        self.observed.take_waiting()
         self.counts.take_waiting()
         self.results.record_waiting()
         self.recorder.close()

@@ -73,7 +73,7 @@ class Recorder:
     before_record : callable
         Puts on record what has to be there before anything else; whether it is.
     counts_lost : int
-        Counts of cameras that a flood overran.
+        Messages of cameras that a flood overran.
     closing : bool
         Whether the node ends, and nothing is to be recorded again any more.
     """
@@ -137,6 +137,12 @@ class Recorder:
         room = self.log.room_to_keep
         self._crowded = size if room is not None and size > room else 0
         return not self._crowded
+
+    def count_lost(self, count: int) -> int:
+        """Count what cameras sent and a flood overran; how much that is by now."""
+        with self._lock:
+            self.counts_lost += count
+            return self.counts_lost
 
     def sync(self) -> bool:
         """Make everything written so far durable; whether it is."""

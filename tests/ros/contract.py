@@ -16,6 +16,7 @@ SERVICES = {
 SUBSCRIPTIONS = {
     "/pose_stats/part_mesh": f"{PACKAGE}/msg/PartMesh",
     "/pose_stats/pose_counts": f"{PACKAGE}/msg/PoseCounts",
+    "/pose_stats/observed_parts": f"{PACKAGE}/msg/ObservedParts",
 }
 PUBLICATIONS = {
     "/pose_stats/pose_statistics": f"{PACKAGE}/msg/PoseStatistics",
@@ -44,6 +45,7 @@ FIELDS = {
     "compute_time job_id revision final version poses warnings scene",
     "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height index count "
     "unclassified",
+    "ObservedParts": "header part_id poses confidence",
     "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts seconds "
     "energy_left stopped_at_trap",
 }

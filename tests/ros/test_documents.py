@@ -8,8 +8,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from unittest import mock
 
 import pytest
+from geometry_msgs.msg import Point, Pose
+from std_msgs.msg import Header
 
 from tests.test_docs import README, ROOT, lines_of
 
@@ -82,7 +86,33 @@ def test_bag_line_of_the_readme_shows_the_published_part(answered, home):
     assert "clamp" in done.stdout and "split" in done.stdout
 
 
-@pytest.mark.parametrize("code", python_blocks())
+def test_camera_of_the_page_makes_parts_seen_of_detections():
+    """Without vision_msgs, which is no part of what is installed here."""
+    (code,) = (block for block in python_blocks() if "vision_msgs" in block)
+    names = {"__name__": "camera"}
+    stand_ins = {"vision_msgs": ModuleType("vision_msgs"),
+                 "vision_msgs.msg": SimpleNamespace(Detection3DArray=None)}
+    with mock.patch.dict(sys.modules, stand_ins):
+        exec(code, names)
+
+    def detection(*results):
+        return SimpleNamespace(results=[SimpleNamespace(
+            hypothesis=SimpleNamespace(class_id=name, score=score),
+            pose=SimpleNamespace(pose=Pose(position=Point(x=score)))) for name, score in results])
+
+    message = SimpleNamespace(header=Header(frame_id="plate"), detections=[
+        detection(("nut", 0.2), ("bolt", 0.7)), detection(), detection(("bolt", 0.9)),
+        detection(("nut", 0.6))])
+    found = {seen.part_id: seen for seen in names["observed_parts"](message)}
+    assert {name: [pose.position.x for pose in seen.poses] for name, seen in found.items()} == {
+        "bolt": [0.7, 0.9], "nut": [0.6]}
+    for seen in found.values():
+        assert list(seen.confidence) == [pose.position.x for pose in seen.poses]
+        assert seen.header.frame_id == "plate"
+
+
+@pytest.mark.parametrize("code", [block for block in python_blocks()
+                                  if "vision_msgs" not in block])
 def test_planner_of_the_page_runs(code, answered, home, apart):
     done = run(home, sys.executable, "-c", code, environment=apart)
     assert done.returncode == 0, done.stderr

@@ -13,7 +13,7 @@ from random import Random
 
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
-from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
 
 from ros_pose_stats.errors import PoseStatsError
@@ -33,7 +33,7 @@ from .harness.door import DROPPED, REFUSED, REQUESTS, TAKEN, Door
 from .harness.parts import WEDGE, flat, mesh
 
 SEED = 1
-PARTS, MESHES, COUNTS, ASKED = 3500, 2500, 1500, 450
+PARTS, MESHES, COUNTS, SEEN, ASKED = 3500, 2500, 1500, 1500, 450
 """How many of each; together with the requests over ten thousand."""
 
 FEWER = 10
@@ -95,6 +95,16 @@ class TestTopics:
         assert door.outcomes[TAKEN] > count // 10 < door.outcomes[REFUSED]
 
 
+    @pytest.mark.parametrize("count", few_quick([SEEN // FEWER, SEEN], 1))
+    def test_parts_seen(self, door, count):
+        for number in range(8):
+            door.part(bytes(serialize_message(flat(WEDGE, f"part_{number}"))))
+        for data in fuzzed(ObservedParts, SEED, count):
+            door.observed(data)
+        door.assert_sound()
+        assert door.outcomes[TAKEN] > count // 30 + 8 < door.outcomes[REFUSED]
+
+
 @pytest.mark.parametrize("count", few_quick([ASKED // FEWER, ASKED], 1))
 @pytest.mark.parametrize("kind", REQUESTS)
 def test_requests(door, kind, count):
@@ -108,9 +118,10 @@ def test_requests(door, kind, count):
 CLAIM = """
 import resource, struct, sys
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.ros.pose_counts import counts_of_bytes
+from ros_pose_stats.ros.messages.camera_messages import counts_of_bytes, observed_of_bytes
 from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 take = {"part": request_of_part_bytes, "counts": counts_of_bytes,
+        "observed": observed_of_bytes,
         "mesh": lambda data: request_of_mesh_bytes(data, "part", 1.0)}[sys.argv[1]]
 data = bytes.fromhex(sys.argv[2]) + bytes(int(sys.argv[3]))
 def most():
@@ -151,6 +162,14 @@ class TestClaims:
     def test_of_counts(self, take, start):
         refused, grown = most_memory(take, start, 8 * MEGABYTE)
         assert refused and grown < 4 * 8 * MEGABYTE
+
+    @pytest.mark.parametrize("start", [b"\0\1\0\0" + struct.pack("<IIIII", 0, 0, 0, 0, 2**32 - 1),
+                                       b"\0\0\0\0" + struct.pack(">IIIII", 0, 0, 0, 0, 2**32 - 1),
+                                       b"\0\0\0\0" + struct.pack(">IIIII", 0, 0, 0, 0, 2**19)])
+    def test_of_parts_seen(self, start):
+        """In small messages: larger ones are not read."""
+        refused, grown = most_memory("observed", start, MEGABYTE // 2)
+        assert refused and grown < 32 * MEGABYTE
 
     def test_of_numbers_that_would_all_become_objects(self):
         """A mesh that is one, but that rclpy's deserialiser would make 25 times as large."""

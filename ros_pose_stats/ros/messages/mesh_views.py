@@ -49,6 +49,26 @@ class Numbers(NamedTuple):
     scalars: NDArray[np.float64]
 
 
+class ObservedNumbers(NamedTuple):
+    """Content of an `ObservedParts`; arrays view the buffer.
+
+    Attributes
+    ----------
+    stamp : int
+        Nanoseconds.
+    frame_id, part_id : str
+    poses : (n, 7) array
+        Position, and orientation x y z w.
+    confidence : (m,) array
+    """
+
+    stamp: int
+    frame_id: str
+    part_id: str
+    poses: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+
+
 SCALARS = 13
 NO_FLOATS = np.zeros(0)
 NO_COUNTS = np.zeros(0, dtype=np.uint32)
@@ -67,6 +87,11 @@ class _Cursor:
         """The next uint32."""
         self._align(4)
         return int(struct.unpack_from("<I", self._data, self._advance(4))[0])
+
+    def stamp(self) -> int:
+        """The next time, in nanoseconds."""
+        seconds = int(np.int32(np.uint32(self.count())))
+        return 10**9 * seconds + self.count()
 
     def text(self) -> str:
         """The next string, which ends in a zero byte."""
@@ -133,8 +158,7 @@ def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 def part_mesh_numbers(data: bytes) -> Numbers:
     """See a serialised `ros_pose_stats_msgs/PartMesh`; see `mesh_numbers`."""
     cursor = _Cursor(data)
-    seconds = int(np.int32(np.uint32(cursor.count())))
-    stamp = 10**9 * seconds + cursor.count()
+    stamp = cursor.stamp()
     cursor.text()  # frame_id
     part_id = cursor.text()
     mesh_vertices, mesh_triangles = _mesh(cursor)
@@ -143,6 +167,16 @@ def part_mesh_numbers(data: bytes) -> Numbers:
     scalars = cursor.floats(SCALARS)
     cursor.end()
     return Numbers(stamp, part_id, mesh_vertices, mesh_triangles, vertices, triangles, scalars)
+
+
+def observed_numbers(data: bytes) -> ObservedNumbers:
+    """See a serialised `ros_pose_stats_msgs/ObservedParts`; see `mesh_numbers`."""
+    cursor = _Cursor(data)
+    stamp, frame_id, part_id = cursor.stamp(), cursor.text(), cursor.text()
+    poses = cursor.floats(7 * cursor.count()).reshape(-1, 7)
+    confidence = cursor.floats(cursor.count())
+    cursor.end()
+    return ObservedNumbers(stamp, frame_id, part_id, poses, confidence)
 
 
 def part_and_digest_of(data: bytes) -> tuple[str, str]:

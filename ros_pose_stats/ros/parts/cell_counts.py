@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from ...methods import OBSERVED
 from ...recording.analysis.numbering import Numbering, numbering_of
 from ...statistics.chi_square import homogeneity
 from ...text import percent
+from ..diagnostics import Health
+from .part_requests import shown
 
 Index = NDArray[np.int64]
 
@@ -73,7 +76,7 @@ class CellCounts:
         return seen
 
     def drift(self) -> str:
-        """How the last parts differ from those before by more than chance; empty if they do not."""
+        """How the last parts differ from those before beyond chance; empty if they do not."""
         with self._lock:
             if self._drift is None:
                 recent = np.sum(self._recent, axis=0) if self._recent else 0 * self._total
@@ -101,3 +104,21 @@ def counts_of_result(last: PoseStatistics) -> CellCounts | None:
     for pose in last.poses:
         total[pose.index] = pose.count
     return CellCounts(Ground(numbering_of(last), last.plate), total)
+
+
+def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
+    """The line of diagnostics about what cameras counted, and what has changed in it.
+
+    Parameters
+    ----------
+    parts : mapping of str to CellCounts or None
+        By part.
+    """
+    counted = {part_id: counts for part_id, counts in parts.items() if counts is not None}
+    changed = {f"changed {shown(part_id)}": drift for part_id, counts in counted.items()
+               if (drift := counts.drift())}
+    total = sum(int(counts.total.sum()) for counts in counted.values())
+    text = next((f"{name}: {drift}" for name, drift in changed.items()),
+                f"{total} parts counted of {len(counted)} kinds")
+    return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
+                                        **changed})

@@ -16,8 +16,8 @@ from ...errors import PoseStatsError
 from ...estimators import estimate
 from ...methods import OBSERVED
 from ...planning.observed import observe_counts
-from ...records import DropScene
 from ...recording.analysis.numbering import numbering_of
+from ...records import DropScene
 from ..messages.statistics_messages import (
     Answer,
     copied,

@@ -8,11 +8,11 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Inertia, Point, Vector3
+from geometry_msgs.msg import Inertia, Point, Pose, Quaternion, Vector3
 from numpy.typing import NDArray
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.action import SimulateDrops
-from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh, MeshTriangle
 
 HOSTILE_NAMES = (
@@ -129,6 +129,21 @@ class Seeds:
             count=[self.count(5) for _ in range(self.chance.choice((poses, poses, 2)))],
             unclassified=self.count(3)))
 
+    def observed(self) -> ObservedParts:
+        """What a camera saw, perhaps with orientations that are none."""
+        parts = self.chance.randrange(5)
+        made = self.stamp(ObservedParts(
+            part_id=self.name(), poses=[self.pose() for _ in range(parts)],
+            confidence=[self.number(0.9) for _ in range(self.chance.choice((0, parts, 2)))]))
+        if self.chance.random() > HOSTILE:
+            made.header.frame_id = self.chance.choice(("", "plate"))
+        return made
+
+    def pose(self) -> Pose:
+        """A pose on the plate."""
+        return Pose(position=Point(x=self.number(0.1), y=0.0, z=0.0),
+                    orientation=Quaternion(x=self.number(0.6), y=0.0, z=0.0, w=0.8))
+
     def estimate(self) -> Any:
         """A request for an estimate."""
         return srv.EstimatePoses.Request(
@@ -154,6 +169,7 @@ class Seeds:
 
 MAKERS: dict[type, Callable[[Seeds], Any]] = {
     PartMesh: Seeds.part, Mesh: Seeds.mesh, PoseCounts: Seeds.counts,
+    ObservedParts: Seeds.observed,
     srv.EstimatePoses.Request: Seeds.estimate,
     srv.StartDropSimulation.Request: Seeds.simulation,
     SimulateDrops.Goal: lambda seeds: seeds.simulation(SimulateDrops.Goal),

@@ -13,11 +13,13 @@ from ros_pose_stats.errors import PoseStatsError
 from ros_pose_stats.ros.diagnostics import Refusals
 from ros_pose_stats.ros.jobs import Jobs
 from ros_pose_stats.ros.jobs.job_reports import JobReports
+from ros_pose_stats.ros.messages.camera_messages import counts_of_bytes, observed_of_bytes
 from ros_pose_stats.ros.messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from ros_pose_stats.ros.observed_parts import count_observed
 from ros_pose_stats.ros.parts.mesh_queue import MeshQueue
 from ros_pose_stats.ros.parts.part_requests import named
 from ros_pose_stats.ros.parts.refinement import Refinement
-from ros_pose_stats.ros.pose_counts import count_problem, counts_of_bytes
+from ros_pose_stats.ros.pose_counts import count_problem
 from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.services import Services
 from ros_pose_stats.ros.settings import settings_of
@@ -83,6 +85,15 @@ class Door:
         """One on ~/pose_counts."""
         self._judge(lambda: assert_line(count_problem(counts_of_bytes(data),
                                                       self.results.parts.current)))
+
+    def observed(self, data):
+        """One on ~/observed_parts."""
+        def look():
+            counts = count_observed(observed_of_bytes(data), self.results.parts.current,
+                                    self.settings)
+            assert counts is None or not count_problem(counts, self.results.parts.current)
+
+        self._judge(look)
 
     def ask(self, kind, data):
         """A request as the middleware gives it to a service or the action."""

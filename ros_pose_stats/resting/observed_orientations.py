@@ -1,0 +1,182 @@
+"""Which stable pose a part lies in, from its orientation as a camera measured it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import RequestError
+from ..mesh.arrays import real_array, real_number
+from ..records import Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from .poses import resting_poses
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DEFAULT_ANGLE: Final = math.radians(15.0)
+"""Three standard deviations of a camera that measures tilts to 5 degrees."""
+
+DEVIATIONS: Final = 3.0
+"""Standard deviations of the camera's error within which an orientation is taken for a pose; of
+errors that are normal about both horizontal axes 1.1 % are larger."""
+
+SURELY: Final = 1e6
+"""How many times as likely as any other pose a part's pose must be."""
+
+UNIT_WITHIN: Final = 0.01
+"""Quaternions may be that far from unit length, for having been printed with two digits."""
+
+AT_ONCE: Final = 2**21
+"""Angles between orientations and faces that are held at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseDirections:
+    """Directions that point down in the poses of a part, those of a group side by side.
+
+    Attributes
+    ----------
+    down : (S, 3) array
+        Unit vectors in the part frame: those of the members of each pose.
+    first : (P,) array of int
+        Where the directions of each pose begin.
+    pose : (P,) array of int
+        Which pose that is.
+    first_of_group : (G,) array of int
+        Where the poses of each group begin.
+    group : (P,) array of int
+        Number of the group, as `first_of_group` counts them.
+    """
+
+    down: Array
+    first: Index
+    pose: Index
+    first_of_group: Index
+    group: Index
+
+
+def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DEFAULT_ANGLE,
+                          cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                          round_sides: int = DEFAULT_ROUND_SIDES) -> Index:
+    """Stable pose that each observed orientation of a part belongs to.
+
+    Only the direction that an orientation says is down counts; yaw is free. A pose of several
+    faces, as one that rolls, is met by any of its `members`. Poses of one `group` look alike:
+    of them the nearest is named, which for a symmetric part says no more than which of the
+    equal orientations the camera chose, so that counts of such parts are to be summed by group.
+
+    Parameters
+    ----------
+    part : Part
+    orientations : (n, 4) array_like
+        Unit quaternions x y z w of the part frame in the plate frame, z up. Rows that are zero
+        or not finite stand for an orientation that is not known.
+    angle : float
+        Largest tilt between an orientation and its pose, radians: three standard deviations of
+        the camera's error about a horizontal axis. Such an error decides too whether a pose is
+        told from those of other groups: at 15 degrees, poses less than 26 degrees apart are not.
+    cluster_tolerance, round_sides
+        By which the poses are numbered, as in `resting_poses`.
+
+    Returns
+    -------
+    (n,) array of int
+        `index` of the pose; -1 where the orientation is near none, is nearly as likely that of
+        a pose of another group, or is not known.
+
+    Raises
+    ------
+    RequestError
+        If the orientations are not (n, 4) numbers, one has another length than 1, or the angle
+        is not above 0 and up to a right angle.
+    """
+    widest = _checked_angle(angle)
+    poses = resting_poses(part, cluster_tolerance, round_sides)
+    downs = observed_downs(orientations)
+    known = part.prepare(_pose_directions, poses.clusters.tolerance, round_sides)
+    found = np.full(len(downs), -1, dtype=np.int64)
+    told = np.flatnonzero(np.isfinite(downs[:, 0]))
+    step = max(1, AT_ONCE // len(known.down))
+    for begin in range(0, len(told), step):
+        rows = told[begin:begin + step]
+        found[rows] = _nearest(known, downs[rows], widest)
+    return found
+
+
+def _checked_angle(angle: float) -> float:
+    """An angle that is one; degrees by mistake are not."""
+    try:
+        given = real_number(angle)
+    except (TypeError, ValueError, OverflowError):
+        given = math.nan
+    if not 0.0 < given <= 0.5 * math.pi:
+        raise RequestError("an angle above 0 and up to 1.57 radians", f"{angle!r}",
+                           "math.radians(15) is the default")
+    return given
+
+
+def observed_downs(orientations: ArrayLike) -> Array:
+    """Directions (n, 3) in the part frame that point down in observed orientations.
+
+    NaN where the orientation is not known.
+
+    Raises
+    ------
+    RequestError
+        If they are not (n, 4) numbers, or one is no unit quaternion.
+    """
+    try:
+        given = real_array(orientations)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise RequestError("orientations as (n, 4) numbers x y z w", f"{error}",
+                           "one row a part") from error
+    if given.ndim != 2 or given.shape[1] != 4:
+        if given.size:
+            raise RequestError("orientations as (n, 4) numbers x y z w",
+                               f"an array of shape {given.shape}", "one row a part")
+        given = given.reshape(0, 4)
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.sqrt((given * given).sum(axis=1))
+    known = np.isfinite(given).all(axis=1) & (length > 0.0)
+    wrong = np.flatnonzero(known & ~(np.abs(length - 1.0) <= UNIT_WITHIN))
+    if len(wrong):
+        raise RequestError("unit quaternions x y z w",
+                           f"one of length {length[wrong[0]]:g} in row {wrong[0]}",
+                           "divide each by its length; zeros stand for an unknown orientation")
+    downs = np.full((len(given), 3), np.nan)
+    x, y, z, w = (given[known] / length[known, None]).T
+    downs[known] = -np.column_stack((2.0 * (x * z - y * w), 2.0 * (y * z + x * w),
+                                     1.0 - 2.0 * (x * x + y * y)))
+    return downs
+
+
+def _nearest(known: PoseDirections, downs: Array, angle: float) -> Index:
+    """Pose of each direction (n, 3), -1 where none is sure."""
+    cosine = np.maximum.reduceat(downs @ known.down.T, known.first, axis=1)
+    rows, place = np.arange(len(downs)), cosine.argmax(axis=1)
+    of_group = np.maximum.reduceat(cosine, known.first_of_group, axis=1)
+    of_group[rows, known.group[place]] = -np.inf
+    nearest, next_one = (np.arccos(np.clip(found, -1.0, 1.0))
+                         for found in (cosine[rows, place], of_group.max(axis=1)))
+    if len(known.first_of_group) == 1:
+        return np.where(nearest <= angle, known.pose[place], -1)
+    # The logarithm of how many times as likely the nearest is, where errors are normal.
+    apart = 0.5 * (next_one**2 - nearest**2) * (DEVIATIONS / angle) ** 2
+    return np.where((nearest <= angle) & (apart >= math.log(SURELY)), known.pose[place], -1)
+
+
+def _pose_directions(part: Part, cluster_tolerance: float, round_sides: int) -> PoseDirections:
+    poses = resting_poses(part, cluster_tolerance, round_sides)
+    pose, count = poses.clusters.pose, len(poses.poses)
+    group = poses.group[pose]
+    order = np.lexsort((pose, group))
+    numbers, first = np.unique(group[order] * count + pose[order], return_index=True)
+    _, first_of_group, group_of = np.unique(numbers // count, return_index=True,
+                                            return_inverse=True)
+    return PoseDirections(poses.equilibria.downs[order], first, numbers % count,
+                          first_of_group, group_of)

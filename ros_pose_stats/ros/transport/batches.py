@@ -1,0 +1,102 @@
+"""All messages of a topic that wait are taken together, so that one sync keeps them all."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
+
+from ..diagnostics import Refusals
+from ..floods import MINUTE
+from ..recorder import Recorder
+from .overruns import SequenceGaps
+
+DEPTH = 1000
+"""Messages that wait in the middleware."""
+
+MOST_AT_ONCE = 2**22
+"""Bytes of messages that are taken together."""
+
+OVERHEAD = 1000
+"""Bytes that a message is taken to occupy beside its own, decoded and on its way."""
+
+Received = tuple[bytes, Mapping[str, int]]
+
+
+class BatchSubscription:
+    """Hands over all serialised messages that wait, and counts those that were overrun.
+
+    While a batch is dealt with, more come. Those that came too quickly all the same are told by
+    the numbers that are missing.
+
+    Parameters
+    ----------
+    node : Node
+    kind : type
+        Of the messages.
+    topic : str
+    noun : str
+        What is on it, for the log.
+    take : callable
+        Called with serialised messages in the order of their coming, by one thread at a time.
+    recorder : Recorder
+        Keeps the number of those that were lost.
+    refusals : Refusals
+        Told how many come.
+    """
+
+    def __init__(self, node: Node, kind: type, topic: str, noun: str,
+                 take: Callable[[list[bytes]], object], recorder: Recorder,
+                 refusals: Refusals) -> None:
+        self._log = node.get_logger()
+        self._kind, self._topic, self._noun = kind, topic, noun
+        self._hand_over = take
+        self._recorder = recorder
+        self._refusals = refusals
+        self._gaps = SequenceGaps()
+        self._lost_told = -math.inf
+        self._lock = threading.Lock()
+        self._subscription: Any = node.create_subscription(
+            kind, topic, self._on_message, DEPTH, raw=True,
+            callback_group=MutuallyExclusiveCallbackGroup())
+
+    def take_waiting(self) -> None:
+        """Hand over what the middleware still has, at the end of the node."""
+        with self._lock:
+            while waiting := self._waiting(0):
+                self._deal_with(waiting)
+
+    def _on_message(self, data: bytes, info: Mapping[str, int]) -> None:
+        with self._lock:
+            self._deal_with([(data, info), *self._waiting(len(data))])
+
+    def _waiting(self, size: int) -> list[Received]:
+        """What waits in the middleware, up to so many bytes that can be held at once."""
+        found: list[Received] = []
+        handle = self._subscription.handle
+        with handle:
+            while size < MOST_AT_ONCE:
+                received = handle.take_message(self._kind, True)
+                if received is None:
+                    break
+                found.append(received)
+                size += len(received[0]) + OVERHEAD
+        return found
+
+    def _deal_with(self, received: list[Received]) -> None:
+        for _, info in received:
+            self._count_lost(self._gaps.missing_before(info["publication_sequence_number"] or 0))
+            self._refusals.floods.count(f"{self._noun} on {self._topic}")
+        self._hand_over([data for data, _ in received])
+
+    def _count_lost(self, lost: int) -> None:
+        total = self._recorder.count_lost(lost)
+        if lost and time.monotonic() - self._lost_told > MINUTE:
+            self._lost_told = time.monotonic()
+            self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster than "
+                              "they can be recorded")
