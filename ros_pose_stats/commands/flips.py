@@ -89,13 +89,11 @@ def run(options: argparse.Namespace) -> int:
 def _feedings(options: argparse.Namespace, found: FlipStatistics,
               fresh: PoseStatistics) -> dict[str, Feeding]:
     """What a feeder gets, both ways."""
-    from ..statistics.feeding import drop_afresh, flip_wrong_ones
+    from ..statistics.feeding import drop_afresh, flip_wrong_ones, pose_shares
 
-    poses = sorted(fresh.poses, key=lambda pose: pose.index)
-    share = [pose.probability for pose in poses]
-    error = [pose.standard_error for pose in poses]
-    return {"dropped_again": drop_afresh(share, error, options.wanted, options.rate),
-            "kicked": flip_wrong_ones(share, error, found.counts, options.wanted, options.rate,
+    dropped = pose_shares(fresh)
+    return {"dropped_again": drop_afresh(dropped, options.wanted, options.rate),
+            "kicked": flip_wrong_ones(dropped, found.counts, options.wanted, options.rate,
                                       options.cycle_time)}
 
 
