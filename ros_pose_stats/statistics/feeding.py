@@ -54,7 +54,7 @@ class PoseShares(NamedTuple):
     @property
     def shares(self) -> Array:
         """Probability of each unit."""
-        return np.bincount(self.unit, self.probability)
+        return np.bincount(self.unit, self.probability).astype(np.float64)
 
     def scatter(self, values: Array) -> float:
         """Variance of a value of the poses (K,) over drops that end in the units, not within."""
@@ -87,8 +87,9 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
         return PoseShares(probability, float(sum(pose.count for pose in poses)),
                           np.arange(len(poses)))
     unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
-    errors = np.bincount(unit, [pose.standard_error for pose in poses])
-    return PoseShares(probability, _equivalent_drops(np.bincount(unit, probability), errors), unit)
+    errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(np.float64)
+    certain = PoseShares(probability, math.inf, unit)
+    return certain._replace(drops=_equivalent_drops(certain.shares, errors))
 
 
 class Feeding(NamedTuple):
