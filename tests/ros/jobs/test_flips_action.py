@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 from itertools import pairwise
 
 import numpy as np
@@ -129,8 +130,8 @@ class TestEnds:
         goals = Goals(client, "simulate_flips")
         goal = goals.send(part_id=known_part(client), kick_height=KICK, drops=MANY)
         goal.first_feedback()
-        node.interrupt()
+        node.send(signal.SIGINT)
         status, result = goal.result()
         goals.close()
         assert status == ABORTED and "the node ended" in result.message
-        assert max(result.flips) > 0 and node.wait() == 0
+        assert max(result.flips) > 0 and node.ended() == 0

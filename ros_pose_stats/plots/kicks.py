@@ -1,0 +1,73 @@
+"""Accepted parts a minute over the height of the kick, with the kick that feeds fastest."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from ..planning.kick_sweep import KickSweep
+from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
+
+BEST = "#D55E00"
+TICKS = (1.0, 2.0, 5.0)
+
+
+def kick_figure(sweep: KickSweep) -> Figure:
+    """Draw a sweep.
+
+    Parameters
+    ----------
+    sweep : KickSweep
+
+    Returns
+    -------
+    Figure
+        Accepted parts a minute with 90 % intervals over the kick height in millimetres, the
+        best kick marked, and beside it what dropping afresh brings.
+    """
+    figure = new_figure(6.4, 3.9, layout="constrained")
+    axes = figure.add_subplot()
+    _draw_afresh(axes, sweep)
+    height = np.array([1e3 * one.kick_height for one in sweep.kicks])
+    value, low, high = np.array([one.feeding.per_minute for one in sweep.kicks]).T
+    known = np.isfinite(low) & np.isfinite(high)
+    axes.plot(height, value, color=BLUE, linewidth=1.4, zorder=3)
+    axes.errorbar(height[known], value[known], [(value - low)[known], (high - value)[known]],
+                  fmt="o", color=BLUE, markersize=4.0, elinewidth=1.1, capsize=2.2, zorder=4,
+                  label="kicked where they lie wrong")
+    axes.plot(height[~known], value[~known], "x", color=BLUE, markersize=5.0, zorder=4)
+    _mark_best(axes, sweep)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: in_digits(at, 3)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylim(bottom=0.0)
+    axes.margins(y=0.14)
+    axes.set_xlabel("kick height, mm: how high it would throw the part without turning it",
+                    fontsize=9.5)
+    axes.set_ylabel("accepted parts a minute", fontsize=9.5)
+    open_axes(axes, "#e5e5e5", 0.6)
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper left",
+                bbox_to_anchor=(0.0, 1.13), ncols=2, borderaxespad=0.0)
+    return figure
+
+
+def _draw_afresh(axes: Axes, sweep: KickSweep) -> None:
+    """A line for dropping afresh, which knows no kick, and its interval as a band."""
+    value, low, high = sweep.afresh.per_minute
+    axes.axhline(value, color=REFERENCE, linewidth=1.2, linestyle=(0, (5, 2)), zorder=2,
+                 label="dropped again")
+    if np.isfinite(low) and np.isfinite(high):
+        axes.axhspan(low, high, color=REFERENCE, alpha=0.18, linewidth=0.0, zorder=1)
+
+
+def _mark_best(axes: Axes, sweep: KickSweep) -> None:
+    """A ring around the best kick, and its numbers above."""
+    best = sweep.best
+    at, value = 1e3 * best.kick_height, best.feeding.per_minute.value
+    axes.plot([at], [value], "o", markersize=11.0, markerfacecolor="none", markeredgecolor=BEST,
+              markeredgewidth=1.6, zorder=5)
+    axes.annotate(f"{in_digits(at, 3)} mm: {value:.3g} a minute", (at, value), xytext=(0.0, 13.0),
+                  textcoords="offset points", ha="center", va="bottom", fontsize=9, color=BEST)
