@@ -8,10 +8,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ..planning.kick_sweep import KickSweep
+from ..text import listed, shortened
 from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
 
 BEST = "#D55E00"
 TICKS = (1.0, 2.0, 5.0)
+ROOM = 1.1
+"""Height of the axes over that of what is drawn, so that the best one's numbers fit in."""
 
 
 def kick_figure(sweep: KickSweep) -> Figure:
@@ -37,21 +40,28 @@ def kick_figure(sweep: KickSweep) -> Figure:
     axes.errorbar(height[known], value[known], [(value - low)[known], (high - value)[known]],
                   fmt="o", color=BLUE, markersize=4.0, elinewidth=1.1, capsize=2.2, zorder=4,
                   label="kicked where they lie wrong")
-    axes.plot(height[~known], value[~known], "x", color=BLUE, markersize=5.0, zorder=4)
+    axes.plot(height[~known], value[~known], "x", color=BLUE, markersize=5.0, zorder=4,
+              clip_on=False)
     _mark_best(axes, sweep)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: in_digits(at, 3)))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_ylim(bottom=0.0)
-    axes.margins(y=0.14)
+    axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], sweep.best.feeding.per_minute.value))
+    axes.set_title(_title(sweep), fontsize=9.5, color=INK, loc="left")
     axes.set_xlabel("kick height, mm: how high it would throw the part without turning it",
                     fontsize=9.5)
     axes.set_ylabel("accepted parts a minute", fontsize=9.5)
     open_axes(axes, "#e5e5e5", 0.6)
-    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper left",
-                bbox_to_anchor=(0.0, 1.13), ncols=2, borderaxespad=0.0)
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
     return figure
+
+
+def _title(sweep: KickSweep) -> str:
+    flips, one = sweep.best.flips, len(sweep.wanted) == 1
+    return (f"{shortened(flips.part_id, 30)}: pose{'' if one else 's'} "
+            f"{shortened(listed(sweep.wanted), 30)} wanted, {sweep.rate:g} dropped a minute, "
+            f"{sweep.cycle_time:g} s a kick")
 
 
 def _draw_afresh(axes: Axes, sweep: KickSweep) -> None:

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, shapes, simulate
+from ros_pose_stats import (
+    PoseStatsError,
+    estimate,
+    part_from_mesh,
+    shapes,
+    simulate,
+    simulate_flips,
+)
 from ros_pose_stats.planning.hybrid import hybrid
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.drops import compute_motions, drop_rules, states_at_rest
+from ros_pose_stats.simulation.kicks import kicks_of
 from ros_pose_stats.statistics.feeding import (
     PoseShares,
     drop_afresh,
@@ -69,6 +81,8 @@ class TestFlips:
         found = flip_wrong_ones(shares([0.5, 0.4, 0.1]),
                                 [[9, 1, 0], [5, 5, 0], [0, 0, 10]], [0], 30.0, 1.0)
         assert found.flips.value == math.inf and found.per_minute.value == 0.0
+        # Five in ten lie right, and of the four in ten all get there that are not kept.
+        assert found.accepted.value == pytest.approx(0.9)
 
     def test_all_wanted(self):
         found = flip_wrong_ones(shares([0.5, 0.5]), np.eye(2), [0, 1], 30.0, 1.0)
@@ -91,6 +105,123 @@ def test_intervals_are_kept():
     slack = 4.0 * math.sqrt(0.09 / trials) + 0.01
     assert kept / trials == pytest.approx(0.9, abs=slack)
     assert kept_afresh / trials == pytest.approx(0.9, abs=slack)
+
+
+class TestShares:
+    def test_of_counts_are_the_drops(self):
+        part = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
+        found = pose_shares(simulate(part, 300, seed=1, workers=1))
+        assert found.drops == 300.0 and len(set(found.unit.tolist())) == 6
+
+    def test_alike_poses_of_an_estimate_share_their_error(self):
+        """Of a square prism the share of the two ends is unsure; how it is parted is not."""
+        found = estimate(part_from_mesh(*shapes.box(1.0, 1.0, 1.3)))
+        groups = {}
+        for pose in found.poses:
+            groups.setdefault(pose.group, []).append(pose)
+        ends = next(poses for poses in groups.values() if len(poses) == 2)
+        dropped = pose_shares(found)
+        both = drop_afresh(dropped, [pose.index for pose in ends]).accepted
+        one = drop_afresh(dropped, [ends[0].index]).accepted
+        error = 2.0 * ends[0].standard_error
+        assert (both.high - both.low) / (2.0 * 1.645 * error) == pytest.approx(1.0, abs=0.1)
+        assert one.value == pytest.approx(0.5 * both.value)
+        assert one.high - one.low == pytest.approx(0.5 * (both.high - both.low), rel=0.1)
+
+    def test_what_symmetry_decides_is_certain(self):
+        found = drop_afresh(pose_shares(estimate(part_from_mesh(*shapes.box(1.0, 1.0, 1.0)))), [3])
+        assert found.accepted == pytest.approx((1 / 6, 1 / 6, 1 / 6))
+
+    def test_drops_beside_an_estimate_make_it_surer(self):
+        part = part_from_mesh(*random_polyhedron(9, 4))
+        widths = [np.ptp(drop_afresh(pose_shares(found), [0, 1]).accepted[1:])
+                  for found in (estimate(part), hybrid(part, 2000, seed=1, workers=1))]
+        assert 0.0 < widths[1] < 0.5 * widths[0]
+
+    def test_an_unknown_error_gives_no_bounds(self):
+        found = estimate(part_from_mesh(*random_polyhedron(9, 4)))
+        poses = [pose.with_probability(pose.probability) for pose in found.poses]
+        accepted = drop_afresh(pose_shares(replace(found, poses=poses)), [0]).accepted
+        assert 0.0 < accepted.value < 1.0 and math.isnan(accepted.low)
+
+    def test_nothing_counted_is_refused(self):
+        part = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
+        found = simulate(part, 10, seed=1, workers=1)
+        poses = [pose.with_probability(math.nan) for pose in found.poses]
+        with pytest.raises(PoseStatsError, match="drop the part more often"):
+            pose_shares(replace(found, poses=poses))
+
+
+def test_intervals_of_estimates_are_kept():
+    """Of bodies that the estimator has not seen, against drops of their own.
+
+    The drops' noise is taken off the misses: with 1000 of them 0.7 standard errors either way is
+    half of what it adds. Kept are nine in ten; 60 sets of 20 bodies are some 30 independent ones,
+    so four standard errors are 0.22.
+    """
+    random, kept = np.random.default_rng(6), []
+    for seed in range(20):
+        part = part_from_mesh(*random_polyhedron(6 + seed % 7, 1000 + seed))
+        dropped = pose_shares(estimate(part))
+        truth = simulate(part, 1000, seed=seed)
+        shares_ = {pose.index: pose.probability for pose in truth.poses}
+        poses = len(shares_)
+        for _ in range(3):
+            wanted = random.choice(poses, max(1, poses // 2), replace=False)
+            share = sum(shares_[int(index)] for index in wanted)
+            noise = 0.7 * math.sqrt(share * (1.0 - share) / 1000)
+            _, low, high = drop_afresh(dropped, wanted).accepted
+            kept.append(low - noise <= share <= high + noise)
+    assert np.mean(kept) > 0.9 - 0.22
+
+
+class TestAgainstSimulation:
+    """Feeding of a real body, played out by drops and flips of other seeds."""
+
+    def test_parts_are_dropped_and_flipped_one_by_one(self):
+        part = part_from_mesh(*random_polyhedron(8, 21))
+        kick, wanted = 0.4, [0, 1]
+        fresh = simulate(part, 4000, seed=1)
+        flips = simulate_flips(part, kick, 1500, seed=2)
+        found = flip_wrong_ones(pose_shares(fresh), flips.counts, wanted, 60.0, 1.0)
+        needed = play_out(part, kick, wanted, 4000)
+        error = np.std(needed) / math.sqrt(len(needed))
+        told = (found.flips.high - found.flips.low) / (2.0 * 1.645)
+        assert found.flips.value == pytest.approx(np.mean(needed),
+                                                  abs=4.0 * math.hypot(error, told))
+        share = np.mean(needed == 0)
+        accepted = drop_afresh(pose_shares(fresh), wanted).accepted.value
+        assert accepted == pytest.approx(share, abs=4.0 * math.sqrt(2.0 * 0.25 / 4000))
+
+
+def play_out(part, kick, wanted, count):
+    """Flips (count,) that each of some parts took, kicked one after the other by the kernels."""
+    body = drop_body(part, 0.0025, 192)
+    rules, kicks = drop_rules(DropScene(), body.radius), kicks_of(body, kick / body.radius)
+    poses = len(body.resting.poses)
+    lying = simulate_poses(body, rules, count)
+    needed, round_ = np.zeros(count, dtype=int), 0
+    while not np.isin(lying, wanted).all():
+        wrong = np.flatnonzero(~np.isin(lying, wanted))
+        # Kick k goes out of pose k modulo their number: each part takes one of its own.
+        numbers = (round_ * count + wrong) * poses + lying[wrong]
+        states = np.concatenate([kicks.states(99, int(number), 1) for number in numbers])
+        outcome = compute_motions(body, rules, states).pose
+        settled = outcome >= 0
+        lying[wrong[settled]] = outcome[settled]
+        needed[wrong[settled]] += 1
+        round_ += 1
+    return needed
+
+
+def simulate_poses(body, rules, count):
+    """Poses (count,) of drops from random orientations."""
+    downs = np.random.default_rng(77).standard_normal((count, 3))
+    downs /= np.linalg.norm(downs, axis=1)[:, None]
+    heights = np.full(count, 20.0)
+    found = compute_motions(body, rules, states_at_rest(body, heights, downs)).pose
+    assert (found >= 0).all()
+    return found.astype(int)
 
 
 @pytest.mark.parametrize(("wanted", "rate", "cycle", "words"), [
