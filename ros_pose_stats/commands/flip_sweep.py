@@ -40,18 +40,19 @@ def sweep(options: argparse.Namespace) -> int:
                          options.drop_height, workers=options.workers, on_progress=bar.show,
                          should_stop=interrupted, cluster_tolerance=options.cluster_tolerance,
                          round_sides=options.round_sides)
-        found = sweep_kicks(
+        found = None if interrupted() else sweep_kicks(
             part, fresh, options.wanted, options.rate, options.cycle_time, options.sweep,
-            options.flips or SWEEP_FLIPS, fresh.seed, options.workers,
+            SWEEP_FLIPS if options.flips is None else options.flips, fresh.seed, options.workers,
             lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted)
     stopped = interrupted()
     if options.json:
         print_json({**_plain(fresh, found), **({"interrupted": True} if stopped else {})})
     else:
-        print("\n".join(_table(fresh, found)))
+        print("\n".join(_table(fresh, found) if found and found.kicks else
+                        [f"{fresh.part_id}: {fresh.scene}"]))
         if stopped:
-            print(f"interrupted after {len(found.kicks)} kick heights")
-    if picture is not None:
+            print(f"interrupted after {len(found.kicks) if found else 0} kick heights")
+    if picture is not None and found is not None and found.kicks:
         from ..plots.files import figure_png
         from ..plots.kicks import kick_figure
         from ..whole_files import write_file
@@ -60,17 +61,19 @@ def sweep(options: argparse.Namespace) -> int:
     return INTERRUPTED if stopped else 0
 
 
-def _plain(fresh: PoseStatistics, found: KickSweep) -> dict[str, Any]:
-    """The sweep as plain values."""
+def _plain(fresh: PoseStatistics, found: KickSweep | None) -> dict[str, Any]:
+    """The sweep as plain values, as far as it came."""
     names = ("part_id", "part_digest", "radius", "restitution", "drop_height",
              "cluster_tolerance", "round_sides", "drops", "seed", "version")
-    return {**{name: getattr(fresh, name) for name in names}, "warnings": list(fresh.warnings),
-            "wanted": list(found.wanted), "rate": found.rate, "cycle_time": found.cycle_time,
-            "dropped_again": write_feeding(found.afresh),
+    plain = {**{name: getattr(fresh, name) for name in names}, "warnings": list(fresh.warnings)}
+    if found is None:
+        return plain
+    return {**plain, "wanted": list(found.wanted), "rate": found.rate,
+            "cycle_time": found.cycle_time, "dropped_again": write_feeding(found.afresh),
             "kicks": [{"kick_height": one.kick_height, "flips": one.flips.flips,
                        "feeding": write_feeding(one.feeding)} for one in found.kicks],
-            "best": found.best.kick_height,
-            "near_best": [one.kick_height for one in found.near_best]}
+            "best": found.best.kick_height if found.kicks else None,
+            "near_best": [one.kick_height for one in found.near_best] if found.kicks else []}
 
 
 def _table(fresh: PoseStatistics, found: KickSweep) -> list[str]:

@@ -80,7 +80,8 @@ def run(options: argparse.Namespace) -> int:
     merging = {"cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides}
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         found = simulate_flips(
-            part, options.kick, options.flips or DEFAULT_FLIPS, options.restitution, options.seed, options.workers,
+            part, options.kick, DEFAULT_FLIPS if options.flips is None else options.flips,
+            options.restitution, options.seed, options.workers,
             lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted,
             **merging)
         if options.wanted is not None and not interrupted():

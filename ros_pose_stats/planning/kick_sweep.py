@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RequestError
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics
 from ..simulation.flips import check_kick, simulate_flips
 from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones, pose_shares
@@ -51,7 +50,7 @@ class KickSweep(NamedTuple):
     afresh : Feeding
         Without kicks: parts that lie wrong are dropped again.
     kicks : tuple of KickFeeding
-        By rising kick height.
+        By rising kick height; those that were complete when the sweep was stopped.
     """
 
     wanted: tuple[int, ...]
@@ -62,7 +61,10 @@ class KickSweep(NamedTuple):
 
     @property
     def best(self) -> KickFeeding:
-        """The kick with the most accepted parts a minute; of equal ones the lowest."""
+        """The kick with the most accepted parts a minute, of equal ones the lowest.
+
+        There must be one.
+        """
         return max(self.kicks, key=lambda one: one.feeding.per_minute.value)
 
     @property
@@ -103,12 +105,12 @@ def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate
     on_progress : callable, optional
         Takes the number of flips done, and of all.
     should_stop : callable, optional
-        After True the sweep ends with the kicks that are complete by then.
+        After True the sweep ends with the kicks that are complete by then, if any.
 
     Raises
     ------
     RequestError
-        If a value is out of its range, or it was stopped before the first kick was complete.
+        If a value is out of its range.
     """
     shares = pose_shares(dropped)
     afresh = drop_afresh(shares, wanted, rate)
@@ -129,8 +131,5 @@ def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate
             break
         found.append(KickFeeding(height, flips, flip_wrong_ones(
             shares, flips.counts, wanted, rate, cycle_time)))
-    if not found:
-        raise RequestError("at least one kick height with all of its flips", "none",
-                           "let it run for longer")
     return KickSweep(tuple(dict.fromkeys(map(int, wanted))), rate, cycle_time, afresh,
                      tuple(found))

@@ -76,8 +76,9 @@ def _draw_afresh(axes: Axes, sweep: KickSweep) -> None:
 def _mark_best(axes: Axes, sweep: KickSweep) -> None:
     """A ring around the best kick, and its numbers above."""
     best = sweep.best
-    at, value = 1e3 * best.kick_height, best.feeding.per_minute.value
+    at, (value, _, high) = 1e3 * best.kick_height, best.feeding.per_minute
+    above = high if np.isfinite(high) else value
     axes.plot([at], [value], "o", markersize=11.0, markerfacecolor="none", markeredgecolor=BEST,
               markeredgewidth=1.6, zorder=5)
-    axes.annotate(f"{in_digits(at, 3)} mm: {value:.3g} a minute", (at, value), xytext=(0.0, 13.0),
+    axes.annotate(f"{in_digits(at, 3)} mm: {value:.3g} a minute", (at, above), xytext=(0.0, 8.0),
                   textcoords="offset points", ha="center", va="bottom", fontsize=9, color=BEST)

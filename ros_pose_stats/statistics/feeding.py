@@ -142,8 +142,8 @@ def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.n
     kept = check_wanted(wanted, dropped.probability.size)
     if not math.isnan(rate):
         check_rate(rate)
-    share = min(1.0, float(dropped.probability[kept].sum()))
-    low, high = _share_interval(share, dropped, kept)
+    share = 1.0 if kept.all() else min(1.0, float(dropped.probability[kept].sum()))
+    low, high = (1.0, 1.0) if kept.all() else _share_interval(share, dropped, kept)
     passes = Bounded(*(_over(1.0, one) for one in (share, high, low)))
     return Feeding(Bounded(share, low, high), passes, NO_FLIPS,
                    Bounded(rate * share, rate * low, rate * high))

@@ -55,7 +55,8 @@ class TestAfresh:
         answer = cell.good("feeding", part_id=part_id, **ASKED)
         counted = simulate(library_part(WEDGE), 20_000, seed=3)
         check_numbers(answer, drop_afresh(pose_shares(counted), [0, 2], 40.0))
-        assert answer.message == "From 20000 drops (simulation)." and job.statistics.drops == 20_000
+        assert answer.message == "From 20000 drops (simulation)."
+        assert job.statistics.drops == 20_000
         assert (answer.accepted_high - answer.accepted_low
                 < before.accepted_high - before.accepted_low)
 

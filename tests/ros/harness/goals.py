@@ -10,7 +10,6 @@ from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
 from .client import until, wait_for
 from .node import PATIENCE
 
-
 ACTIONS = {"simulate_drops": SimulateDrops, "simulate_flips": SimulateFlips}
 
 
