@@ -6,9 +6,11 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
+from ..errors import RequestError
 from ..records.scene import DEFAULT_DROPS
 from .arguments import JoinIndices, add_part_options, add_scene_options, read_count, read_indices
 from .drop_runs import load_part_and_kernels
+from .flip_sweep import show_bounded, sweep, write_feeding
 from .progress_bar import ProgressBar
 from .running import INTERRUPTED, print_json, stop_on_interrupt
 
@@ -26,14 +28,25 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "flips", help="kick a part out of each of its poses and count where it comes to rest",
         description="Kick a part, lying in each of its poses, from below at a point of its "
         "contact polygon, and count where it comes to rest. With the wanted poses it says what "
-        "a feeder gets by kicking parts that lie wrong, and by dropping them again.",
-        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",))
+        "a feeder gets by kicking parts that lie wrong, and by dropping them again; a sweep "
+        "over kick heights finds the kick that feeds fastest.",
+        examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
+                  "ros_pose_stats flips demo/clamp.stl --unit mm --sweep --wanted 0 1 "
+                  "--png kicks.png"))
     add_part_options(command)
-    command.add_argument("--kick", type=float, required=True, metavar="H",
-                         help="energy of a kick over the part's weight, in metres: as high would "
-                         "it throw the part without turning it")
-    command.add_argument("--flips", type=read_count, default=DEFAULT_FLIPS, metavar="N",
-                         help="kicks out of each pose (default: %(default)s)")
+    kicks = command.add_mutually_exclusive_group(required=True)
+    kicks.add_argument("--kick", type=float, metavar="H",
+                       help="energy of a kick over the part's weight, in metres: as high would "
+                       "it throw the part without turning it")
+    kicks.add_argument("--sweep", type=float, nargs="*", metavar="H",
+                       help="with --wanted: these kick heights, in metres, one after the other "
+                       "(default: thirteen from a twentieth of the part's radius to five radii)")
+    command.add_argument("--png", metavar="FILE",
+                         help="draw the accepted parts a minute over the kick heights of --sweep, "
+                         "as FILE.png")
+    command.add_argument("--flips", type=read_count, metavar="N",
+                         help=f"kicks out of each pose (default: {DEFAULT_FLIPS}; of a sweep "
+                         f"500 at each height)")
     add_scene_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
                          metavar="I", help="indices of the poses that are accepted")
@@ -55,6 +68,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Kick, drop where poses are wanted, and print."""
+    if options.sweep is not None:
+        return sweep(options)
+    if options.png is not None:
+        raise RequestError("--png with --sweep", "--png alone", "add --sweep and --wanted")
     part = load_part_and_kernels(options)
     from ..simulation.flips import simulate_flips
     from ..simulation.simulate import simulate
@@ -63,7 +80,8 @@ def run(options: argparse.Namespace) -> int:
     merging = {"cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides}
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         found = simulate_flips(
-            part, options.kick, options.flips, options.restitution, options.seed, options.workers,
+            part, options.kick, DEFAULT_FLIPS if options.flips is None else options.flips,
+            options.restitution, options.seed, options.workers,
             lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted,
             **merging)
         if options.wanted is not None and not interrupted():
@@ -75,9 +93,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         extra: dict[str, Any] = {"interrupted": True} if stopped else {}
         if ways:
-            extra["feeding"] = {name: {key: dict(zip(("value", "low", "high"), map(
-                _finite, one), strict=True)) for key, one in way._asdict().items()}
-                for name, way in ways.items()}
+            extra["feeding"] = {name: write_feeding(way) for name, way in ways.items()}
         print_json({**found.as_dict(), **extra})
     else:
         print("\n".join(_table(part, found, ways)))
@@ -89,13 +105,11 @@ def run(options: argparse.Namespace) -> int:
 def _feedings(options: argparse.Namespace, found: FlipStatistics,
               fresh: PoseStatistics) -> dict[str, Feeding]:
     """What a feeder gets, both ways."""
-    from ..statistics.feeding import drop_afresh, flip_wrong_ones
+    from ..statistics.feeding import drop_afresh, flip_wrong_ones, pose_shares
 
-    poses = sorted(fresh.poses, key=lambda pose: pose.index)
-    share = [pose.probability for pose in poses]
-    error = [pose.standard_error for pose in poses]
-    return {"dropped_again": drop_afresh(share, error, options.wanted, options.rate),
-            "kicked": flip_wrong_ones(share, error, found.counts, options.wanted, options.rate,
+    dropped = pose_shares(fresh)
+    return {"dropped_again": drop_afresh(dropped, options.wanted, options.rate),
+            "kicked": flip_wrong_ones(dropped, found.counts, options.wanted, options.rate,
                                       options.cycle_time)}
 
 
@@ -117,18 +131,7 @@ def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[
         heads = [Column("parts that lie wrong are", left=True), Column("accepted a minute"),
                  Column("drops a part"), Column("flips a part")]
         lines += ["", *columns(heads, [
-            [name.replace("_", " "), _bounded(way.per_minute), _bounded(way.passes),
-             _bounded(way.flips)] for name, way in ways.items()]),
+            [name.replace("_", " "), show_bounded(way.per_minute), show_bounded(way.passes),
+             show_bounded(way.flips)] for name, way in ways.items()]),
             "in brackets: 90 % intervals, of the model alone"]
     return [*lines, *(["", *found.warnings] if found.warnings else [])]
-
-
-def _bounded(number: tuple[float, float, float]) -> str:
-    value, low, high = number
-    return f"{value:.3g} ({low:.3g} to {high:.3g})"
-
-
-def _finite(value: float) -> float | None:
-    from math import isfinite
-
-    return value if isfinite(value) else None

@@ -35,7 +35,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "which can be turned, their probabilities by every method, and what they mean for a "
         "feeder. The page needs no network.",
         examples=("ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
-                  "-o clamp.html",))
+                  "-o clamp.html",
+                  "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
+                  "--kick 0.02 --cycle-time 0.5 -o clamp.html"))
     add_part_options(command)
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the page to write, FILE.html")
@@ -49,6 +51,12 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
                          help="parts dropped a minute, those sent back included; with --wanted "
                          "the page says how many are accepted a minute")
+    command.add_argument("--kick", type=float, metavar="H",
+                         help="energy of a kick over the part's weight, in metres; with --wanted "
+                         "and --rate the page says what kicking parts that lie wrong gains, and "
+                         "which kick feeds fastest")
+    command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
+                         help="seconds from one kick to the next (default: %(default)s)")
     command.add_argument("--drops", type=read_count, metavar="N",
                          help="number of drops of the simulation (default: as many as bring the "
                          "error over the poses within a point, at most 10000)")
@@ -64,17 +72,19 @@ def run(options: argparse.Namespace) -> int:
     page = output_file(options.output, (".html", ".htm"))
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
-        from ..report import investigate, report_page
+        from ..report import Feeder, investigate, report_page
         from ..text import several
         from ..whole_files import write_file
 
         part = load_named_part(options)
+    feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
+                    options.cycle_time)
     with stop_on_interrupt() as interrupted:
         findings = investigate(
             part, drops=options.drops, seed=options.seed, restitution=options.restitution,
             drop_height=options.drop_height, cluster_tolerance=options.cluster_tolerance,
             round_sides=options.round_sides,
-            wanted=options.wanted, rate=options.rate, should_stop=interrupted)
+            feeder=feeder, should_stop=interrupted)
     found = findings.simulated
     with end_on_interrupt():
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
@@ -106,6 +116,8 @@ def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) ->
     drops = ["--drops", str(found.drops), "--seed", str(found.seed)]
     asked = ["--wanted", *map(str, options.wanted)] if options.wanted else []
     asked += ["--rate", repr(options.rate)] if options.rate is not None else []
+    asked += (["--kick", repr(options.kick), "--cycle-time", repr(options.cycle_time)]
+              if options.kick is not None else [])
     page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
     return tuple(shlex.join(["ros_pose_stats", *words])
                  for words in (page, ["simulate", *named, *drops]))

@@ -55,6 +55,13 @@ def svg_bytes(figure: Figure) -> bytes:
     return file.getvalue()
 
 
+def figure_png(figure: Figure) -> bytes:
+    """A figure as a PNG file."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=RASTER)
+    return file.getvalue()
+
+
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     """A picture (height, width, 3) as a PNG file."""
     file = io.BytesIO()

@@ -2,26 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
 from ..planning.confidence import pose_prior
 from ..planning.hybrid import hybrid_statistics
+from ..planning.kick_sweep import KickFeeding, KickSweep, sweep_kicks, usual_kicks
 from ..records import DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
+from ..simulation.flips import check_kick
 from ..simulation.simulate import simulate
-from .feeding import Feeding, feeding, refuse_unknown
+from ..statistics.feeding import (
+    Feeding,
+    check_cycle_time,
+    check_rate,
+    check_wanted,
+    drop_afresh,
+    pose_shares,
+)
 from .words import said_once
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
 """Error that the drops of a page are to reach, and the most of them, where their number is not
 given: a page should be there soon, and a real plate adds five points anyway."""
+
+
+@dataclass(frozen=True)
+class Feeder:
+    """A feeder that accepts some poses.
+
+    Attributes
+    ----------
+    wanted : tuple of int
+        `index` of the accepted poses.
+    rate : float
+        Parts dropped a minute, those sent back included; None where none was given.
+    kick_height : float
+        Of kicks of parts that lie wrong, metres; None where it does not kick.
+    cycle_time : float
+        Seconds from one kick to the next.
+    """
+
+    wanted: tuple[int, ...]
+    rate: float | None = None
+    kick_height: float | None = None
+    cycle_time: float = 1.0
+
+    def check(self, poses: int) -> None:
+        """Check what is asked, before anything is dropped.
+
+        Raises
+        ------
+        RequestError
+            If there is no such pose, or a number is out of its range.
+        """
+        if self.wanted or self.rate is not None or self.kick_height is not None:
+            check_wanted(self.wanted, poses)
+        if self.rate is not None:
+            check_rate(self.rate)
+        if self.kick_height is not None:
+            check_kick(self.kick_height)
+            check_cycle_time(self.cycle_time)
+            if self.rate is None:
+                raise RequestError("a rate of parts a minute beside the kick height", "none",
+                                   "count the parts that can be dropped, those sent back "
+                                   "included")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +93,12 @@ class Findings:
     graph : SplittingNode
         Splitting graph with the shares of the simulated drops.
     sphere : PoseSphere
-    wanted : Feeding or None
-        Numbers of a feeder that accepts some poses.
+    feeder : Feeder
+        What was asked; without wanted poses there is no feeder.
+    afresh : Feeding or None
+        What it gets if parts that lie wrong are dropped again.
+    sweep : KickSweep or None
+        What it gets by kicking them, from several heights, with that of the feeder among them.
     target_error : float
         That the drops were to reach; 0 where their number was given.
     """
@@ -52,8 +109,16 @@ class Findings:
     estimates: tuple[PoseStatistics, ...]
     graph: SplittingNode
     sphere: PoseSphere
-    wanted: Feeding | None
+    feeder: Feeder
+    afresh: Feeding | None
+    sweep: KickSweep | None
     target_error: float
+
+    @property
+    def kicked(self) -> KickFeeding | None:
+        """What the feeder gets by its own kick."""
+        kicks = () if self.sweep is None else self.sweep.kicks
+        return next((one for one in kicks if one.kick_height == self.feeder.kick_height), None)
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -72,8 +137,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
                 round_sides: int = DEFAULT_ROUND_SIDES,
-                workers: int | None = None, wanted: Sequence[int] = (),
-                rate: float | None = None,
+                workers: int | None = None, feeder: Feeder | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Findings:
     """Compute the numbers of a report.
 
@@ -85,10 +149,8 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
         same request gives the same counts on every machine.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
         As for `simulate`.
-    wanted : sequence of int
-        `index` of poses that a feeder accepts; none where there is no feeder.
-    rate : float, optional
-        Parts dropped a minute.
+    feeder : Feeder, optional
+        One with a kick costs flips from several heights.
     should_stop : callable, optional
         Asked now and then; after True the simulation ends with the drops done by then.
 
@@ -100,18 +162,35 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
         If the part's hull does not enclose its centre of mass.
     """
     resting = resting_poses(part, cluster_tolerance, round_sides)
-    if rate is not None or len(wanted):
-        refuse_unknown(wanted, len(resting.poses), rate)
+    asked = Feeder(()) if feeder is None else feeder
+    asked.check(len(resting.poses))
     prepare_kernels()
     target = TARGET_ERROR if drops is None else 0.0
     simulated = simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
                          drop_height, target, workers, should_stop=should_stop,
                          cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-    asked = feeding(simulated, wanted, rate) if len(wanted) else None
+    sweep = _sweep(part, simulated, asked, workers, should_stop)
+    afresh = None
+    if asked.wanted and simulated.drops > simulated.unsettled:
+        afresh = drop_afresh(pose_shares(simulated), asked.wanted,
+                             math.nan if asked.rate is None else asked.rate)
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     combined = hybrid_statistics(simulated, pose_prior(resting, scene))
     graph = with_shares(splitting_graph(resting), simulated.poses)
     return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
-                    asked, target)
+                    asked, afresh, sweep, target)
+
+
+def _sweep(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,
+           should_stop: Callable[[], bool] | None) -> KickSweep | None:
+    """The feeder's own kick and those of several other heights; None where it has none."""
+    if feeder.kick_height is None or feeder.rate is None:
+        return None
+    if simulated.drops == simulated.unsettled or (should_stop is not None and should_stop()):
+        return None
+    heights = [feeder.kick_height, *usual_kicks(simulated.radius)]
+    found = sweep_kicks(part, simulated, feeder.wanted, feeder.rate, feeder.cycle_time, heights,
+                        seed=simulated.seed, workers=workers, should_stop=should_stop)
+    return found if found.kicks else None

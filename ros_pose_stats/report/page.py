@@ -13,14 +13,15 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
 from ..plots.files import png_bytes, svg_bytes
+from ..plots.kicks import kick_figure
 from ..plots.poses import pose_pictures
 from ..plots.reachable import reachable_figure, telling_energies
 from ..plots.sphere import sphere_figure
 from ..plots.splitting import MOST, drawn_tree, splitting_figure
+from ..statistics.feeding import drop_afresh, pose_shares
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..text import listed, ranges, several
 from . import words
-from .feeding import feeding
 from .findings import Findings
 from .viewer import ASSETS, viewer_data, viewer_script
 
@@ -34,6 +35,7 @@ LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
     "MOST_ENDS": MOST,  # of the splitting graph
     "FITTING": 6,  # ends of it that can be read at a phone's width; more are pushed sideways
+    "MOST_TURNED": 14,  # poses in the table of flips
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
 }
 MOST_FEEDERS, MOST_NAMED = 12, 24
@@ -64,7 +66,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
         part=part, found=found, target=findings.target_error,
-        estimate=findings.best_estimate, wanted=findings.wanted, groups=groups, shown=shown,
+        estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
+        kicked=findings.kicked, sweep=findings.sweep, groups=groups, shown=shown,
         size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
@@ -72,7 +75,8 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         cards=[(group, _address("png", png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
-        feeders=[(group, feeding(found, group.indices)) for group in groups[:MOST_FEEDERS]],
+        feeders=_feeders(findings, groups[:MOST_FEEDERS]),
+        kicks=None if findings.sweep is None else _svg_text(kick_figure(findings.sweep)),
         graph=_graph(findings),
         spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
@@ -104,6 +108,15 @@ def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[Pos
              for found in every]
     return [(group, [(found, groups[group.first.index]) for found, groups in known])
             for group in shown]
+
+
+def _feeders(findings: Findings, groups: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+    """What a feeder gets that keeps one group only; nothing where no drop has settled."""
+    found = findings.simulated
+    if found.drops == found.unsettled:
+        return []
+    shares = pose_shares(found)
+    return [(group, drop_afresh(shares, group.indices)) for group in groups]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:

@@ -10,9 +10,12 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..records import DropScene, Part
 from .diagnostics import Diagnostics, Refusals, job_health
+from .feeding import FeedingService
 from .jobs import Jobs
+from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
 from .jobs.simulate_drops import SimulateDropsServer
+from .jobs.simulate_flips import SimulateFlipsServer
 from .messages.times import follow_clock, steady_timer
 from .observed_parts import ObservedSubscription
 from .parameters import Parameters
@@ -47,6 +50,10 @@ LAST_SECONDS = 0.5
 """Requests that wait for their turn when the node ends are refused in that time."""
 
 
+FLIP_SECONDS = 0.2
+"""Flips may be ended for so long when the node ends."""
+
+
 class PoseStatsNode(PatientNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
@@ -72,14 +79,20 @@ class PoseStatsNode(PatientNode):
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, log.info)
         self.recorder.on_gap = self._record_again
-        self.jobs = Jobs(self.recorder.log.directory.name.removeprefix("pose_stats_"),
-                         self.reports, log.error)
+        run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
+        self.jobs = Jobs(run_name, self.reports, log.error)
+        # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
+        self.flip_reports = FlipReports(), FlipReports()
+        self.flip_jobs = tuple(
+            Jobs(f"{run_name}_{name}", reports, log.error, run_flips)
+            for name, reports in zip(("flips", "feeding"), self.flip_reports, strict=True))
         self.refinement = Refinement(self._settings, self.results, self.jobs)
         self.results.on_shown = self.refinement.refine
         self._coming_back = self._restore(settings)
         self._open()
         self.mesh_queue.start()
-        self.jobs.start()
+        for jobs in (self.jobs, *self.flip_jobs):
+            jobs.start()
 
     def _settings(self) -> Settings:
         return self.table.settings
@@ -96,7 +109,10 @@ class PoseStatsNode(PatientNode):
                                              self.parts.current, self.recorder, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
                  self.reports)
-        self.action = SimulateDropsServer(self, requests, self.jobs, self.reports)
+        flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
+        FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
+        self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
+                        SimulateFlipsServer(self, self._settings, self.parts, *flips)]
         steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
                      MutuallyExclusiveCallbackGroup())
         Diagnostics(self, {
@@ -174,8 +190,11 @@ class PoseStatsNode(PatientNode):
         self.builder.close()
         at_rest = self.mesh_queue.close()
         at_rest = self.turns.close(LAST_SECONDS) and at_rest
+        for jobs in self.flip_jobs:
+            at_rest = jobs.close("the node ended", FLIP_SECONDS) and at_rest
         at_rest = self.jobs.close("the node ended") and at_rest
-        self.action.wait_until_told()
+        for action in self.actions:
+            action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
         self.observed.take_waiting()

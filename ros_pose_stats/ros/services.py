@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from ros_pose_stats_msgs import srv
@@ -36,6 +36,12 @@ CANCEL_PATIENCE = 0.06
 Callback = Callable[..., Any]
 
 
+class Answering(Protocol):
+    """Whoever answers requests."""
+
+    say_failure: Callable[[str], object]
+
+
 class Later(NamedTuple):
     """What a callback returns that has to wait: for what, and how it goes on then."""
 
@@ -46,7 +52,7 @@ class Later(NamedTuple):
 def refusing(callback: Callback) -> Callback:
     """Turn refusals into `success = false` and their message, and `Later` into a future."""
     @functools.wraps(callback)
-    def answer(self: Services, request: Any, response: Any) -> Any:
+    def answer(self: Answering, request: Any, response: Any) -> Any:
         later = attempt(self, response, lambda: callback(self, request, response))
         if later is None:
             return response
@@ -54,7 +60,7 @@ def refusing(callback: Callback) -> Callback:
         wait_for_rest(self, response, later, answered)
         return answered
 
-    def attempt(self: Services, response: Any, act: Callable[[], Later | None]) -> Later | None:
+    def attempt(self: Answering, response: Any, act: Callable[[], Later | None]) -> Later | None:
         try:
             response.success = True
             return act()
@@ -66,7 +72,7 @@ def refusing(callback: Callback) -> Callback:
             self.say_failure(f"{callback.__name__}: {response.message}")
         return None
 
-    def wait_for_rest(self: Services, response: Any, later: Later,
+    def wait_for_rest(self: Answering, response: Any, later: Later,
                       answered: Future[Any]) -> None:
         def go_on(_: Future[Any]) -> None:
             further = attempt(self, response, later.go_on)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -91,6 +92,9 @@ class Settings:
     round_sides: int = _parameter(
         DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that round surfaces stand as, whatever "
         "the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
+    flip_height: float = _parameter(
+        0.0, "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
+        "request's kick_height is negative; 0: none.", 0.0, 1e6)
     log_directory: str = _parameter(
         "", "Where bags are recorded; empty: ~/.ros/pose_stats.", fixed=True)
     max_bag_bytes: int = _parameter(
@@ -128,6 +132,20 @@ class Settings:
         restitution = next((r for r, _ in ladder if not r < 0.0), self.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
         return DropScene(restitution, height, self.cluster_tolerance, self.round_sides)
+
+    def kick(self, kick_height: float) -> float:
+        """The kick that a request means: its own, or the node's where it is negative; 0: none.
+
+        Raises
+        ------
+        RequestError
+            If it is no height.
+        """
+        if not kick_height < math.inf:
+            raise RequestError("a kick_height in metres, 0 for none, or a negative one for the "
+                               "node's (parameter flip_height)", f"{kick_height}",
+                               "half the part's radius flips most parts")
+        return self.flip_height if kick_height < 0.0 else float(kick_height)
 
 
 class Setting(NamedTuple):

@@ -37,7 +37,8 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
                    on_progress: Callable[[int, int], object] | None = None,
                    should_stop: Callable[[], bool] | None = None, *,
                    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                   round_sides: int = DEFAULT_ROUND_SIDES) -> FlipStatistics:
+                   round_sides: int = DEFAULT_ROUND_SIDES,
+                   background: bool = False) -> FlipStatistics:
     """Kick a part many times out of each of its poses, and count where it comes to rest.
 
     Parameters
@@ -59,7 +60,7 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
         Takes the number of flips done, and of all.
     should_stop : callable, optional
         Once it returns True the simulation ends with the flips done by then.
-    cluster_tolerance, round_sides
+    cluster_tolerance, round_sides, background
         As for `simulate`.
 
     Returns
@@ -72,17 +73,14 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
     begin = time.perf_counter()
-    kick = real_number("kick_height", kick_height)
-    if not 0.0 <= kick < math.inf:
-        raise RequestError("a kick height of 0 m or more", f"{kick_height}",
-                           "half the part's radius flips most parts")
+    kick = check_kick(kick_height)
     scene = DropScene(restitution, None, cluster_tolerance, round_sides)
     body = drop_body(part, cluster_tolerance, round_sides)
     poses = body.resting.poses
     per_pose = drop_request(drops, seed, 0.0, workers, "random", None)
     request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers,
                            "random", None)
-    outcomes = _count(body, scene, kick, request, on_progress, should_stop)
+    outcomes = _count(body, scene, kick, request, on_progress, should_stop, background)
     counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
     settled = counts.sum(axis=1)
     with np.errstate(invalid="ignore"):
@@ -99,9 +97,24 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
         request.seed, time.perf_counter() - begin, tuple(warnings), VERSION)
 
 
+def check_kick(kick_height: float) -> float:
+    """A kick height as a number.
+
+    Raises
+    ------
+    RequestError
+        If it is none, or below 0.
+    """
+    kick = real_number("kick_height", kick_height)
+    if not 0.0 <= kick < math.inf:
+        raise RequestError("a kick height of 0 m or more", f"{kick_height}",
+                           "half the part's radius flips most parts")
+    return kick
+
+
 def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
            on_progress: Callable[[int, int], object] | None,
-           should_stop: Callable[[], bool] | None) -> Index:
+           should_stop: Callable[[], bool] | None, background: bool) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
     rules = drop_rules(scene, body.radius)
@@ -111,7 +124,7 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
         return compute_motions(body, rules, kicks.states(request.seed, first, count))
 
     workers = DropWorkers(flip, request.drops, request.workers,
-                          should_stop or (lambda: False))
+                          should_stop or (lambda: False), background)
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():

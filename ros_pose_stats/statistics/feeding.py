@@ -2,7 +2,8 @@
 
 Parts are looked at one after another. One that lies in a wanted pose is accepted. The others are
 sent back and dropped afresh, or kicked where they lie until they lie right. The errors are those
-of the probabilities by the delta method, of first order in them.
+of the probabilities by the delta method, of first order in them. Probabilities that were not
+counted are taken to be as uncertain as if counted in as many drops as would leave their errors.
 """
 
 from __future__ import annotations
@@ -16,9 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from ..errors import RequestError
+from ..methods import SIMULATION
+from ..records import PoseStatistics
 from .intervals import DEFAULT_LEVEL, jeffreys_interval
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Bounded(NamedTuple):
@@ -27,6 +31,65 @@ class Bounded(NamedTuple):
     value: float
     low: float
     high: float
+
+
+class PoseShares(NamedTuple):
+    """In which poses a part comes to rest that is dropped, and how surely that is known.
+
+    Attributes
+    ----------
+    probability : (K,) array
+        Of the poses by their index.
+    drops : float
+        Whose counts would be as uncertain; infinite where nothing is uncertain, NaN where
+        nothing is known about it.
+    unit : (K,) array of int
+        Poses of one number, from 0 on, are equally probable by symmetry and share one error.
+    """
+
+    probability: Array
+    drops: float
+    unit: Index
+
+    @property
+    def shares(self) -> Array:
+        """Probability of each unit."""
+        return np.bincount(self.unit, self.probability).astype(np.float64)
+
+    def scatter(self, values: Array) -> float:
+        """Variance of a value of the poses (K,) over drops that end in the units, not within."""
+        each = np.bincount(self.unit, values) / np.bincount(self.unit)
+        mean = float(self.shares @ each)
+        return max(0.0, float(self.shares @ (each - mean) ** 2))
+
+
+def pose_shares(found: PoseStatistics) -> PoseShares:
+    """Probabilities of a result as feeding needs them.
+
+    Of counted poses each has an error of its own. Estimates, and whatever else knows of the
+    symmetry, share one error evenly among the poses that are alike.
+
+    Parameters
+    ----------
+    found : PoseStatistics
+        By any method.
+
+    Raises
+    ------
+    RequestError
+        If no drop has come to rest.
+    """
+    poses = sorted(found.poses, key=lambda pose: pose.index)
+    probability = np.array([pose.probability for pose in poses])
+    if not np.isfinite(probability).all():
+        raise RequestError("probabilities of the poses", "none", "drop the part more often")
+    if found.method == SIMULATION:
+        return PoseShares(probability, float(sum(pose.count for pose in poses)),
+                          np.arange(len(poses)))
+    unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
+    errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(np.float64)
+    certain = PoseShares(probability, math.inf, unit)
+    return certain._replace(drops=_equivalent_drops(certain.shares, errors))
 
 
 class Feeding(NamedTuple):
@@ -54,48 +117,47 @@ class Feeding(NamedTuple):
 MOST_ROUNDS = 40
 """Each round halves the error of the logarithm."""
 
+CERTAIN = 1e15
+"""So many drops would leave no error but that of rounding."""
+
 NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 
 
-def drop_afresh(probability: ArrayLike, standard_error: ArrayLike, wanted: Sequence[int],
-                rate: float) -> Feeding:
+def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.nan) -> Feeding:
     """Feed a part by dropping those again that lie wrong.
 
     Parameters
     ----------
-    probability, standard_error : (K,) array
-        Of the poses by their index, after a drop.
+    dropped : PoseShares
     wanted : sequence of int
         Indices of the poses that are accepted, at least one.
     rate : float
-        Parts dropped a minute, above 0.
+        Parts dropped a minute, those sent back included, above 0; NaN where it is not known.
 
     Raises
     ------
     RequestError
         If a pose does not exist, or the rate is out of its range.
     """
-    shares = np.asarray(probability, dtype=float)
-    kept = _wanted(wanted, shares.size)
-    _check_rate(rate, 0.0)
-    drops = _equivalent_drops(shares, np.asarray(standard_error, dtype=float))
-    share = min(1.0, float(shares[kept].sum()))
-    low, high = _share_interval(share, drops)
+    kept = check_wanted(wanted, dropped.probability.size)
+    if not math.isnan(rate):
+        check_rate(rate)
+    share = 1.0 if kept.all() else min(1.0, float(dropped.probability[kept].sum()))
+    low, high = (1.0, 1.0) if kept.all() else _share_interval(share, dropped, kept)
     passes = Bounded(*(_over(1.0, one) for one in (share, high, low)))
     return Feeding(Bounded(share, low, high), passes, NO_FLIPS,
                    Bounded(rate * share, rate * low, rate * high))
 
 
-def flip_wrong_ones(probability: ArrayLike, standard_error: ArrayLike, counts: ArrayLike,
-                    wanted: Sequence[int], rate: float, cycle_time: float) -> Feeding:
+def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int], rate: float,
+                    cycle_time: float) -> Feeding:
     """Feed a part by kicking those that lie wrong until they lie right.
 
     A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle.
 
     Parameters
     ----------
-    probability, standard_error : (K,) array
-        Of the poses by their index, after a drop.
+    dropped : PoseShares
     counts : (K, K) array
         Flips out of each pose, by the pose in which they ended.
     wanted : sequence of int
@@ -110,10 +172,10 @@ def flip_wrong_ones(probability: ArrayLike, standard_error: ArrayLike, counts: A
     RequestError
         If a pose does not exist, flips of a pose are missing, or a number is out of its range.
     """
-    shares, errors = np.asarray(probability, float), np.asarray(standard_error, float)
     flips = np.asarray(counts, dtype=float)
-    kept = _wanted(wanted, shares.size)
-    _check_rate(rate, cycle_time)
+    kept = check_wanted(wanted, dropped.probability.size)
+    check_rate(rate)
+    check_cycle_time(cycle_time)
     settled = flips.sum(axis=1)
     if not (settled[~kept] > 0.0).all():
         raise RequestError("flips counted out of every pose that is not wanted",
@@ -124,11 +186,10 @@ def flip_wrong_ones(probability: ArrayLike, standard_error: ArrayLike, counts: A
                        Bounded(rate, rate, rate))
     wrong = np.flatnonzero(~kept)
     moves = flips[wrong] / settled[wrong, None]
-    if not _all_get_out(moves, kept, wrong):
-        never = Bounded(math.inf, math.nan, math.nan)
-        return Feeding(Bounded(float(shares[kept].sum()), math.nan, math.nan),
-                       Bounded(math.nan, math.nan, math.nan), never, Bounded(0.0, 0.0, math.nan))
-    value, error = _flips_needed(shares, errors, moves, flips[wrong], wrong)
+    leaving = _that_get_out(moves, kept, wrong)
+    if not leaving.all():
+        return _kept_for_ever(dropped.probability, moves[leaving], kept, wrong[leaving])
+    value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
     # The number of flips is positive and skewed: its logarithm is nearer to normal.
     spread = math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error / value) if value else 1.0
     needed = Bounded(value, value / spread, value * spread)
@@ -137,13 +198,14 @@ def flip_wrong_ones(probability: ArrayLike, standard_error: ArrayLike, counts: A
         60.0 / (60.0 / rate + one * cycle_time) for one in (value, needed.high, needed.low))))
 
 
-def _flips_needed(shares: Array, errors: Array, moves: Array, flips: Array,
-                  wrong: NDArray[np.int64]) -> tuple[float, float]:
+def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,
+                  wrong: Index) -> tuple[float, float]:
     """Flips that a dropped part needs on average, and the standard error of that.
 
     With T the moves among the wrong poses: g = (I - T)^-1 1 flips are needed out of each, and each
     is visited v = p (I - T)^-1 times. A change dT of the matrix changes p g by v dT g.
     """
+    shares = dropped.probability
     inner = np.eye(wrong.size) - moves[:, wrong]
     needed = np.zeros(shares.size)
     needed[wrong] = np.linalg.solve(inner, np.ones(wrong.size))
@@ -151,19 +213,31 @@ def _flips_needed(shares: Array, errors: Array, moves: Array, flips: Array,
     smooth = (flips + 0.5) / (flips.sum(axis=1) + 0.5 * shares.size)[:, None]
     rows = smooth @ needed ** 2 - (smooth @ needed) ** 2
     variance = float(visits ** 2 @ (rows / flips.sum(axis=1)))
-    drops = _equivalent_drops(shares, errors)
-    if drops != math.inf:
-        variance += float(shares @ needed ** 2 - (shares @ needed) ** 2) / drops
+    if dropped.drops != math.inf:
+        variance += dropped.scatter(needed) / dropped.drops
     return float(shares @ needed), math.sqrt(variance)
 
 
-def _all_get_out(moves: Array, kept: NDArray[np.bool_], wrong: NDArray[np.int64]) -> bool:
-    """Whether a wanted pose can be reached from every other one by the flips counted."""
+def _kept_for_ever(shares: Array, moves: Array, kept: NDArray[np.bool_],
+                   leaving: Index) -> Feeding:
+    """Feeding where flips never led out of some poses: in the end a part lies there for ever.
+
+    Those that get to a wanted pose before are accepted.
+    """
+    arrive = np.linalg.solve(np.eye(leaving.size) - moves[:, leaving], moves[:, kept].sum(axis=1))
+    share = float(shares[kept].sum() + shares[leaving] @ arrive)
+    unknown = Bounded(math.nan, math.nan, math.nan)
+    return Feeding(unknown._replace(value=share), unknown, unknown._replace(value=math.inf),
+                   Bounded(0.0, 0.0, math.nan))
+
+
+def _that_get_out(moves: Array, kept: NDArray[np.bool_], wrong: Index) -> NDArray[np.bool_]:
+    """From which of the other poses a wanted one can be reached by the flips counted."""
     out = moves[:, kept].any(axis=1)
     while True:
         further = out | (moves[:, wrong[out]] > 0.0).any(axis=1)
         if (further == out).all():
-            return bool(out.all())
+            return np.asarray(out)
         out = further
 
 
@@ -183,29 +257,59 @@ def _equivalent_drops(shares: Array, errors: Array) -> float:
     return drops
 
 
-def _share_interval(share: float, drops: float) -> tuple[float, float]:
+def _share_interval(share: float, dropped: PoseShares,
+                    kept: NDArray[np.bool_]) -> tuple[float, float]:
+    """Bounds of the share of some poses; symmetry tells how a unit's share is shared out."""
+    drops, single = dropped.drops, share * (1.0 - share)
     if math.isnan(drops):
         return math.nan, math.nan
-    if drops == math.inf:
+    if single > 0.0:
+        drops *= _over(single, dropped.scatter(kept.astype(np.float64)))
+    if drops > CERTAIN:
         return share, share
     low, high = jeffreys_interval(share * drops, drops)
     return float(low), float(high)
 
 
-def _wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
-    indices = list(wanted)
-    bad = [one for one in indices if isinstance(one, bool) or not 0 <= one < poses]
+def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
+    """Which of all poses (K,) are accepted.
+
+    Raises
+    ------
+    RequestError
+        If there is no such pose, or none is wanted.
+    """
+    indices = [int(one) for one in wanted]
+    bad = [one for one in indices if not 0 <= one < poses]
     if bad or not indices:
         raise RequestError(f"wanted poses out of 0 to {poses - 1}, at least one",
-                           f"{bad[0] if bad else 'none'}", "they are the `index` of the poses")
+                           f"{bad[0] if bad else 'none'}",
+                           "they are the `index` of the poses; `ros_pose_stats estimate` lists "
+                           "them")
     kept = np.zeros(poses, dtype=np.bool_)
     kept[indices] = True
     return kept
 
 
-def _check_rate(rate: float, cycle_time: float) -> None:
+def check_rate(rate: float) -> None:
+    """Refuse a rate of drops that is none.
+
+    Raises
+    ------
+    RequestError
+    """
     if not 0.0 < rate < math.inf:
-        raise RequestError("a rate above 0 parts a minute", f"{rate}", "60 is one a second")
+        raise RequestError("a rate above 0 parts a minute", f"{rate}",
+                           "count the parts that are dropped, those sent back included")
+
+
+def check_cycle_time(cycle_time: float) -> None:
+    """Refuse a time from kick to kick that is none.
+
+    Raises
+    ------
+    RequestError
+    """
     if not 0.0 <= cycle_time < math.inf:
         raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",
                            "it is the time from one kick to the next")

@@ -48,6 +48,45 @@ def test_feeding(box, capsys):
     assert any(line.strip().startswith("kicked") for line in lines)
 
 
+class TestSweep:
+    OPTIONS = ("--unit", "mm", "--flips", 60, "--drops", 500, "--seed", 5, "--wanted", "0,1")
+
+    def test_the_object(self, box, capsys):
+        status, out, _ = run(capsys, box, *self.OPTIONS, "--sweep", 0.001, 0.02, 0.05, "--json")
+        found = json.loads(out)
+        assert status == 0 and [one["kick_height"] for one in found["kicks"]] == [
+            0.001, 0.02, 0.05]
+        assert found["kicks"][0]["feeding"]["flips"] == {"value": None, "low": None, "high": None}
+        rates = [one["feeding"]["per_minute"]["value"] for one in found["kicks"]]
+        assert found["best"] == found["kicks"][rates.index(max(rates))]["kick_height"]
+        assert found["best"] in found["near_best"] and found["wanted"] == [0, 1]
+        one = run(capsys, box, *self.OPTIONS, "--kick", 0.02, "--json")[1]
+        assert json.loads(one)["feeding"]["kicked"] == found["kicks"][1]["feeding"]
+        assert json.loads(one)["feeding"]["dropped_again"] == found["dropped_again"]
+
+    def test_the_table_and_the_picture(self, box, capsys, tmp_path):
+        from matplotlib.image import imread
+
+        picture = tmp_path / "kicks.png"
+        status, out, _ = run(capsys, box, *self.OPTIONS, "--sweep", "--png", picture)
+        lines = out.splitlines()
+        assert status == 0 and lines[0].startswith("box: released")
+        assert sum(line.endswith("fastest") for line in lines[:-1]) == 1
+        assert "no bound" in out and "nan" not in out
+        assert imread(picture).shape == (585, 960, 4)
+
+    @pytest.mark.parametrize(("options", "words"), [
+        (("--sweep",), "--wanted with --sweep"),
+        (("--kick", 0.01, "--png", "kicks.png"), "--png with --sweep"),
+        (("--sweep", -1.0, "--wanted", "0"), "a kick height of 0 m or more"),
+        (("--sweep", "--wanted", "0", "--rate", 0), "a rate above 0"),
+        (("--sweep", "--wanted", "0", "--png", "kicks.jpg"), ".png"),
+    ])
+    def test_refusals(self, box, capsys, options, words):
+        status, out, err = run(capsys, box, "--unit", "mm", *options)
+        assert (status, out) == (2, "") and words in err
+
+
 def test_refusals(box, capsys):
     for options, words in ((("--kick", -1), "kick height of 0 m or more"),
                            (("--kick", 0.01, "--wanted", 9), "wanted poses out of 0 to 5")):

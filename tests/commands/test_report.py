@@ -59,9 +59,10 @@ def test_however_many_drops_were_done_the_counts_can_be_had_again(block, tmp_pat
 
 @pytest.mark.parametrize(("words", "told"), [
     (("-o", "page.pdf"), "a file name that ends in .html"),
-    (("-o", "page.html", "--wanted", "6"), "poses from 0 to 5, got 6"),
-    (("-o", "page.html", "--rate", "60"), "poses from 0 to 5, got none"),
+    (("-o", "page.html", "--wanted", "6"), "wanted poses out of 0 to 5, at least one, got 6"),
+    (("-o", "page.html", "--rate", "60"), "wanted poses out of 0 to 5, at least one, got none"),
     (("-o", "page.html", "--wanted", "0", "--rate", "-1"), "a rate above 0"),
+    (("-o", "page.html", "--wanted", "0", "--kick", "0.02"), "a rate of parts a minute beside"),
     (("-o", "page.html", "--png", "page.svg"), "ends in .png"),
     (("-o", "page.html", "--drops", "0"), "1 to 1000000000 drops"),
 ])

@@ -2,12 +2,12 @@
 
 import time
 
-import pytest
+import numpy as np
 
-from ros_pose_stats import part_from_mesh, simulate
-from ros_pose_stats.errors import RequestError
+from ros_pose_stats import part_from_mesh, simulate, simulate_flips
 from ros_pose_stats.estimators import ESTIMATORS
-from ros_pose_stats.report import findings, investigate
+from ros_pose_stats.planning.kick_sweep import SWEEP_FLIPS
+from ros_pose_stats.report import Feeder, findings, investigate
 from ros_pose_stats.shapes.closed_forms import box
 from tests.report.parts import block
 
@@ -19,7 +19,7 @@ def test_every_method_is_asked_about_the_same_poses():
     assert found.hybrid.expected_error <= found.simulated.expected_error
     assert found.graph.poses == tuple(range(6))
     assert len(found.sphere.downs) == 6
-    assert found.wanted is None
+    assert found.afresh is found.sweep is found.kicked is None
     assert len(set(found.warnings)) == len(found.warnings)
 
 
@@ -59,7 +59,16 @@ def test_drops_that_are_asked_for_are_all_done():
     assert stopped.drops < 10**6
 
 
-def test_a_feeder_that_wants_what_is_not_there_is_refused_before_anything_is_dropped():
+def test_a_kick_is_one_of_the_sweep_and_flips_as_often():
+    found = block((0, 1), 60.0, 0.02)
+    assert found.kicked in found.sweep.kicks and len(found.sweep.kicks) == 14
+    alone = simulate_flips(found.part, 0.02, SWEEP_FLIPS, seed=1)
+    np.testing.assert_array_equal(found.kicked.flips.counts, alone.counts)
+    assert found.sweep.afresh == found.afresh and block((0, 1), 60.0).sweep is None
+
+
+def test_a_stop_leaves_the_kicks_out():
     part = part_from_mesh(*box(0.04, 0.03, 0.02))
-    with pytest.raises(RequestError, match="poses from 0 to 5, got 9"):
-        investigate(part, drops=10**9, wanted=(9,))
+    stopped = investigate(part, drops=10**6, seed=5, feeder=Feeder((0,), 60.0, 0.02),
+                          should_stop=lambda: True)
+    assert stopped.sweep is None and stopped.kicked is None

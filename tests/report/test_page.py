@@ -138,12 +138,25 @@ def test_every_method_tells_every_total(page):
 
 
 def test_the_feeder_is_told_rates_passes_and_that_each_drop_is_fresh(read):
-    wanted = block((0, 1), 60.0).wanted
+    afresh = block((0, 1), 60.0).afresh
     words = " ".join(read.texts)
-    assert f"{wanted.accepted[0]:.3g} accepted parts a minute" in words
-    assert f"{wanted.passes[0]:.3g} passes per accepted part" in words
+    assert f"{afresh.per_minute.value:.3g} accepted parts a minute" in words
+    assert f"{afresh.passes.value:.3g} passes per accepted part" in words
+    assert "Feeding: dropped again or flipped" not in words
     assert "taken as dropped afresh" in words
     assert "ros_pose_stats report block.stl --drops 300" in words
+
+
+def test_a_kick_is_set_beside_dropping_again():
+    findings = block((0, 1), 60.0, 0.02)
+    read = Reader(report_page(findings))
+    words = " ".join(read.texts)
+    kicked = findings.kicked.feeding
+    assert "Feeding: dropped again or flipped" in words
+    for number in (findings.afresh.per_minute, kicked.per_minute, kicked.flips):
+        assert f"{number.value:#.3g}" in words
+    assert f"{100 * findings.kicked.flips.transition[2, 0]:.1f}" in words
+    assert "Accepted parts a minute over the kick height" in read.pictures
 
 
 def test_methods_settings_and_figures_are_there(read):

@@ -1,6 +1,6 @@
-"""Drop simulations in the background, without a word of ROS."""
+"""Simulations in the background, without a word of ROS."""
 
-from .job import Job, JobListener, JobRequest, State
+from .job import FlipRequest, Job, JobListener, JobRequest, State
 from .queue import KEPT, Jobs
 
-__all__ = ["KEPT", "Job", "JobListener", "JobRequest", "Jobs", "State"]
+__all__ = ["KEPT", "FlipRequest", "Job", "JobListener", "JobRequest", "Jobs", "State"]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, Protocol
 
-from ...records import DropProgress, DropScene, Part, PoseStatistics
+from ...records import DropProgress, DropScene, FlipStatistics, Part, PoseStatistics
 from ...simulation.drops import DropChunk
 
 SNAPSHOT_SECONDS = 0.2
@@ -71,9 +71,22 @@ class JobRequest:
     hybrid: bool = False
 
 
+@dataclass(frozen=True)
+class FlipRequest(JobRequest):
+    """The same of flips; `drops` are those out of each pose, 0: the node's shared out.
+
+    Attributes
+    ----------
+    kick_height : float
+        Metres.
+    """
+
+    kick_height: float = 0.0
+
+
 @dataclass(eq=False)
 class Job:
-    """A drop simulation; written by the queue's thread, read by all.
+    """A drop simulation, or one of flips; written by the queue's thread, read by all.
 
     Attributes
     ----------
@@ -89,6 +102,8 @@ class Job:
     expected_error, drops_per_second : float
     snapshot : PoseStatistics or None
         A recent state while running; the end result afterwards.
+    flips : FlipStatistics or None
+        The end result of flips, until it has been told.
     message : str
         How it ended.
     answer : bytes
@@ -113,6 +128,7 @@ class Job:
     expected_error: float = math.nan
     drops_per_second: float = math.nan
     snapshot: PoseStatistics | None = None
+    flips: FlipStatistics | None = None
     message: str = ""
     answer: bytes = b""
     recorded: bool = True
@@ -161,10 +177,13 @@ class Job:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
         self.name = self.part_id
         self.part = Future()
-        self.snapshot = None
+        self.snapshot = self.flips = None
 
-    def keep(self, found: PoseStatistics) -> None:
+    def keep(self, found: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
+        if isinstance(found, FlipStatistics):
+            self.flips, self.drops_done = found, found.flips
+            return
         self.snapshot = found
         self.drops_done = found.drops
         self.expected_error = found.expected_error

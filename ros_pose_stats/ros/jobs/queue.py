@@ -1,4 +1,4 @@
-"""A bounded queue of drop simulations, worked off one by one by threads around the kernels.
+"""A bounded queue of simulations, worked off one by one by threads around the kernels.
 
 One simulation runs at a time, on all the threads that the node is allowed; clients come
 first, refinements that the node started itself give way to them and begin again later (drop
@@ -18,9 +18,13 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import PoseStatsError, RequestError
-from ...records import Part
+from ...records import FlipStatistics, Part, PoseStatistics
 from .job import Job, JobListener, JobRequest, State
 from .run import Ending, run_drops
+
+Run = Callable[[Job, Part, JobListener, Callable[[], bool]],
+               tuple[PoseStatistics | FlipStatistics, Ending]]
+"""Computes what a job asks for, as `run_drops` does."""
 
 KEPT = 1000
 """Finished jobs that can still be asked for."""
@@ -43,7 +47,8 @@ class Jobs:
     """
 
     def __init__(self, run_name: str, listener: JobListener,
-                 on_failure: Callable[[str], object]) -> None:
+                 on_failure: Callable[[str], object], run: Run = run_drops) -> None:
+        self._compute = run
         self._run_name = run_name
         self._listener = listener
         self._on_failure = on_failure
@@ -149,8 +154,8 @@ class Jobs:
         """The job that runs."""
         return self._running
 
-    def close(self, reason: str) -> bool:
-        """Cancel everything and wait a while for the threads; what was done is kept.
+    def close(self, reason: str, patience: float = LAST_SECONDS) -> bool:
+        """Cancel everything and wait some seconds for the threads; what was done is kept.
 
         Returns
         -------
@@ -170,7 +175,7 @@ class Jobs:
         with self._accepting:  # whoever came too late has ended that job
             pass
         if self._thread.is_alive():
-            self._thread.join(LAST_SECONDS)
+            self._thread.join(patience)
         running = self._running
         if self._thread.is_alive() and running is not None:
             self._end(running, State.CANCELLED, reason)
@@ -228,7 +233,7 @@ class Jobs:
                 self._end(job, State.CANCELLED, job.cancel_reason)
                 return
             self._listener.started(job)
-            found, ending = run_drops(
+            found, ending = self._compute(
                 job, part, self._listener,
                 lambda: job.request.refinement and bool(self._asked))
         except PoseStatsError as refusal:

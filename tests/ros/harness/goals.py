@@ -1,28 +1,30 @@
-"""Goals of the action as a client follows them."""
+"""Goals of the actions as a client follows them."""
 
 from __future__ import annotations
 
 import threading
 
 from rclpy.action import ActionClient
-from ros_pose_stats_msgs.action import SimulateDrops
+from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
 
 from .client import until, wait_for
 from .node import PATIENCE
 
+ACTIONS = {"simulate_drops": SimulateDrops, "simulate_flips": SimulateFlips}
+
 
 class Goals:
-    """The action client of a `Client`."""
+    """The client of an action of a `Client`."""
 
-    def __init__(self, client):
+    def __init__(self, client, name="simulate_drops"):
         self.client = client
-        self._actions = ActionClient(client.node, SimulateDrops,
-                                     f"{client.prefix}/simulate_drops")
+        self._kind = ACTIONS[name]
+        self._actions = ActionClient(client.node, self._kind, f"{client.prefix}/{name}")
         assert self._actions.wait_for_server(PATIENCE)
 
     def send(self, **fields):
         """Send a goal, which is accepted in any case."""
-        return Goal(self.client, self._actions, SimulateDrops.Goal(**fields))
+        return Goal(self.client, self._actions, self._kind.Goal(**fields))
 
     def close(self):
         self.client.run(self._actions.destroy)  # the executor might have it in hand

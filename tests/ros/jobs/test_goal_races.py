@@ -8,7 +8,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 
-from ros_pose_stats.ros.jobs import State, simulate_drops
+from ros_pose_stats.ros.jobs import State, goals
 from ros_pose_stats.ros.jobs.simulate_drops import SimulateDropsServer
 
 from ..harness.client import until
@@ -77,7 +77,7 @@ class Reports(Listener):
 @pytest.fixture
 def meeting(monkeypatch):
     """The action around a queue, without ROS."""
-    monkeypatch.setattr(simulate_drops, "PatientActionServer", lambda *args, **kwargs: None)
+    monkeypatch.setattr(goals, "PatientActionServer", lambda *args, **kwargs: None)
     reports = Reports()
     reports.hook = lambda event, job: Reports.hook(reports, event, job)
     with queue_of(monkeypatch, reports, started=False) as (jobs, simulation):
@@ -106,7 +106,7 @@ def test_a_cancel_between_look_and_transition(meeting):
 def test_a_cancel_between_the_answer_and_the_callback_that_follows_it(meeting):
     goal = FakeGoal(1)
     meeting.server._ask(goal.request)
-    assert meeting.server._cancel(goal) == simulate_drops.CancelResponse.ACCEPT
+    assert meeting.server._cancel(goal) == goals.CancelResponse.ACCEPT
     goal.cancel()
     job = meeting.jobs.all()[0]
     until(job.finished.is_set)
@@ -130,7 +130,7 @@ def test_a_slow_transition_to_cancelling(meeting):
     goal = FakeGoal(1)
     meeting.server._ask(goal.request)
     meeting.server._accepted(goal)
-    assert meeting.server._cancel(goal) == simulate_drops.CancelResponse.ACCEPT
+    assert meeting.server._cancel(goal) == goals.CancelResponse.ACCEPT
     job = meeting.jobs.all()[0]
     assert not job.finished.wait(0.2)
     goal.cancel()

@@ -1,0 +1,135 @@
+"""The kick that feeds fastest: flips at several kick heights."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..records import DropScene, FlipStatistics, Part, PoseStatistics
+from ..simulation.flips import check_kick, simulate_flips
+from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones, pose_shares
+
+LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
+"""Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
+the highest most come to rest as if dropped."""
+
+SWEEP_FLIPS = 500
+"""Flips a pose and kick: enough to see where the fastest one lies."""
+
+
+class KickFeeding(NamedTuple):
+    """What one kick height makes of a feeder.
+
+    Attributes
+    ----------
+    kick_height : float
+        Metres.
+    flips : FlipStatistics
+    feeding : Feeding
+    """
+
+    kick_height: float
+    flips: FlipStatistics
+    feeding: Feeding
+
+
+class KickSweep(NamedTuple):
+    """What a feeder gets at several kick heights.
+
+    Attributes
+    ----------
+    wanted : tuple of int
+        Indices of the poses that are accepted.
+    rate : float
+        Parts dropped a minute.
+    cycle_time : float
+        Seconds from one kick to the next.
+    afresh : Feeding
+        Without kicks: parts that lie wrong are dropped again.
+    kicks : tuple of KickFeeding
+        By rising kick height; those that were complete when the sweep was stopped.
+    """
+
+    wanted: tuple[int, ...]
+    rate: float
+    cycle_time: float
+    afresh: Feeding
+    kicks: tuple[KickFeeding, ...]
+
+    @property
+    def best(self) -> KickFeeding:
+        """The kick with the most accepted parts a minute, of equal ones the lowest.
+
+        There must be one.
+        """
+        return max(self.kicks, key=lambda one: one.feeding.per_minute.value)
+
+    @property
+    def near_best(self) -> tuple[KickFeeding, ...]:
+        """The kicks whose interval reaches up to the best one's number, itself included."""
+        most = self.best.feeding.per_minute.value
+        return tuple(one for one in self.kicks if one.feeding.per_minute.high >= most)
+
+
+def usual_kicks(radius: float) -> tuple[float, ...]:
+    """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
+    return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
+
+
+def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate: float,
+                cycle_time: float, kicks: Sequence[float] | None = None,
+                drops: int = SWEEP_FLIPS, seed: int | None = None, workers: int | None = None,
+                on_progress: Callable[[int, int], object] | None = None,
+                should_stop: Callable[[], bool] | None = None) -> KickSweep:
+    """Flip a part with kicks of several heights, and see what a feeder gets.
+
+    All kicks have the same seed, so that they hit the part at the same points, and what is left
+    of their difference is less a matter of chance.
+
+    Parameters
+    ----------
+    part : Part
+    dropped : PoseStatistics
+        Of this part, by any method; the kicks are in its scene.
+    wanted, rate, cycle_time
+        As for `flip_wrong_ones`.
+    kicks : sequence of float, optional
+        Heights, metres; default: from a twentieth of the part's radius to five of them.
+    drops : int
+        Flips out of each pose at each height.
+    seed, workers
+        As for `simulate_flips`.
+    on_progress : callable, optional
+        Takes the number of flips done, and of all.
+    should_stop : callable, optional
+        After True the sweep ends with the kicks that are complete by then, if any.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    """
+    shares = pose_shares(dropped)
+    afresh = drop_afresh(shares, wanted, rate)
+    scene = DropScene(dropped.restitution, None, dropped.cluster_tolerance, dropped.round_sides)
+    heights = sorted({check_kick(one) for one in kicks or usual_kicks(dropped.radius)})
+    chosen = secrets.randbits(32) if seed is None else seed
+    each = drops * len(dropped.poses)
+    found: list[KickFeeding] = []
+    for place, height in enumerate(heights):
+        def tell(done: int, _: int, before: int = place * each) -> None:
+            if on_progress is not None:
+                on_progress(before + done, each * len(heights))
+
+        flips = simulate_flips(part, height, drops, scene.restitution, chosen, workers, tell,
+                               should_stop, cluster_tolerance=scene.cluster_tolerance,
+                               round_sides=scene.round_sides)
+        if flips.flips < each:
+            break
+        found.append(KickFeeding(height, flips, flip_wrong_ones(
+            shares, flips.counts, wanted, rate, cycle_time)))
+    return KickSweep(tuple(dict.fromkeys(map(int, wanted))), rate, cycle_time, afresh,
+                     tuple(found))

@@ -1,0 +1,168 @@
+"""The service `~/feeding`: what a feeder gets out of a part's present result."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.srv import FeedingAnswer
+
+from ..errors import RequestError
+from ..records import DropScene, FlipStatistics
+from ..statistics.feeding import (
+    Feeding,
+    check_cycle_time,
+    check_rate,
+    check_wanted,
+    drop_afresh,
+    flip_wrong_ones,
+    pose_shares,
+)
+from .jobs import FlipRequest, Job, Jobs
+from .jobs.flips import FlipReports, flip_key, flips_in_all
+from .jobs.simulate_flips import flat
+from .messages.statistics_messages import statistics_of_message
+from .parts.part_requests import shown
+from .parts.part_store import KnownPart, PartStore, at_hand
+from .requests import ending
+from .services import Later, refusing
+from .settings import Settings
+from .transport.late_answers import PatientNode
+from .transport.overruns import SERVICE_QUALITY
+
+FLIP_SECONDS = 10.0
+"""Longest that an answer flips for; the fewer flips, the wider its intervals."""
+
+SEED = 1
+"""Of the flips of an answer: the same question has the same answer."""
+
+
+class FeedingService:
+    """Answers at once where no flips are needed or they are remembered, else after flipping.
+
+    Parameters
+    ----------
+    node : PatientNode
+    settings : callable
+    parts : PartStore
+    jobs : Jobs
+        Of this service's flips alone, so that no goal keeps a planner waiting.
+    reports : FlipReports
+        Of these jobs.
+    goals : FlipReports
+        Of the flips that goals asked for, which serve here too if there are enough.
+    """
+
+    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+                 jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
+        self._settings = settings
+        self._parts = parts
+        self._jobs = jobs
+        self._reports = reports
+        self._goals = goals
+        self._waiting: dict[str, list[Future[Job]]] = {}
+        self._lock = threading.Lock()
+        self.say_failure = node.get_logger().error
+        reports.on_end = self._tell
+        node.create_service(FeedingAnswer, "~/feeding", self.answer,
+                            qos_profile=SERVICE_QUALITY,
+                            callback_group=ReentrantCallbackGroup())
+
+    @refusing
+    def answer(self, request: Any, response: Any) -> Later | None:
+        """What a feeder gets, from the result that is latched now."""
+        known = self._parts.known(request.part_id)
+        with known.revisions.lock:  # both of one result
+            latched, scene = known.latched, known.scene
+        if latched is None or scene is None:
+            raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
+                               "ask again in a moment")
+        kick = self._settings().kick(request.kick_height)
+        check_wanted(request.wanted, len(latched.poses))
+        check_rate(request.rate)
+        check_cycle_time(request.cycle_time)
+        if kick == 0.0:
+            _answer(request, response, latched, None)
+            return None
+        found = self._remembered(known, scene, kick, len(latched.poses))
+        if found is not None:
+            _answer(request, response, latched, found)
+            return None
+        job = self._start(known, scene, kick)
+        return Later(self._end_of(job), partial(self._go_on, request, response, latched, job))
+
+    def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
+                    poses: int) -> FlipStatistics | None:
+        """Flips as many as an answer takes, of goals too, or what there was time for."""
+        key = flip_key(known.part.digest, scene, kick)
+        own, of_goals = self._reports.best(key), self._goals.best(key)
+        enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
+        return of_goals if of_goals is not None and of_goals.flips >= enough else own
+
+    def _start(self, known: KnownPart, scene: DropScene, kick: float) -> Job:
+        settings = self._settings()
+        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
+        return self._jobs.submit(
+            FlipRequest(known.part.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+                        kick_height=kick), at_hand(known.part), settings)
+
+    def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:
+        """Answer once the flips are there."""
+        found = self._reports.of_job(job.job_id)
+        if job.cancel_reason:  # nobody but the node itself cancels
+            raise ending()
+        if found is None:
+            response.success, response.message = False, job.message
+            return
+        _answer(request, response, latched, found)
+
+    def _end_of(self, job: Job) -> Future[Job]:
+        """The end of a job, which may be past."""
+        coming: Future[Job] = Future()
+        with self._lock:
+            if not job.finished.is_set():
+                self._waiting.setdefault(job.job_id, []).append(coming)
+                return coming
+        return at_hand(job)
+
+    def _tell(self, job: Job) -> None:
+        with self._lock:
+            waiting = self._waiting.pop(job.job_id, [])
+        for coming in waiting:
+            coming.set_result(job)
+
+
+def _answer(request: Any, response: Any, latched: PoseStatistics,
+            flips: FlipStatistics | None) -> None:
+    """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
+    dropped = pose_shares(statistics_of_message(latched))
+    said = f"{latched.drops} drops" if latched.drops else "an estimate"
+    said = f"From {said} ({latched.method})"
+    if flips is None:
+        found = drop_afresh(dropped, request.wanted, request.rate)
+    else:
+        found = flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
+                                request.cycle_time)
+        response.transition = flat(flips.transition)
+        said += f" and {flips.flips} flips"
+    fill_response(response, found)
+    if math.isnan(dropped.drops):
+        said += (f"; the error of {latched.method} is not known here, so there are no intervals: "
+                 f"drop the part")
+    response.message = f"{said}."
+
+
+def fill_response(response: Any, found: Feeding) -> None:
+    """Put the numbers and their bounds into a response."""
+    for name, number in (("accepted", found.accepted), ("passes", found.passes),
+                         ("flips", found.flips), ("accepted_per_minute", found.per_minute)):
+        value, low, high = number
+        setattr(response, name, value)
+        setattr(response, f"{name}_low", low)
+        setattr(response, f"{name}_high", high)

@@ -1,0 +1,220 @@
+"""Actions whose goals are jobs, with feedback and cancel."""
+
+from __future__ import annotations
+
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from rclpy.action import CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+
+from ...errors import PoseStatsError
+from ..transport.late_answers import PatientActionServer, PatientNode
+from ..transport.overruns import SERVICE_QUALITY
+from . import Job, Jobs, State
+
+FEEDBACK_SECONDS = 0.1
+CANCEL_SECONDS = 5.0
+"""The transition that follows a cancel's callback takes a millisecond, on a busy machine more."""
+
+LAST_SECONDS = 1.0
+
+MOST_ASKED = 1000
+
+RESULT_SECONDS = 900
+"""Results can be asked for this long after the end."""
+
+
+class Reports(Protocol):
+    """The listener of a queue, which passes on what happens to a job."""
+
+    on_progress: Callable[[Job], object]
+    on_started: Callable[[Job], object]
+    on_end: Callable[[Job], object]
+
+
+class GoalServer(ABC):
+    """Ties goals to jobs; several goals that ask for the same have one job.
+
+    A goal that waits in the queue holds no thread; one thread waits for the end of the job
+    that runs.
+
+    Parameters
+    ----------
+    node : PatientNode
+    kind : type
+        Of the action.
+    name : str
+    jobs : Jobs
+    reports : Reports
+        Of these jobs.
+    """
+
+    def __init__(self, node: PatientNode, kind: Any, name: str, jobs: Jobs,
+                 reports: Reports) -> None:
+        self._node = node
+        self._name = name
+        self._jobs = jobs
+        self._goals: dict[str, list[ServerGoalHandle]] = {}
+        self._asked: dict[int, tuple[Any, Job | str]] = {}
+        self._waiting: dict[str, bytes] = {}
+        self._ending = 0
+        self._lock = threading.Lock()
+        self._next_feedback = 0.0
+        reports.on_started, reports.on_progress = self._begin, self._feedback
+        reports.on_end = self._complete
+        self._server = PatientActionServer(
+            node, kind, f"~/{name}", execute_callback=self._refuse,
+            goal_callback=self._ask, handle_accepted_callback=self._accepted,
+            cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),
+            goal_service_qos_profile=SERVICE_QUALITY, cancel_service_qos_profile=SERVICE_QUALITY,
+            result_service_qos_profile=SERVICE_QUALITY, result_timeout=RESULT_SECONDS)
+
+    @abstractmethod
+    def start_job(self, request: Any) -> Job:
+        """Accept what a goal asks for.
+
+        Raises
+        ------
+        PoseStatsError
+            With the value and the bound.
+        """
+
+    @abstractmethod
+    def feedback(self, job: Job) -> Any:
+        """How far a job is, as a message."""
+
+    @abstractmethod
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """What a job has done, as a message; None where it was refused."""
+
+    def wait_until_told(self) -> None:
+        """Give the clients of jobs that have just ended the time to hear of it."""
+        until = time.monotonic() + LAST_SECONDS
+        told = self._ending == 0
+        while self._ending and time.monotonic() < until:
+            time.sleep(0.01)
+        if not told:  # the results are on their way
+            time.sleep(0.1)
+
+    def _ask(self, request: Any) -> GoalResponse:
+        """Queue the job, so that it is on record before the goal is accepted.
+
+        A refused goal is accepted too, and aborted: a rejection could carry no message.
+        """
+        answer: Job | str
+        try:
+            answer = self.start_job(request)
+        except PoseStatsError as refusal:
+            answer = str(refusal)
+        except Exception as error:  # must not end the executor
+            answer = f"internal failure: {type(error).__name__}: {error}"
+            self._node.get_logger().error(f"{self._name}: {answer}")
+        with self._lock:
+            self._asked[id(request)] = request, answer
+            if len(self._asked) > MOST_ASKED:  # clients that were gone before the answer
+                del self._asked[next(iter(self._asked))]
+        return GoalResponse.ACCEPT
+
+    def _accepted(self, goal: ServerGoalHandle) -> None:
+        """Tie the goal to its job."""
+        with self._lock:
+            answer = self._asked[id(goal.request)][1]
+            if isinstance(answer, Job):
+                del self._asked[id(goal.request)]
+                self._goals.setdefault(answer.job_id, []).append(goal)
+        if not isinstance(answer, Job):
+            goal.execute()
+        elif answer.finished.is_set():
+            self._complete(answer)
+        elif answer.state == State.RUNNING:
+            self._begin(answer)
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        job = self._job_of(goal)
+        if job is None:
+            return CancelResponse.REJECT
+        threading.Thread(target=self._cancel_job, args=(goal, job), daemon=True).start()
+        return CancelResponse.ACCEPT
+
+    def _cancel_job(self, goal: ServerGoalHandle, job: Job) -> None:
+        """Cancel once the goal is known to be cancelled, which follows the callback."""
+        until = time.monotonic() + CANCEL_SECONDS
+        while goal.is_active and not goal.is_cancel_requested and time.monotonic() < until:
+            time.sleep(0.001)
+        self._jobs.cancel(job.job_id, "cancelled by a client")
+
+    def _job_of(self, goal: ServerGoalHandle) -> Job | None:
+        with self._lock:
+            for job_id, goals in self._goals.items():
+                if any(_key(one) == _key(goal) for one in goals):
+                    return self._jobs.get(job_id)
+            _, answer = self._asked.get(id(goal.request), (None, None))
+        return answer if isinstance(answer, Job) else None  # accepted this moment
+
+    def _feedback(self, job: Job) -> None:
+        now = time.monotonic()
+        with self._lock:
+            goals = list(self._goals.get(job.job_id, ()))
+        if not goals or now < self._next_feedback:
+            return
+        self._next_feedback = now + FEEDBACK_SECONDS
+        feedback = self.feedback(job)
+        for goal in goals:
+            if goal.is_active:
+                goal.publish_feedback(feedback)
+
+    def _begin(self, job: Job) -> None:
+        """Show the first goal of a job that runs as executing."""
+        with self._lock:
+            goals = self._goals.get(job.job_id)
+            if not goals or job.job_id in self._waiting:
+                return
+            self._waiting[job.job_id] = _key(goals[0])
+        self._execute(goals[0], job)
+
+    def _complete(self, job: Job) -> None:
+        """End the goals of a job that has ended."""
+        with self._lock:
+            goals = self._goals.pop(job.job_id, [])
+            waiting = self._waiting.pop(job.job_id, b"")
+        for goal in goals:
+            if _key(goal) != waiting:
+                self._execute(goal, job)
+
+    def _execute(self, goal: ServerGoalHandle, job: Job) -> None:
+        """Have the executor wait for the job's end and tell the goal of it."""
+        with self._lock:
+            self._ending += 1
+        try:
+            goal.execute(lambda handle: self._end(handle, job))
+        except RuntimeError:  # of rcl: cancelled just before it was to be shown as executing
+            goal.execute(lambda handle: self._end(handle, job))
+
+    def _end(self, goal: ServerGoalHandle, job: Job) -> Any:
+        job.finished.wait()
+        result = self.result(job, job.state == State.DONE, job.message)
+        if job.state == State.DONE:
+            goal.succeed()
+        elif job.state == State.CANCELLED and goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        with self._lock:
+            self._ending -= 1
+        return result
+
+    def _refuse(self, goal: ServerGoalHandle) -> Any:
+        """End a refused goal."""
+        with self._lock:
+            _, refusal = self._asked.pop(id(goal.request))
+        goal.abort()
+        return self.result(None, False, str(refusal))
+
+
+def _key(goal: ServerGoalHandle) -> bytes:
+    return bytes(goal.goal_id.uuid)
