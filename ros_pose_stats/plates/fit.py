@@ -31,14 +31,14 @@ Array = NDArray[np.float64]
 FEWEST_COUNTS = 50
 """Parts of all kinds together."""
 
-FIRST_POINTS, FIRST_DROPS = 128, 200
+FIRST_POINTS, FIRST_DROPS = 256, 100
 """Scenes all over the range, and drops of each part at each."""
 
-ROUNDS, POINTS = 3, 32
+ROUNDS, POINTS = 3, 64
 """Times that drops follow at likely scenes, and how many scenes."""
 
-FEWEST_DROPS, MOST_DROPS = 250, 1500
-"""At each of these; between them an eighth of what was counted, so that counts decide."""
+FEWEST_DROPS, MOST_DROPS = 150, 1000
+"""At each of these; between them a twelfth of what was counted, so that counts decide."""
 
 FLATTENED = 0.3
 """Power of the likelihood that these scenes are drawn from: the unlikely are looked at too."""
@@ -192,7 +192,7 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
 
 def drops_for(counted: int) -> int:
     """Drops at each likely scene of a part of which so many were counted."""
-    return min(max(counted // 8, FEWEST_DROPS), MOST_DROPS)
+    return min(max(counted // 12, FEWEST_DROPS), MOST_DROPS)
 
 
 def likely_points(grid: SceneGrid, logarithm: Array, random: np.random.Generator,

@@ -21,7 +21,7 @@ SETTLED = 1e-8
 
 
 class Kernel(NamedTuple):
-    """Covariance of the correction: a constant, and a part that varies.
+    """Covariance of the correction: a constant, and a part that varies (Matérn, order 3/2).
 
     Attributes
     ----------
@@ -37,9 +37,12 @@ class Kernel(NamedTuple):
 
     def __call__(self, first: Array, second: Array) -> Array:
         """Covariance (n, m) of points (n, d) and (m, d)."""
-        apart = (first[:, None, :] - second[None, :, :]) / self.lengths
-        return np.asarray(self.constant ** 2
-                          + self.varying ** 2 * np.exp(-0.5 * (apart * apart).sum(axis=2)))
+        square = np.zeros((first.shape[0], second.shape[0]))
+        for axis, length in enumerate(self.lengths.tolist()):
+            apart = np.subtract.outer(first[:, axis], second[:, axis]) / length
+            square += apart * apart
+        far = np.sqrt(3.0 * square)
+        return np.asarray(self.constant ** 2 + self.varying ** 2 * (1.0 + far) * np.exp(-far))
 
 
 class BinomialProcess:

@@ -22,11 +22,11 @@ from .scenes import SceneGrid, SceneRange
 
 Array = NDArray[np.float64]
 
-KERNEL = Kernel(1.0, 0.3, np.array([0.3, 0.5]))
+KERNEL = Kernel(1.0, 0.4, np.array([0.3, 0.7]))
 """Of the correction of `split`, in the coordinates of `Response._places`. These predict drops of
 prisms, boxes and a hexagonal prism best that were held out."""
 
-TOUCHING, STEEPNESS = 0.72, 3.0
+TOUCHING, STEEPNESS = 0.72, 3.5
 """How probabilities swing with the height depends on how high a part bounces: the swings lie at
 equal values of log(height in radii - TOUCHING) + STEEPNESS × restitution."""
 
