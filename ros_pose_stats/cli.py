@@ -14,6 +14,7 @@ from .commands import (
     compile,
     completion,
     estimate,
+    fit,
     flips,
     node,
     publish,
@@ -43,8 +44,8 @@ def parser() -> argparse.ArgumentParser:
                      help="print the version and exit")
     commands: argparse._SubParsersAction[Any] = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
-    for module in (estimate, simulate, flips, report, animate, shapes, dataset, compile, benchmark,
-                   bag, node, publish):
+    for module in (estimate, simulate, flips, fit, report, animate, shapes, dataset, compile,
+                   benchmark, bag, node, publish):
         module.register(commands)
     completion.register(commands, top)
     return top

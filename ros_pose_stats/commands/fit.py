@@ -1,0 +1,151 @@
+"""`fit COUNTS...`: the restitution and drop height that stand for a plate, from what it did."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from .arguments import UNITS, read_count, read_unit
+from .progress_bar import ProgressBar
+from .running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    print_json,
+    stop_on_interrupt,
+)
+
+if TYPE_CHECKING:
+    from ..plates import CountedPart, PartEvidence, PlateFit, PlateProfile
+
+TABLES = (".csv", ".tsv", ".txt")
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "fit", help="fit a plate's restitution and drop height to what was counted on it",
+        description="Find the restitution and the drop height at which the model explains best "
+        "what was counted on a plate, say how far to trust them, and write them into a file of "
+        "plates.",
+        examples=("ros_pose_stats fit counts.csv --unit mm --plate glass",
+                  "ros_pose_stats fit ~/.ros/pose_stats --plate glass --plates cell/plates.yaml"))
+    command.add_argument("counts", metavar="COUNTS", nargs="+",
+                         help="CSV file with the columns part (its file), pose (index) and count; "
+                         "or bag directory, directory of many bags, or single bag file")
+    command.add_argument("--plate", required=True, metavar="NAME",
+                         help="name of the plate; of counts in bags that name a plate, only its "
+                         "own are used")
+    command.add_argument("--plates", default="plates.yaml", metavar="FILE",
+                         help="file of plates to write the plate into; its other plates stay "
+                         "(default: %(default)s)")
+    command.add_argument("--unit", type=read_unit, choices=UNITS,
+                         help="unit of the part files in the CSV, in any spelling (default: what "
+                         "a file declares, else m)")
+    command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
+                         metavar="T", help="with which the poses in the CSV are numbered "
+                         "(default: %(default)s)")
+    command.add_argument("--round-sides", type=read_count, default=DEFAULT_ROUND_SIDES,
+                         metavar="N", help="likewise (default: %(default)s)")
+    command.add_argument("--seed", type=read_count, default=0, metavar="S",
+                         help="seed of the drops (default: %(default)s)")
+    command.add_argument("--workers", type=read_count, metavar="W",
+                         help="number of threads (default: all cores)")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fit, write the plate and print."""
+    with announce_slow_start(), end_on_interrupt():
+        from ..kernels.compilation import prepare_kernels
+        from ..plates import fit_plate, profile_of, refuse_name, write_profile
+        from ..plates.profile import refuse_foreign
+        from ..simulation.request import drop_request
+        from ..whole_files import refuse_unwritable
+
+        file = Path(options.plates)
+        refuse_name(options.plate)
+        refuse_unwritable(file.parent)
+        refuse_foreign(file)
+        drop_request(None, options.seed, 0.0, options.workers, "random", None)
+        counted, notes = _read_counts(options)
+        prepare_kernels()
+    for note in notes:
+        print(f"ros_pose_stats: {note}", file=sys.stderr)
+    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+        found = fit_plate(counted, seed=options.seed, workers=options.workers,
+                          on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %"),
+                          should_stop=interrupted)
+    if found is None:
+        print("ros_pose_stats: interrupted; no plate was written", file=sys.stderr)
+        return INTERRUPTED
+    profile = profile_of(options.plate, found)
+    write_profile(file, profile)
+    if options.json:
+        print_json({"plate": profile.name, **profile.as_dict(), "file": str(file),
+                    "seconds": found.seconds, "drops": found.drops,
+                    "evidence": [_evidence(part) for part in found.parts], "notes": notes})
+    else:
+        print("\n".join([*_lines(profile, found), "", f"wrote {file}"]))
+    return 0
+
+
+def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[str]]:
+    from ..mesh.parts import load_part
+    from ..plates import count_part, read_count_rows
+
+    tables = [Path(name) for name in options.counts if Path(name).suffix.lower() in TABLES]
+    bags = [Path(name) for name in options.counts if Path(name) not in tables]
+    counted = [count_part(load_part(part, options.unit), counts,
+                          cluster_tolerance=options.cluster_tolerance,
+                          round_sides=options.round_sides)
+               for table in tables for part, counts in read_count_rows(table).items()]
+    if not bags:
+        return counted, []
+    from .bags.plate_counts import counts_on_plate
+
+    with ProgressBar(sys.stderr) as bar:
+        recorded, notes = counts_on_plate(bags, options.plate, bar.show_bytes)
+    return [*counted, *recorded], notes
+
+
+def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
+    from math import isnan
+
+    from ..text import Column, columns, interval, length_in_words, percent, several
+
+    heads = [Column("part", left=True), Column("counted"), Column("error", "points"),
+             Column("if left out", "points"), Column("alone: restitution", "%"),
+             Column("drop height", "mm")]
+    rows = [[part.part_id, str(part.counted), percent(part.error), percent(part.left_out_error),
+             interval(*part.alone.restitution[1:]),
+             f"{1e3 * part.alone.drop_height[1]:.3g} - {1e3 * part.alone.drop_height[2]:.3g}"]
+            for part in found.parts]
+    height = [length_in_words(metres) for metres in found.drop_height]
+    fits = ("nothing is left to test it" if isnan(found.p_value)
+            else f"p-value {found.p_value:.2g}")
+    return [f"plate {profile.name}, from {several(found.counted, 'count')} of "
+            f"{several(len(found.parts), 'part')}",
+            "restitution {:.2f} ({:.2f} to {:.2f}), ".format(*found.restitution)
+            + "drop height {} ({} to {}); 90 % intervals".format(*height),
+            f"expected error on another part: {percent(found.plate_error)} points; {fits}", "",
+            *columns(heads, rows),
+            "error: of the part's shares in this scene, and in the one that the others ask for"]
+
+
+def _evidence(part: PartEvidence) -> dict[str, Any]:
+    from math import isnan
+
+    return {"part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
+            "groups": [{"poses": list(poses), "observed": observed, "expected": expected}
+                       for poses, observed, expected in zip(
+                           part.poses, part.observed.tolist(), part.expected.tolist(),
+                           strict=True)],
+            "error": part.error,
+            "left_out_error": None if isnan(part.left_out_error) else part.left_out_error,
+            "restitution": list(part.alone.restitution),
+            "drop_height": list(part.alone.drop_height)}

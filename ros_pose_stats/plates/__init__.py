@@ -1,0 +1,9 @@
+"""Plates: what a real one does to parts, fitted from counts and kept in a file of plates."""
+
+from .count_rows import read_count_rows
+from .counts import CountedPart, count_part
+from .fit import PartEvidence, PlateFit, fit_plate
+from .profile import PlateProfile, profile_of, read_profiles, refuse_name, write_profile
+
+__all__ = ["CountedPart", "PartEvidence", "PlateFit", "PlateProfile", "count_part", "fit_plate",
+           "profile_of", "read_count_rows", "read_profiles", "refuse_name", "write_profile"]

@@ -1,0 +1,187 @@
+"""What is known of a plate, and the file of plates (YAML) that keeps it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import RequestError
+from ..records import DropScene
+from ..version import VERSION
+from ..whole_files import write_file
+from .fit import PlateFit
+
+HEAD = "plates"
+LONGEST_NAME = 100
+
+
+@dataclass(frozen=True)
+class PlateProfile:
+    """The scene that stands for a plate, and how far to trust it.
+
+    Attributes
+    ----------
+    name : str
+    restitution, restitution_low, restitution_high : float
+        Effective coefficient of restitution, and bounds of its 90 % interval.
+    drop_height, drop_height_low, drop_height_high : float
+        Effective height of the centre of mass at release, likewise, metres.
+    plate_error : float
+        Expected root mean square error on a part that was not counted, as a fraction.
+    p_value : float
+        Of the counts in this scene; NaN where nothing is left to test it.
+    parts : tuple of str
+        Names of the parts that were counted.
+    counted : int
+        Parts of all kinds together.
+    date : str
+        When it was fitted, ISO 8601, UTC.
+    version : str
+        Of this package.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range.
+    """
+
+    name: str
+    restitution: float
+    restitution_low: float
+    restitution_high: float
+    drop_height: float
+    drop_height_low: float
+    drop_height_high: float
+    plate_error: float
+    p_value: float
+    parts: tuple[str, ...]
+    counted: int
+    date: str
+    version: str
+
+    def __post_init__(self) -> None:
+        refuse_name(self.name)
+        DropScene(self.restitution, self.drop_height)
+        if not 0.0 <= self.plate_error <= 1.0:
+            raise RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
+                               "0.05 is 5 points")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values that JSON and YAML can hold, without the name."""
+        values = {**asdict(self), "parts": list(self.parts),
+                  "p_value": self.p_value if math.isfinite(self.p_value) else None}
+        del values["name"]
+        return values
+
+
+def refuse_name(name: str) -> None:
+    """Refuse a name that no plate can have.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
+        raise RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
+                           f"{name!r}", "for instance glass")
+
+
+def profile_of(name: str, fit: PlateFit) -> PlateProfile:
+    """The profile of a plate as it was fitted, with today's date."""
+    return PlateProfile(
+        name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
+        tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
+        datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION)
+
+
+def read_profiles(file: Path) -> dict[str, PlateProfile]:
+    """Read all plates of a file, by name.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be read, or is no file of plates.
+    """
+    return {name: _profile(file, name, values) for name, values in _read(file).items()}
+
+
+def write_profile(file: Path, profile: PlateProfile) -> None:
+    """Write a plate into a file of plates; its other plates stay, comments do not.
+
+    The file appears whole or stays as it was.
+
+    Raises
+    ------
+    RequestError
+        If the file is there and is none of plates.
+    """
+    plates: dict[Any, Any] = {}
+    if file.exists():
+        plates = {name: value for name, value in _read(file).items() if name != profile.name}
+    plates[profile.name] = profile.as_dict()
+    text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True)
+    # A link to the file stays a link.
+    write_file(file.resolve(), text.encode())
+
+
+def refuse_foreign(file: Path) -> None:
+    """Check, before anything is fitted, that a plate can be written into a file.
+
+    Raises
+    ------
+    RequestError
+    """
+    if file.exists():
+        _read(file)
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """Plates of a file by name, as YAML has them."""
+    try:
+        found = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
+        said = error.strerror if isinstance(error, OSError) else error
+        raise RequestError("a YAML file of plates", f"{file} ({said})",
+                           "name another one with --plates") from error
+    plates = found.get(HEAD) if isinstance(found, Mapping) else None
+    if found is None or (isinstance(found, Mapping) and HEAD in found and plates is None):
+        return {}  # an empty file, or one without a plate yet
+    if not isinstance(plates, Mapping) or len(found) != 1:
+        raise RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
+                           f"{file}", "name another one with --plates")
+    return {str(name): values for name, values in plates.items()}
+
+
+def _profile(file: Path, name: str, values: Any) -> PlateProfile:
+    """One plate; numbers may be written as YAML takes for text (1e-3)."""
+    if not isinstance(values, Mapping):
+        raise RequestError("restitution and drop_height of each plate",
+                           f"{values!r} for {name} in {file}", "fit the plate again")
+    fields = {key: values.get(key) for key in PlateProfile.__dataclass_fields__ if key != "name"}
+    try:
+        numbers = {key: float(values[key]) for key in (
+            "restitution", "restitution_low", "restitution_high", "drop_height",
+            "drop_height_low", "drop_height_high", "plate_error")}
+        p_value = math.nan if fields["p_value"] is None else float(fields["p_value"])
+        parts = fields["parts"] if isinstance(fields["parts"], list) else []
+        return PlateProfile(
+            name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
+            counted=int(fields["counted"] or 0), date=str(fields["date"] or ""),
+            version=str(fields["version"] or ""))
+    except KeyError as error:
+        raise RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
+                           "fit the plate again") from error
+    except RequestError as error:
+        raise RequestError(error.expected, f"{error.found} for {name} in {file}",
+                           "fit the plate again") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise RequestError("numbers for each plate",
+                           f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
+                           "fit the plate again") from error

@@ -1,0 +1,149 @@
+"""How often a part comes to rest in each group of its poses, at any restitution and height.
+
+The estimator `split` is near the truth and smooth; drops at some scenes say how far off it is
+there, and a Gaussian process carries that to the scenes between (`gaussian_process`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimators.split import split
+from ..records import DropScene
+from ..simulation.simulate import simulate
+from .counts import CountedPart
+from .gaussian_process import BinomialProcess, Kernel
+from .scenes import SceneGrid, SceneRange
+
+Array = NDArray[np.float64]
+
+KERNEL = Kernel(1.0, 0.4, np.array([0.3, 0.7]))
+"""Of the correction of `split`, in the coordinates of `Response._places`. These predict drops of
+prisms, boxes and a hexagonal prism best that were held out."""
+
+TOUCHING, STEEPNESS = 0.72, 3.5
+"""How probabilities swing with the height depends on how high a part bounces: the swings lie at
+equal values of log(height in radii - TOUCHING) + STEEPNESS × restitution."""
+
+TABLE = 24
+"""Values of restitution and height at which `split` is computed; it is linear in between."""
+
+RAREST = 1e-6
+"""Least share of which a logit is taken."""
+
+
+class Shares(NamedTuple):
+    """Expected shares of the groups at some scenes.
+
+    Attributes
+    ----------
+    share : (n, G) array
+        Summing to 1.
+    dispersion : (n,) array
+        Their variance over share × (1 - share): one over the drops that would tell as much.
+    """
+
+    share: Array
+    dispersion: Array
+
+
+class Response:
+    """Shares of one part's groups of poses, learnt from drops.
+
+    Parameters
+    ----------
+    counted : CountedPart
+    within : SceneRange
+    seed : tuple of int
+        Each at least 0.
+
+    Attributes
+    ----------
+    drops : int
+        So far.
+    """
+
+    def __init__(self, counted: CountedPart, within: SceneRange, seed: tuple[int, ...]) -> None:
+        self._counted, self._seed = counted, seed
+        self._group = counted.resting.group
+        self._grid = SceneGrid.over(within.bounds, TABLE)
+        self._table = np.array([self._split_logit(point) for point in self._grid.points])
+        self.drops = 0
+        self._points: list[Array] = []
+        self._drops: list[Array] = []
+        self._processes: list[BinomialProcess] = []
+
+    def add_drops(self, points: Array, drops: int, workers: int | None = None,
+                  should_stop: Callable[[], bool] | None = None, *,
+                  background: bool = False) -> None:
+        """Drop the part some times at each of the points (n, 2), and learn from it.
+
+        A drop that does not settle is left out. After a stop the points that were finished count.
+        """
+        for point in points:
+            seed = np.random.SeedSequence((*self._seed, len(self._points)))
+            found = simulate(
+                self._counted.part, drops, float(point[0]),
+                int(seed.generate_state(1, np.uint64)[0]), math.exp(point[1]), workers=workers,
+                should_stop=should_stop, background=background,
+                cluster_tolerance=self._counted.cluster_tolerance,
+                round_sides=self._counted.round_sides)
+            if found.drops < drops:
+                break
+            count = np.zeros(len(found.poses))
+            count[[pose.index for pose in found.poses]] = [pose.count for pose in found.poses]
+            self.drops += drops
+            self._points.append(point)
+            self._drops.append(np.bincount(self._group, count))
+        self._learn()
+
+    def shares_at(self, points: Array) -> Shares:
+        """Expected shares at points (n, 2)."""
+        logit, variance = self._split_logits(points), np.zeros((points.shape[0],
+                                                                self._table.shape[1]))
+        for group, process in enumerate(self._processes):
+            mean, variance[:, group] = process.predict(self._places(points))
+            logit[:, group] += mean
+        share = 1.0 / (1.0 + np.exp(-logit))
+        share /= share.sum(axis=1, keepdims=True)
+        scatter = share * (1.0 - share)
+        error = (scatter * scatter * variance).sum(axis=1)
+        return Shares(share, error / np.maximum(scatter.sum(axis=1), RAREST))
+
+    def _learn(self) -> None:
+        """Fit the correction of each group anew."""
+        points, drops = np.array(self._points), np.array(self._drops)
+        settled, logit = drops.sum(axis=1), self._split_logits(points)
+        self._processes = [
+            BinomialProcess(self._places(points), drops[:, group], settled, logit[:, group], KERNEL)
+            for group in range(drops.shape[1])]
+
+    def _places(self, points: Array) -> Array:
+        """Coordinates (n, 2) in which the correction varies evenly."""
+        radii = np.exp(points[:, 1]) / self._counted.resting.body.radius
+        rise = np.maximum(radii - TOUCHING, 0.02)
+        return np.stack((points[:, 0], np.log(rise) + STEEPNESS * points[:, 0]), axis=1)
+
+    def _split_logit(self, point: Array) -> Array:
+        scene = DropScene(float(point[0]), math.exp(point[1]), self._counted.cluster_tolerance,
+                          self._counted.round_sides)
+        share = np.bincount(self._group, split(self._counted.resting, scene))
+        share = np.clip(share, RAREST, 1.0 - RAREST)
+        return np.log(share / (1.0 - share))
+
+    def _split_logits(self, points: Array) -> Array:
+        """The table (n, G) between its values."""
+        table = self._table.reshape(TABLE, TABLE, -1)
+        place, part = [], []
+        for axis, values in enumerate((self._grid.restitution, self._grid.log_height)):
+            at = (points[:, axis] - values[0]) / (values[-1] - values[0]) * (TABLE - 1)
+            place.append(np.clip(at.astype(np.int64), 0, TABLE - 2))
+            part.append((at - place[-1])[:, None])
+        (i, j), (u, v) = place, part
+        return np.asarray((1.0 - u) * ((1.0 - v) * table[i, j] + v * table[i, j + 1])
+                          + u * ((1.0 - v) * table[i + 1, j] + v * table[i + 1, j + 1]))

@@ -1,0 +1,80 @@
+"""The meshes of parts that lie in bags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bag_files import FileMessages, find_bags
+from .decoding import PART_MESH, Decoders, kind_of
+
+Array = NDArray[np.float64]
+
+
+class PartMeshRecord(NamedTuple):
+    """A part as it was recorded; see the message PartMesh.
+
+    Attributes
+    ----------
+    part_id : str
+    vertices : (V, 3) array
+        In `unit`.
+    triangles : (T, 3) array
+    unit : float
+        Metres.
+    mass : float
+        Kilograms; 0 where all of it is from the mesh.
+    center_of_mass : (3,) array
+        Metres.
+    inertia : (3, 3) array
+        kg m²; zero where it is from the mesh.
+    """
+
+    part_id: str
+    vertices: Array
+    triangles: NDArray[np.uint32]
+    unit: float
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+
+
+def read_part_meshes(paths: Iterable[Path]) -> Iterator[PartMeshRecord]:
+    """Every mesh in bags, in the order of recording; what is broken is left out.
+
+    Raises
+    ------
+    BagError
+        If there is no bag.
+    """
+    decoders = Decoders()
+    for files in find_bags(paths).values():
+        for file in files:
+            for message in FileMessages(file, lambda share: None):
+                if kind_of(message.type_name) == PART_MESH:
+                    decoded = decoders.decode(message)
+                    record = None if decoded is None else _record(decoded)
+                    if record is not None:
+                        yield record
+
+
+def _record(message: Any) -> PartMeshRecord | None:
+    try:
+        vertices = np.array(message.vertices, dtype=np.float64).reshape(-1, 3)
+        triangles = np.array(message.triangles, dtype=np.uint32).reshape(-1, 3)
+        if not triangles.size:
+            nested = message.mesh
+            vertices = np.array([(p.x, p.y, p.z) for p in nested.vertices], dtype=np.float64)
+            triangles = np.array([t.vertex_indices for t in nested.triangles], dtype=np.uint32)
+        given = message.inertia
+        tensor = np.array([[given.ixx, given.ixy, given.ixz], [given.ixy, given.iyy, given.iyz],
+                           [given.ixz, given.iyz, given.izz]], dtype=np.float64)
+        center = np.array([given.com.x, given.com.y, given.com.z], dtype=np.float64)
+        return PartMeshRecord(str(message.part_id), vertices, triangles, float(message.unit),
+                              float(given.m), center, tensor)
+    except (AttributeError, TypeError, ValueError):
+        return None  # a definition of another kind under our name
