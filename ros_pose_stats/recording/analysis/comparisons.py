@@ -231,8 +231,8 @@ def _test(prediction: Prediction, counts: Index, bins: Index, unit: Index) -> Ch
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
     """Every simulation beside all methods that are not counted."""
-    estimates = [one for one in history.predictions if not one.counted]
-    for simulation in history.predictions:
+    estimates = [one for one in history.foretold if not one.counted]
+    for simulation in history.foretold:
         if simulation.counted and estimates:
             yield SimulationComparison(simulation, tuple(
                 _compare(one, simulation.count, history.poses) for one in estimates))
@@ -250,7 +250,7 @@ def _count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComp
     aligned[np.searchsorted(index, counts.index)] = counts.count
     return CountComparison(
         counts, "", history, aligned,
-        tuple(_compare(one, aligned, history.poses) for one in history.predictions),
+        tuple(_compare(one, aligned, history.poses) for one in history.foretold),
         tuple(_remarks(counts, history)))
 
 

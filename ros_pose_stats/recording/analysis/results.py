@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...methods import SIMULATION
+from ...methods import OBSERVED, SIMULATION
 from ...records.scene import describe_scene
 from .numbering import Numbering
 
@@ -186,10 +186,15 @@ class ResultHistory:
                                   if not math.isnan(one.drop_height)))
 
     @property
+    def foretold(self) -> tuple[Prediction, ...]:
+        """Those that have not learnt from counts, so that counts can judge them."""
+        return tuple(one for one in self.predictions if one.method != OBSERVED)
+
+    @property
     def leading(self) -> Prediction:
         """The prediction to go by: the largest simulation, else the newest estimate."""
-        best = self.predictions[0]
-        for one in self.predictions[1:]:
+        best, *others = self.foretold or self.predictions
+        for one in others:
             if one.knows_more_than(best):
                 best = one
         return best

@@ -105,6 +105,16 @@ class TestCameraCounts:
         assert counted.by_pose.p_value == pytest.approx(known.pvalue)
         assert found.share == pytest.approx(np.array(COUNTED) / 400)
 
+    def test_counts_do_not_judge_what_has_learnt_from_them(self, tmp_path):
+        learnt = result(4.0, np.array(COUNTED) / 400, method="observed", observed=400)
+        (part,) = analysed(tmp_path, result(1.0), simulation(2.0), counts(3.0, COUNTED),
+                           learnt).parts
+        (found,) = part.counts
+        assert [one.prediction.method for one in found.predictions] == ["combined", "simulation"]
+        ((of_drops,),) = part.simulations
+        assert [one.prediction.method for one in of_drops.estimates] == ["combined"]
+        assert found.history.leading.method == "simulation"
+
     def test_a_prediction_that_holds_gives_uniform_p(self, tmp_path):
         # 200 parts' worth of counts: the share below 1/2 has the binomial error 3.5 %.
         draws = np.random.default_rng(7).multinomial(500, PROBABILITY, size=200)
