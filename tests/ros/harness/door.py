@@ -22,6 +22,7 @@ from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.services import Services
 from ros_pose_stats.ros.settings import settings_of
 
+from .client import until
 from .node import PATIENCE
 from .quiet import FakeRecorder, fake_node, quiet_results
 
@@ -129,7 +130,7 @@ class Door:
 
     def close(self):
         self.mesh_queue.close()
-        self.jobs.close("the test ended")
+        until(lambda: self.jobs.close("the test ended"), "the end of the drop in hand")
 
 
 def assert_line(text):
