@@ -150,6 +150,12 @@ Steps of a part that rolls grow with the square of its sides, and with the slend
 so that no number of steps is right for all; the slowest ones seen lose a fifth each time.
 """
 
+MOST_GRANTS: Final = 32
+"""Times that so many steps are granted: some seconds of a core, three times what rolling took.
+
+Released 1e160 m above the plate a drop loses a twentieth for hours, and nobody can stop it.
+"""
+
 MARGINAL_TILT: Final = 0.0175
 """A pose that the plate's tilt of one degree topples is marginal: plates are not set up better."""
 

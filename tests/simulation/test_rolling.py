@@ -48,3 +48,10 @@ def test_steps_are_granted_for_progress_alone(cover):
     few = compute_drops(body, rules._replace(most_steps=MOST_STEPS // 5), downs)
     for name in ("pose", "impacts", "seconds", "energy_left"):
         np.testing.assert_array_equal(getattr(few, name), getattr(usual, name))
+
+
+def test_no_drop_goes_on_for_ever(cover):
+    """From such a height the energy falls by a little each time, for hours."""
+    body = drop_body(cover, 0.0025, 192)
+    rules = drop_rules(DropScene(0.5, 1e160), body.radius)._replace(most_steps=1000)
+    assert (compute_drops(body, rules, upright(3)).pose == -1).all()

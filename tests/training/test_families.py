@@ -76,3 +76,11 @@ def test_assembled_solids_have_the_mass_properties_of_the_whole():
         part = assembled([solid, hole])
         assert part.inertia[2, 2] == pytest.approx(about_z / (mass * size * size))
         assert np.ptp(part.vertices, axis=0) == pytest.approx(np.array([2.0, 2.0, 1.0]) / size)
+
+
+def test_milled_parts_have_arcs_that_are_no_circles():
+    """Most have many more corners than poses; few are round."""
+    parts = some("milled")
+    poses = [family_poses("milled", part) for part in parts]
+    assert np.median([len(one.body.points) / len(one.poses) for one in poses]) > 5.0
+    assert sum(one.poses[0].yaw_symmetry == 0 for one in poses) == 0

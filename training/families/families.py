@@ -16,6 +16,7 @@ from ros_pose_stats.shapes.random_polyhedra import random_polyhedron
 
 from .machined import machined
 from .makers import cornered, ellipsoids, fine_ellipsoids, lumps, plates, prisms, weighted
+from .milled import milled
 from .slender import bars, near_cubes, sheets
 from .solids import Solid, assembled
 from .turned import flat_balls, gears, hollow, rounds, stepped
@@ -28,8 +29,8 @@ _TOO_FLAT = 0.005
 
 MADE: dict[str, Maker] = {
     "prisms": prisms, "near-cubes": near_cubes, "plates": plates, "sheets": sheets, "bars": bars,
-    "machined": machined, "rounds": rounds, "stepped": stepped, "hollow": hollow, "gears": gears,
-    "flat balls": flat_balls, "cornered": cornered, "weighted": weighted, "lumps": lumps,
+    "machined": machined, "milled": milled, "rounds": rounds, "stepped": stepped,
+    "hollow": hollow, "gears": gears, "flat balls": flat_balls, "cornered": cornered, "weighted": weighted, "lumps": lumps,
     "ellipsoids": ellipsoids, "fine ellipsoids": fine_ellipsoids}
 DRAWN: dict[str, tuple[float, str]] = {
     "polyhedra 0": (0.0, "inertia"), "polyhedra 0.25": (0.25, "inertia"),

@@ -22,10 +22,10 @@ from .samples import FIT_SEED, HEIGHT, JUDGE_SEED, LOW, USUAL, Sample, read_samp
 BODIES: dict[str, tuple[int, int]] = {
     "polyhedra 0": (230, 0), "polyhedra 0.25": (750, 50), "polyhedra 0.65 second": (230, 0),
     "polyhedra 1": (230, 0), "prisms": (380, 30), "near-cubes": (380, 30), "plates": (380, 30),
-    "sheets": (230, 30), "bars": (380, 40), "machined": (600, 50), "rounds": (380, 30),
-    "stepped": (670, 50), "hollow": (670, 50), "gears": (230, 30), "flat balls": (10, 0),
-    "cornered": (380, 30), "weighted": (520, 40), "lumps": (190, 30), "ellipsoids": (230, 30),
-    "fine ellipsoids": (0, 30)}
+    "sheets": (230, 30), "bars": (380, 40), "machined": (600, 50), "milled": (600, 50),
+    "rounds": (380, 30), "stepped": (670, 50), "hollow": (670, 50), "gears": (230, 30),
+    "flat balls": (10, 0), "cornered": (380, 30), "weighted": (520, 40), "lumps": (190, 30),
+    "ellipsoids": (230, 30), "fine ellipsoids": (0, 30)}
 """Numbers of bodies of each family for the fit, and for the judgement."""
 
 FIT_DROPS, JUDGE_DROPS = 200, 500

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...tolerances import PROGRESS, TRAP
+from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array
 from ..compilation import inlined
 from ..vectors import Vec3, cross, dot, minus, read_vector, scaled, times
@@ -56,10 +56,13 @@ def may_go_on(body: DropBody, rules: DropRules, work: Work) -> bool:
     """Whether there are steps left, or the last ones have brought the drop nearer to its end.
 
     A part that rolls needs steps by the square of its sides, and loses energy with every one;
-    one that stands on an edge for ever loses none.
+    one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
+    as many.
     """
     if work.tally[STEPS] < work.tally[LIMIT]:
         return True
+    if work.tally[LIMIT] >= MOST_GRANTS * rules.most_steps:
+        return False
     pose = pose_below(body, up_of(work.state), lowest_corner(work.state, body))
     spare = energy(work.state, body.moment) - body.rest[pose]
     if spare > (1.0 - PROGRESS) * work.clock[SPARE]:

@@ -24,6 +24,7 @@ from ros_pose_stats.ros.requests import Requests
 from ros_pose_stats.ros.services import Services
 from ros_pose_stats.ros.settings import settings_of
 
+from .client import until
 from .node import PATIENCE
 from .quiet import FakeRecorder, fake_node, quiet_results
 
@@ -140,7 +141,7 @@ class Door:
 
     def close(self):
         self.mesh_queue.close()
-        self.jobs.close("the test ended")
+        until(lambda: self.jobs.close("the test ended"), "the end of the drop in hand")
 
 
 def assert_line(text):
