@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         Trajectory,
     )
     from .resting.observed_orientations import classify_orientations
+    from .resting.outlines import outline_at
     from .resting.poses import resting_poses
     from .resting.splitting_graph import splitting_graph
     from .simulation.flips import simulate_flips
@@ -54,6 +55,7 @@ _HOMES = {
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
     "load_part": "mesh.parts",
+    "outline_at": "resting.outlines",
     "part_from_mesh": "mesh.parts",
     "record_drop": "simulation.record_drop",
     "resting_poses": "resting.poses",
@@ -65,8 +67,8 @@ _HOMES = {
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
            "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
            "classify_orientations", "estimate", "estimate_all", "hybrid", "load_part",
-           "part_from_mesh", "record_drop", "resting_poses", "simulate", "simulate_flips",
-           "splitting_graph"]
+           "outline_at", "part_from_mesh", "record_drop", "resting_poses", "simulate",
+           "simulate_flips", "splitting_graph"]
 
 
 def __getattr__(name: str) -> Any:

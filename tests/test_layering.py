@@ -42,7 +42,7 @@ ROOMS_OF = {
     "scipy": {"statistics", "mesh", "resting", "shapes", "plates", "study"},
     "trimesh": {"mesh", "shapes", "study"},
     "cascadio": {"mesh"},
-    "manifold3d": {"mesh", "shapes"},
+    "manifold3d": {"mesh", "resting", "shapes"},
     "meshoptimizer": {"mesh"},
     "yaml": {"plates"},
     "mcap": {"recording"},

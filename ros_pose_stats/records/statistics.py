@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from .scene import describe_scene
 
+FORGOTTEN = "FORGOTTEN: "
+"""Begins the warning of statistics without poses: their part is not known any more."""
+
 
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""

@@ -197,6 +197,7 @@ class PoseStatsNode(PatientNode):
             action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.late_answers.close()
+        self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()
         self.results.record_waiting()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import BagError
+from ...records.statistics import FORGOTTEN
 from ..reader.raw_reader import RawMessage
 from . import decoding
 from .bag_contents import BagContents, BagFile, PartRecord, Paths
@@ -121,6 +122,9 @@ class _BagReader:
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
         if not read_field(message, "poses", ()):
+            if any(line.startswith(FORGOTTEN) for line in read_field(message, "warnings", ())):
+                self._jobs.note_forgotten(message, time)
+                return
             self._notes["{} left out, without poses: result"] += 1
             return
         key = str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", ""))

@@ -98,10 +98,15 @@ class JobCollector:
         """Take in a JobEvent."""
         kind = int(read_field(event, "event", -1))
         if kind == FORGOTTEN:
-            part = (str(event.part_id), str(read_field(event, "part_digest", "")))
-            self.forgotten.setdefault(part, set()).add(time)
+            self.note_forgotten(event, time)
         elif kind in STATES and event.job_id:
             self.jobs.setdefault(event.job_id, Job(event.job_id)).tell(event, time)
+
+
+    def note_forgotten(self, message: Any, time: int) -> None:
+        """A JobEvent, or the last PoseStatistics of a part, says that it was forgotten."""
+        part = (str(message.part_id), str(read_field(message, "part_digest", "")))
+        self.forgotten.setdefault(part, set()).add(time)
 
 
 @dataclass

@@ -13,6 +13,7 @@ from ros_pose_stats_msgs.msg import PoseStatistics as PoseStatisticsMessage
 from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
 
 from ... import records
+from ...records.statistics import FORGOTTEN
 from .times import duration_message, time_message
 
 PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
@@ -83,6 +84,37 @@ def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatistics
     twin = copied(message)
     twin.warnings = [*message.warnings, warning]
     return twin
+
+
+def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, reason: str
+                     ) -> PoseStatisticsMessage:
+    """The last message about a part: no poses, and why.
+
+    Parameters
+    ----------
+    last : PoseStatisticsMessage
+        The result that holds no more.
+    stamp : int
+        Nanoseconds.
+    revision : int
+    reason : str
+        A sentence without its end.
+    """
+    message = PoseStatisticsMessage()
+    message.header.stamp = time_message(stamp)
+    message.header.frame_id = last.header.frame_id
+    for name in ("part_id", "part_digest", "radius", "plate", "version"):
+        setattr(message, name, getattr(last, name))
+    message.expected_error = message.largest_error = message.plate_error = math.nan
+    message.revision = revision
+    message.final = True
+    message.warnings = [f"{FORGOTTEN}{reason}; send the mesh again to get results."]
+    return message
+
+
+def is_farewell(message: PoseStatisticsMessage) -> bool:
+    """Whether a message says that its part was forgotten."""
+    return not message.poses and any(line.startswith(FORGOTTEN) for line in message.warnings)
 
 
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:

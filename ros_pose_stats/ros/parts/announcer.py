@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import threading
+import time
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -19,7 +23,7 @@ from ...mesh.decimation import visible_triangles
 from ...records import Part
 from ..floods import MOST_SWAPS, Floods
 from ..messages.markers import marker_array, poses_each, triangles_each
-from ..messages.statistics_messages import with_warning
+from ..messages.statistics_messages import farewell_message, with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
 from .part_requests import part_line, shown
@@ -31,6 +35,12 @@ NO_EVENTS = PublisherEventCallbacks(use_default_callbacks=False)
 """The executor fails on handlers of events that are destroyed while it waits for them."""
 
 SECONDS_BETWEEN_MARKERS = 1.0
+
+PARTING_SECONDS = 1.0
+"""A subscriber that has not taken a part's last message by then is not waited for."""
+
+GLANCE = 0.01
+"""Seconds between looks at whether it has."""
 
 NOT_RECORDED = "NOT_RECORDED: this could not be written to the bag: {}."
 
@@ -67,6 +77,7 @@ class Announcer:
         self.recorder = recorder
         self._floods = floods
         self._shown: dict[str, _Shown] = {}
+        self._leaving: dict[str, tuple[Publisher, float]] = {}
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
@@ -97,20 +108,65 @@ class Announcer:
     def publish_result(self, part: Part, message: PoseStatistics, data: bytes) -> None:
         """Latch a message as the part's current one."""
         with self._lock:
-            shown = self._shown.get(part.part_id)
-            publisher = shown.publisher if shown is not None else self._node.create_publisher(
-                PoseStatistics, "~/pose_statistics", LATCHED, event_callbacks=NO_EVENTS)
+            publisher = self._publisher(part.part_id)
             self._shown[part.part_id] = _Shown(publisher, part, message)
             publisher.publish(data)
         self._changed.set()
 
-    def withdraw_result(self, part_id: str) -> None:
-        """Latch nothing for a part any more."""
+    def _publisher(self, part_id: str) -> Publisher:
+        """The part's own publisher, also one that was about to go."""
+        if part_id in self._shown:
+            return self._shown[part_id].publisher
+        if part_id in self._leaving:
+            return self._leaving.pop(part_id)[0]
+        return self._node.create_publisher(PoseStatistics, "~/pose_statistics", LATCHED,
+                                           event_callbacks=NO_EVENTS)
+
+    def withdraw_result(self, known: KnownPart, stamp: int, reason: str) -> None:
+        """Latch nothing for a part any more, and tell present subscribers that it is forgotten.
+
+        Parameters
+        ----------
+        known : KnownPart
+        stamp : int
+            Nanoseconds.
+        reason : str
+            Why, for people.
+        """
+        part_id = known.part.part_id
         with self._lock:
             shown = self._shown.pop(part_id, None)
-            if shown is not None:
-                self._node.destroy_publisher(shown.publisher)
+        if shown is None:
+            return
+        found = self.record_result(farewell_message(shown.message, stamp, known.revisions.next(),
+                                                    reason))
+        with self._lock:
+            shown.publisher.publish(found.data)
+            alone = not self._leaving
+            self._leaving[part_id] = shown.publisher, time.monotonic()
+        if alone:
+            threading.Thread(target=self._see_off, name="see off publishers").start()
         self._changed.set()
+
+    def _see_off(self) -> None:
+        """Destroy publishers that go once their last message has arrived.
+
+        The middleware would wait for that with the interpreter locked, so it is only asked.
+        """
+        while self._leaving:
+            time.sleep(GLANCE)
+            with self._lock, suppress(InvalidHandle):  # the node has ended meanwhile
+                for part_id, (publisher, since) in list(self._leaving.items()):
+                    if (time.monotonic() - since > PARTING_SECONDS
+                            or publisher.wait_for_all_acked(Duration(seconds=0))):
+                        del self._leaving[part_id]
+                        self._node.destroy_publisher(publisher)
+
+    def close(self) -> None:
+        """Wait for nobody any more."""
+        with self._lock:
+            while self._leaving:
+                self._node.destroy_publisher(self._leaving.popitem()[1][0])
 
     def record_answer(self, message: PoseStatistics, *, durable: bool = True) -> PoseStatistics:
         """Put an answer on record before it goes to a caller; warn where that fails."""

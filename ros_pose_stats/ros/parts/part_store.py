@@ -140,7 +140,7 @@ class PartStore:
     ----------
     recorder : Recorder
     on_forgotten : callable
-        Told the id of a part that made room or was forgotten.
+        Told a part that made room or was forgotten, when (nanoseconds), and why.
 
     Attributes
     ----------
@@ -150,7 +150,8 @@ class PartStore:
         Which of their meshes are on record.
     """
 
-    def __init__(self, recorder: Recorder, on_forgotten: Callable[[str], object]) -> None:
+    def __init__(self, recorder: Recorder,
+                 on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
         self._recorder = recorder
         self._on_forgotten = on_forgotten
         self.build: Callable[[PartRequest], Part] = part_of
@@ -283,12 +284,13 @@ class PartStore:
         RequestError
             If it is not known.
         """
-        self._let_go(self.known(part_id), durable=True)
+        self._let_go(self.known(part_id), "a client had the part forgotten", durable=True)
 
     def shrink(self, most: int, most_bytes: int) -> None:
         """Forget the least recently used ones beyond `most` parts and bytes; one is kept."""
         while (oldest := self._oldest_beyond(most, most_bytes)) is not None:
-            self._let_go(oldest, durable=False)
+            self._let_go(oldest, "the part made room for others that were used more recently "
+                         "(parameters max_parts, max_part_bytes)", durable=False)
 
     def _oldest_beyond(self, most: int, most_bytes: int) -> KnownPart | None:
         with self._lock:
@@ -296,24 +298,25 @@ class PartStore:
             too_many = len(self._parts) > most or total > most_bytes
             return next(iter(self._parts.values())) if too_many and len(self._parts) > 1 else None
 
-    def record_forgotten(self, part_id: str, digest: str, *, durable: bool = False) -> None:
+    def record_forgotten(self, part_id: str, digest: str, stamp: int, *,
+                         durable: bool = False) -> None:
         """Put on record that a part is not known any more, so that no later run begins with it."""
         event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=digest)
-        event.header.stamp = time_message(now())
+        event.header.stamp = time_message(stamp)
         self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)
 
-    def _let_go(self, known: KnownPart, *, durable: bool) -> None:
+    def _let_go(self, known: KnownPart, why: str, *, durable: bool) -> None:
         """Forget a part, unless another one has taken its place.
 
         While its name is locked nothing is recorded of that: neither a result of it after the
         word that it is forgotten, nor that word after the same part has come again.
         """
-        part_id = known.part.part_id
+        part_id, stamp = known.part.part_id, now()
         with known.revisions.lock:
             if self.current(part_id) is not known:
                 return
-            self.record_forgotten(part_id, known.part.digest, durable=durable)
-            self._on_forgotten(part_id)
+            self._on_forgotten(known, stamp, why)
+            self.record_forgotten(part_id, known.part.digest, stamp, durable=durable)
             known.revisions.shown = known.revisions.newest
             self._revisions.put(part_id, known.revisions)
             with self._lock:

@@ -12,8 +12,10 @@ from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
 from ...errors import RequestError
 from ...recording.reader.raw_reader import RawMessage, raw_messages
 from ...records import DropScene
+from ...records.statistics import FORGOTTEN
 from ..messages.mesh_views import NotPlainCdrError, part_and_digest_of
 from ..messages.part_messages import request_of_part_bytes
+from ..messages.statistics_messages import is_farewell
 from .current_meshes import CurrentMeshes, RecordedMesh
 from .earlier_runs import JOB_EVENT
 from .places import place_from, place_of
@@ -76,6 +78,9 @@ class LastRun:
                 place_of(run, message), request.restitution, request.drop_height))
         elif kind == POSE_STATISTICS and message.topic.endswith("/pose_statistics"):
             part_id, digest = _part_and_digest(message)
+            if _says_forgotten(message):
+                self._forget(part_id)
+                return
             self._meshes.note_result(part_id, digest)
             self._latched[part_id] = bag, message
         elif kind == POSE_STATISTICS:
@@ -100,10 +105,13 @@ class LastRun:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
         self.problems.setdefault(bag, reason)
 
+    def _forget(self, part_id: str) -> None:
+        self._meshes.forget(part_id)
+        self._latched.pop(part_id, None)
+
     def _take_event(self, event: JobEvent) -> None:
         if event.event == JobEvent.PART_FORGOTTEN:
-            self._meshes.forget(event.part_id)
-            self._latched.pop(event.part_id, None)
+            self._forget(event.part_id)
         elif event.event == PART_RESTORED:
             self._meshes.note_restored(event.part_id, RecordedMesh(
                 place_from(event.message), event.restitution, event.drop_height,
@@ -115,6 +123,12 @@ class LastRun:
                 self._meshes.note_use(event.part_id)
         elif event.event in (JobEvent.DONE, JobEvent.CANCELLED, JobEvent.FAILED):
             self.unfinished.pop(event.job_id, None)
+
+
+def _says_forgotten(recorded: RawMessage) -> bool:
+    """Whether a recorded result is the last word about its part; looked at once it may be."""
+    return FORGOTTEN.encode() in recorded.data and is_farewell(
+        read_recorded(recorded, PoseStatistics))
 
 
 def _part_and_digest(recorded: RawMessage) -> tuple[str, str]:

@@ -139,7 +139,7 @@ def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore)
         return results.take_part(request, part.last, recorded=part.holds, newest=False)
     except PoseStatsError:
         if results.parts.current(part.part_id) is None:
-            results.parts.record_forgotten(part.part_id, part.mesh.digest)
+            results.parts.record_forgotten(part.part_id, part.mesh.digest, now())
         raise
     finally:
         results.parts.meshes.coming.discard((part.part_id, part.mesh.digest))

@@ -217,6 +217,25 @@ class TestSeveralBags:
         assert [len(part.forgotten) for part in found.parts] == [1, 0]
 
 
+    def test_a_part_that_was_forgotten_as_its_subscribers_were_told(self, tmp_path):
+        """The node's own bag tells it in a second way, at the same time."""
+        told = result(3.0, probability=(), warnings=["FORGOTTEN: a client had it forgotten."])
+        write_recorded(tmp_path / "bag", [("pose_statistics", result(1.0)),
+                                          ("pose_statistics", told)])
+        for number in range(2):
+            found = read_bags(tmp_path)
+            (part,) = found.parts
+            assert part.forgotten == (START + 3 * SECOND,) and not found.notes
+            assert part.histories[0].time.tolist() == [START + SECOND]
+            write_run(tmp_path, [("pose_statistics", told),
+                                 ("job_events", event(3.0, "PART_FORGOTTEN", ""))], f"run_{number}")
+
+    def test_a_result_without_poses_for_no_reason_is_told(self, tmp_path):
+        write_run(tmp_path, [("pose_statistics", result(1.0)),
+                             ("pose_statistics", result(2.0, probability=()))])
+        assert read_bags(tmp_path).notes == ("1 result left out, without poses",)
+
+
 class TestWhatIsNotWhole:
     def test_cut_anywhere(self, tmp_path):
         (file,) = write_run(tmp_path / "whole", closed=False).glob("*.mcap")

@@ -39,7 +39,8 @@ def fake_node(failures):
     return SimpleNamespace(
         get_logger=lambda: log, create_timer=lambda *_, **__: None,
         create_service=lambda *_, **__: None, destroy_publisher=lambda publisher: None,
-        create_publisher=lambda *_, **__: SimpleNamespace(publish=lambda data: None))
+        create_publisher=lambda *_, **__: SimpleNamespace(
+            publish=lambda data: None, wait_for_all_acked=lambda timeout: True))
 
 
 def quiet_results(settings, recorder, node):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
+from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics, StablePose
 
 from ros_pose_stats.recording.repair.repair import repair_bags
 from ros_pose_stats.recording.writer.run_log import RunLog
@@ -37,6 +37,11 @@ class Writing:
     def result(self, part_id, factor, revision=1):
         self._write("pose_statistics", PoseStatistics(
             part_id=part_id, part_digest=f"digest {factor}", revision=revision))
+
+    def farewell(self, part_id, factor, poses=()):
+        self._write("pose_statistics", PoseStatistics(
+            part_id=part_id, part_digest=f"digest {factor}", poses=poses,
+            warnings=["LOW_DROP: low.", "FORGOTTEN: for a reason."]))
 
     def part(self, part_id, factor, revision=1):
         self.mesh(part_id, factor)
@@ -104,6 +109,17 @@ class TestMeshes:
         writing.end()
         run = found(tmp_path)
         assert factors(tmp_path, run) == {"other": 1.0} and "part" not in run.results
+
+    def test_a_part_whose_last_word_is_that_it_was_forgotten(self, writing, tmp_path):
+        """Where the node ended before it could say so in a second way."""
+        for part_id in ("part", "other", "FORGOTTEN: for a reason"):
+            writing.part(part_id, 1.0)
+        writing.farewell("part", 1.0)
+        writing.farewell("other", 1.0, poses=[StablePose()])  # there they are
+        writing.end()
+        run = found(tmp_path)
+        assert factors(tmp_path, run) == {"other": 1.0, "FORGOTTEN: for a reason": 1.0}
+        assert "part" not in run.results
 
     def test_a_forgotten_part_that_came_back(self, writing, tmp_path):
         writing.part("part", 1.0)

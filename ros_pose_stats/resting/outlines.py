@@ -1,0 +1,116 @@
+"""True outlines of a part at rest: its shadow on the plate, and its section at a height."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError, RequestError
+from ..mesh.arrays import real_number
+from ..mesh.vectors import lengths, turn_vectors
+from ..records import Part, StablePose
+from ..tolerances import COPLANAR
+from .orientation import rotation_matrices
+
+if TYPE_CHECKING:
+    from manifold3d import CrossSection, Manifold
+
+Array = NDArray[np.float64]
+Polygon = tuple[Array, ...]
+
+ROUNDINGS = 8.0
+"""Roundings of the coordinates within which what should be level may not be."""
+
+
+def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tuple[Polygon, ...]:
+    """Outline of a part at rest in a pose, as seen from above or at a height.
+
+    Unlike `pose.outline`, which is that of the convex hull, it shows bays and holes. It is that
+    of the surface as the file has it, closed where the mesh was open.
+
+    Parameters
+    ----------
+    part : Part
+    pose : StablePose
+        One of its poses, from `estimate`, `simulate` or `resting_poses`.
+    height : float, optional
+        Above the plate, metres: the section just above that height. Default: the silhouette.
+
+    Returns
+    -------
+    tuple of polygons
+        The largest first; each is a tuple of rings (k, 2) in the plate frame, metres: the
+        boundary counter-clockwise from above, then holes clockwise. Empty at heights where
+        nothing of the part is.
+
+    Raises
+    ------
+    RequestError
+        If `part` or `pose` are something else, or the height is no finite number.
+    MeshError
+        If the part's surface is not closed, as that of every Part from a mesh is.
+    """
+    if not isinstance(part, Part) or not isinstance(pose, StablePose):
+        raise RequestError("a Part and one of its poses",
+                           f"{type(part).__name__} and {type(pose).__name__}",
+                           "take a pose of estimate(part).poses")
+    level = None if height is None else _checked_height(height)
+    points = part.surface_vertices - part.center_of_mass
+    scale = float(lengths(points).max())
+    standing = turn_vectors(points / scale, rotation_matrices(pose.orientation[None])[0].T)
+    standing[:, 2] += pose.height / scale
+    if level is None:
+        seen = _solid(part, standing).project()
+    else:
+        level /= scale
+        flat = max(COPLANAR, ROUNDINGS * part.rounding / scale)
+        standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
+        seen = _solid(part, standing).slice(level)
+    found = sorted(_without_spurs(seen).decompose(), key=lambda one: -one.area())
+    return tuple(tuple(_rings(one, scale)) for one in found if not one.is_empty())
+
+
+def _checked_height(height: float) -> float:
+    try:
+        given = real_number(height)
+    except (TypeError, ValueError, OverflowError):
+        given = np.nan
+    if not np.isfinite(given):
+        raise RequestError("a height above the plate in metres", f"{height!r}",
+                           "leave it out for the silhouette")
+    return given
+
+
+def _solid(part: Part, points: Array) -> Manifold:
+    from manifold3d import Error, Manifold, Mesh64  # only outlines need it
+
+    solid = Manifold(Mesh64(vert_properties=points,
+                            tri_verts=part.surface_triangles.astype(np.uint64)))
+    if solid.status() != Error.NoError:
+        raise MeshError("a closed surface", f"one that is none ({solid.status().name})",
+                        "make the part with load_part or part_from_mesh")
+    return solid
+
+
+def _without_spurs(seen: CrossSection) -> CrossSection:
+    """The same without what has no width: walls that stand upright but for rounding leave that."""
+    from manifold3d import JoinType
+
+    for step in (-COPLANAR, COPLANAR):
+        seen = seen.offset(step, JoinType.Miter, 2.0)
+    return seen.simplify(COPLANAR)
+
+
+def _rings(polygon: CrossSection, scale: float) -> Iterator[Array]:
+    """Rings of one polygon in metres, its boundary first."""
+    rings = [np.asarray(ring) for ring in polygon.to_polygons()]
+    for ring in sorted(rings, key=_twice_area, reverse=True):
+        yield ring * scale
+
+
+def _twice_area(ring: Array) -> float:
+    x, y = ring.T
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
