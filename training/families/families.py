@@ -30,8 +30,9 @@ _TOO_FLAT = 0.005
 MADE: dict[str, Maker] = {
     "prisms": prisms, "near-cubes": near_cubes, "plates": plates, "sheets": sheets, "bars": bars,
     "machined": machined, "milled": milled, "rounds": rounds, "stepped": stepped,
-    "hollow": hollow, "gears": gears, "flat balls": flat_balls, "cornered": cornered, "weighted": weighted, "lumps": lumps,
-    "ellipsoids": ellipsoids, "fine ellipsoids": fine_ellipsoids}
+    "hollow": hollow, "gears": gears, "flat balls": flat_balls, "cornered": cornered,
+    "weighted": weighted, "lumps": lumps, "ellipsoids": ellipsoids,
+    "fine ellipsoids": fine_ellipsoids}
 DRAWN: dict[str, tuple[float, str]] = {
     "polyhedra 0": (0.0, "inertia"), "polyhedra 0.25": (0.25, "inertia"),
     "polyhedra 0.65 second": (0.65, "second"), "polyhedra 1": (1.0, "inertia")}
