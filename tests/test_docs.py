@@ -69,7 +69,7 @@ def test_pages_have_code_to_run():
     assert len(shell_lines(README)) == 5
     assert len(shell_lines(COMMAND_LINE)) == 12
     assert len(blocks(README, "python")) == 1
-    assert len(blocks(LIBRARY, "python")) == 5
+    assert len(blocks(LIBRARY, "python")) == 6
     commands = {line.split()[1] for line in lines_without_ros()}
     assert commands == {"shapes", "estimate", "simulate", "flips", "report", "animate"}
 

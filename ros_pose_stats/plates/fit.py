@@ -115,7 +115,7 @@ class PlateFit:
 
 
 class ExplainedPart(NamedTuple):
-    """A counted part with its expected shares and its likelihood (S, n) at the scenes of a grid."""
+    """A counted part, its expected shares, and its likelihood (S, n) at the scenes of a grid."""
 
     counted: CountedPart
     shares: Shares
