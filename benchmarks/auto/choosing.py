@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 TARGETS = (0.05, 0.03, 0.02, 0.01)
 SLOWER = 1.5
-TIMED_EVERY = 7
+TIMED_EVERY = 8
 """Fixed methods, and `auto` beside them, are timed on every so many cases. Families and
 restitutions take turns, and their numbers have no common divisor with this one, so that all of
 them are among these cases."""

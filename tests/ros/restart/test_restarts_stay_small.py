@@ -48,7 +48,7 @@ def test_nothing_new_adds_nothing(again, tmp_path):
     with again() as (_, client):
         estimate(client, "small")
     with again() as (_, client):
-        assert names(client) == {"large", "small"}
+        until(lambda: names(client) == {"large", "small"}, "both parts")
         assert latched(client, "large") == before
     assert size_of(tmp_path) - full < 0.2 * full
     assert [one.part_id for one in recorded(tmp_path, "part_mesh")] == ["large", "small"]
