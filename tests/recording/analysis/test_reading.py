@@ -227,8 +227,9 @@ class TestSeveralBags:
             (part,) = found.parts
             assert part.forgotten == (START + 3 * SECOND,) and not found.notes
             assert part.histories[0].time.tolist() == [START + SECOND]
-            write_run(tmp_path, [("pose_statistics", told),
-                                 ("job_events", event(3.0, "PART_FORGOTTEN", ""))], f"run_{number}")
+            write_run(tmp_path, [
+                ("pose_statistics", told),
+                ("job_events", event(3.0, "PART_FORGOTTEN", ""))], f"run_{number}")
 
     def test_a_result_without_poses_for_no_reason_is_told(self, tmp_path):
         write_run(tmp_path, [("pose_statistics", result(1.0)),
