@@ -30,9 +30,14 @@ def forgotten():
     return []
 
 
+def store_that_tells(forgotten):
+    """A store; what it forgets is added to a list."""
+    return PartStore(FakeRecorder(), lambda one, stamp, why: forgotten.append(one.part.part_id))
+
+
 @pytest.fixture
 def store(forgotten):
-    return PartStore(FakeRecorder(), forgotten.append)
+    return store_that_tells(forgotten)
 
 
 def names(store):
@@ -84,7 +89,7 @@ class TestKnownParts:
                     max_size=40), st.integers(1, 5))
     def test_is_a_list_with_the_last_used_at_the_end(self, steps, most):
         model, gone = [], []
-        store = PartStore(FakeRecorder(), gone.append)
+        store = store_that_tells(gone)
         for step, name in steps:
             if step == "p":
                 store.put(known(name), most, PLENTY)
