@@ -105,7 +105,8 @@ def run(options: argparse.Namespace) -> int:
 def _feedings(options: argparse.Namespace, found: FlipStatistics,
               fresh: PoseStatistics) -> dict[str, Feeding]:
     """What a feeder gets, both ways."""
-    from ..statistics.feeding import drop_afresh, flip_wrong_ones, pose_shares
+    from ..statistics.feeding import drop_afresh, flip_wrong_ones
+    from ..statistics.pose_shares import pose_shares
 
     dropped = pose_shares(fresh)
     return {"dropped_again": drop_afresh(dropped, options.wanted, options.rate),

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics
 from ..simulation.flips import check_kick, simulate_flips
-from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones, pose_shares
+from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones
+from ..statistics.pose_shares import pose_shares
 
 LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
 """Part radii, and how many between them: below the lowest hardly a part leaves its pose, above

@@ -19,14 +19,8 @@ from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
 from ..simulation.flips import check_kick
 from ..simulation.simulate import simulate
-from ..statistics.feeding import (
-    Feeding,
-    check_cycle_time,
-    check_rate,
-    check_wanted,
-    drop_afresh,
-    pose_shares,
-)
+from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
+from ..statistics.pose_shares import pose_shares
 from .words import said_once
 
 TARGET_ERROR = 0.01

@@ -18,8 +18,9 @@ from ..plots.poses import pose_pictures
 from ..plots.reachable import reachable_figure, telling_energies
 from ..plots.sphere import sphere_figure
 from ..plots.splitting import MOST, drawn_tree, splitting_figure
-from ..statistics.feeding import drop_afresh, pose_shares
+from ..statistics.feeding import drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
+from ..statistics.pose_shares import pose_shares
 from ..text import listed, ranges, several
 from . import words
 from .findings import Findings

@@ -126,6 +126,16 @@ def job_health(jobs: Jobs, settings: Settings) -> Health:
         "threads": settings.threads()})
 
 
+def flip_health(goals: Jobs, answers: Jobs) -> Health:
+    """The line about flips, those of goals and of answers of ~/feeding."""
+    running = [job for job in (goals.running, answers.running) if job is not None]
+    text = "; ".join(f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'"
+                     for job in running)
+    return Health(False, text or "idle", {
+        "goals queued": goals.counts()[0], "answers queued": answers.counts()[0],
+        "running": ", ".join(job.job_id for job in running)})
+
+
 class Diagnostics:
     """Publishes all lines, each with what it is about, once a second."""
 

@@ -22,8 +22,8 @@ from ..statistics.feeding import (
     check_wanted,
     drop_afresh,
     flip_wrong_ones,
-    pose_shares,
 )
+from ..statistics.pose_shares import pose_shares
 from .jobs import FlipRequest, Job, Jobs
 from .jobs.flips import FlipReports, flip_key, flips_in_all
 from .jobs.simulate_flips import flat

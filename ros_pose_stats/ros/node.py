@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..records import DropScene, Part
-from .diagnostics import Diagnostics, Refusals, job_health
+from .diagnostics import Diagnostics, Refusals, flip_health, job_health
 from .feeding import FeedingService
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
@@ -50,10 +50,6 @@ LAST_SECONDS = 0.5
 """Requests that wait for their turn when the node ends are refused in that time."""
 
 
-FLIP_SECONDS = 0.2
-"""Flips may be ended for so long when the node ends."""
-
-
 class PoseStatsNode(PatientNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
@@ -83,9 +79,9 @@ class PoseStatsNode(PatientNode):
         self.jobs = Jobs(run_name, self.reports, log.error)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
         self.flip_reports = FlipReports(), FlipReports()
-        self.flip_jobs = tuple(
-            Jobs(f"{run_name}_{name}", reports, log.error, run_flips)
-            for name, reports in zip(("flips", "feeding"), self.flip_reports, strict=True))
+        flips, feeding = self.flip_reports
+        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run_flips),
+                          Jobs(f"{run_name}_feeding", feeding, log.error, run_flips))
         self.refinement = Refinement(self._settings, self.results, self.jobs)
         self.results.on_shown = self.refinement.refine
         self._coming_back = self._restore(settings)
@@ -121,6 +117,7 @@ class PoseStatsNode(PatientNode):
             "counts": lambda: count_health({known.part.part_id: known.counts
                                             for known in self.parts.all()}),
             "jobs": lambda: job_health(self.jobs, self._settings()),
+            "flips": lambda: flip_health(*self.flip_jobs),
             "recording": self.recorder.health})
 
     def _on_change(self, settings: Settings) -> None:
@@ -190,9 +187,10 @@ class PoseStatsNode(PatientNode):
         self.builder.close()
         at_rest = self.mesh_queue.close()
         at_rest = self.turns.close(LAST_SECONDS) and at_rest
-        for jobs in self.flip_jobs:
-            at_rest = jobs.close("the node ended", FLIP_SECONDS) and at_rest
-        at_rest = self.jobs.close("the node ended") and at_rest
+        queues = (self.jobs, *self.flip_jobs)
+        with ThreadPoolExecutor(len(queues)) as closing:  # each may take its time to end
+            ended = list(closing.map(lambda jobs: jobs.close("the node ended"), queues))
+        at_rest = all(ended) and at_rest
         for action in self.actions:
             action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)

@@ -2,8 +2,7 @@
 
 Parts are looked at one after another. One that lies in a wanted pose is accepted. The others are
 sent back and dropped afresh, or kicked where they lie until they lie right. The errors are those
-of the probabilities by the delta method, of first order in them. Probabilities that were not
-counted are taken to be as uncertain as if counted in as many drops as would leave their errors.
+of the probabilities by the delta method, of first order in them.
 """
 
 from __future__ import annotations
@@ -17,9 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from ..errors import RequestError
-from ..methods import SIMULATION
-from ..records import PoseStatistics
 from .intervals import DEFAULT_LEVEL, jeffreys_interval
+from .pose_shares import PoseShares
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -31,65 +29,6 @@ class Bounded(NamedTuple):
     value: float
     low: float
     high: float
-
-
-class PoseShares(NamedTuple):
-    """In which poses a part comes to rest that is dropped, and how surely that is known.
-
-    Attributes
-    ----------
-    probability : (K,) array
-        Of the poses by their index.
-    drops : float
-        Whose counts would be as uncertain; infinite where nothing is uncertain, NaN where
-        nothing is known about it.
-    unit : (K,) array of int
-        Poses of one number, from 0 on, are equally probable by symmetry and share one error.
-    """
-
-    probability: Array
-    drops: float
-    unit: Index
-
-    @property
-    def shares(self) -> Array:
-        """Probability of each unit."""
-        return np.bincount(self.unit, self.probability).astype(np.float64)
-
-    def scatter(self, values: Array) -> float:
-        """Variance of a value of the poses (K,) over drops that end in the units, not within."""
-        each = np.bincount(self.unit, values) / np.bincount(self.unit)
-        mean = float(self.shares @ each)
-        return max(0.0, float(self.shares @ (each - mean) ** 2))
-
-
-def pose_shares(found: PoseStatistics) -> PoseShares:
-    """Probabilities of a result as feeding needs them.
-
-    Of counted poses each has an error of its own. Estimates, and whatever else knows of the
-    symmetry, share one error evenly among the poses that are alike.
-
-    Parameters
-    ----------
-    found : PoseStatistics
-        By any method.
-
-    Raises
-    ------
-    RequestError
-        If no drop has come to rest.
-    """
-    poses = sorted(found.poses, key=lambda pose: pose.index)
-    probability = np.array([pose.probability for pose in poses])
-    if not np.isfinite(probability).all():
-        raise RequestError("probabilities of the poses", "none", "drop the part more often")
-    if found.method == SIMULATION:
-        return PoseShares(probability, float(sum(pose.count for pose in poses)),
-                          np.arange(len(poses)))
-    unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
-    errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(np.float64)
-    certain = PoseShares(probability, math.inf, unit)
-    return certain._replace(drops=_equivalent_drops(certain.shares, errors))
 
 
 class Feeding(NamedTuple):
@@ -113,9 +52,6 @@ class Feeding(NamedTuple):
     flips: Bounded
     per_minute: Bounded
 
-
-MOST_ROUNDS = 40
-"""Each round halves the error of the logarithm."""
 
 CERTAIN = 1e15
 """So many drops would leave no error but that of rounding."""
@@ -239,22 +175,6 @@ def _that_get_out(moves: Array, kept: NDArray[np.bool_], wrong: Index) -> NDArra
         if (further == out).all():
             return np.asarray(out)
         out = further
-
-
-def _equivalent_drops(shares: Array, errors: Array) -> float:
-    """Drops n whose counts would have these errors; NaN where no errors are known.
-
-    The sum of the squares of `standard_errors` is that of q (1 - q) / n, with q between the share
-    and 1 / K, so that n stands on both sides; the mean of both converges.
-    """
-    scatter = float((errors * errors).sum())
-    if scatter == 0.0:
-        return math.inf
-    drops = 1.0 / scatter
-    for _ in range(MOST_ROUNDS):
-        q = (drops * shares + 0.5) / (drops + 0.5 * shares.size)
-        drops = math.sqrt(drops * float((q * (1.0 - q)).sum()) / scatter)
-    return drops
 
 
 def _share_interval(share: float, dropped: PoseShares,

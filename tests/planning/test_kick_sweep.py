@@ -9,7 +9,8 @@ import pytest
 
 from ros_pose_stats import PoseStatsError, part_from_mesh, shapes, simulate, simulate_flips
 from ros_pose_stats.planning.kick_sweep import sweep_kicks, usual_kicks
-from ros_pose_stats.statistics.feeding import flip_wrong_ones, pose_shares
+from ros_pose_stats.statistics.feeding import flip_wrong_ones
+from ros_pose_stats.statistics.pose_shares import pose_shares
 
 ASKED = {"wanted": [0, 1], "rate": 60.0, "cycle_time": 1.0}
 """Of the box: its two largest faces."""

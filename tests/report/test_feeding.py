@@ -6,8 +6,9 @@ import pytest
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.report import Feeder, investigate
-from ros_pose_stats.statistics.feeding import drop_afresh, pose_shares
+from ros_pose_stats.statistics.feeding import drop_afresh
 from ros_pose_stats.statistics.intervals import jeffreys_interval
+from ros_pose_stats.statistics.pose_shares import pose_shares
 from tests.report.parts import block
 
 

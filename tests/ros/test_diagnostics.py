@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from .harness.cell import Health
 from .harness.client import until
+from .harness.goals import Goals
 from .harness.jobs import LONG, known_part, running_with_results, start
 
 
@@ -17,7 +18,7 @@ def health(shared_client):
     return Health(shared_client)
 
 
-def test_three_lines_about_once_a_second(cell):
+def test_its_lines_about_once_a_second(cell):
     heard = []
     subscription = cell.subscribe(DiagnosticArray, "/diagnostics", heard.append)
 
@@ -30,7 +31,7 @@ def test_three_lines_about_once_a_second(cell):
     cell.node.destroy_subscription(subscription)
     first, *_, last = own()
     assert [line.name for line in last.status] == [
-        f"pose_stats: {about}" for about in ("parts", "jobs", "recording")]
+        f"pose_stats: {about}" for about in ("parts", "jobs", "flips", "recording")]
     stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
               for message in (first, last)]
     assert (stamps[1] - stamps[0]) / (len(own()) - 1) == pytest.approx(1.0, abs=0.5)
@@ -56,6 +57,22 @@ def test_queue_and_running_job(cell, health):
     assert line.message.startswith(f"{jobs[0]}: ")
     assert line.message.endswith(f" of {LONG} drops of '{part_id}'")
     assert line.level == DiagnosticStatus.OK
+
+
+def test_flips(cell, health):
+    goals = Goals(cell, "simulate_flips")
+    line, values = health.line("flips", lambda _, values: not values["running"])
+    assert line.message == "idle"
+    part_id = known_part(cell)
+    sent = [goals.send(part_id=part_id, kick_height=0.012, drops=500_000, seed=seed)
+            for seed in (1, 2)]
+    line, values = health.line("flips", lambda _, values: values["running"])
+    assert (values["goals queued"], values["answers queued"]) == ("1", "0")
+    assert line.message.endswith(f"flips of '{part_id}'")
+    for goal in reversed(sent):
+        goal.cancel()
+        goal.result()
+    goals.close()
 
 
 def test_recording(cell, shared_node, health):

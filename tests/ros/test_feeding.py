@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import estimate, simulate, simulate_flips
-from ros_pose_stats.statistics.feeding import drop_afresh, flip_wrong_ones, pose_shares
+from ros_pose_stats.statistics.feeding import drop_afresh, flip_wrong_ones
+from ros_pose_stats.statistics.pose_shares import pose_shares
 
 from .harness.client import RUNNING, wait_for
 from .harness.goals import Goals

@@ -21,12 +21,8 @@ from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import drop_body
 from ros_pose_stats.simulation.drops import compute_motions, drop_rules, states_at_rest
 from ros_pose_stats.simulation.kicks import kicks_of
-from ros_pose_stats.statistics.feeding import (
-    PoseShares,
-    drop_afresh,
-    flip_wrong_ones,
-    pose_shares,
-)
+from ros_pose_stats.statistics.feeding import drop_afresh, flip_wrong_ones
+from ros_pose_stats.statistics.pose_shares import PoseShares, pose_shares
 
 from ..bodies import random_polyhedron
 

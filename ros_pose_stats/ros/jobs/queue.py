@@ -154,8 +154,8 @@ class Jobs:
         """The job that runs."""
         return self._running
 
-    def close(self, reason: str, patience: float = LAST_SECONDS) -> bool:
-        """Cancel everything and wait some seconds for the threads; what was done is kept.
+    def close(self, reason: str) -> bool:
+        """Cancel everything and wait a while for the threads; what was done is kept.
 
         Returns
         -------
@@ -175,7 +175,7 @@ class Jobs:
         with self._accepting:  # whoever came too late has ended that job
             pass
         if self._thread.is_alive():
-            self._thread.join(patience)
+            self._thread.join(LAST_SECONDS)
         running = self._running
         if self._thread.is_alive() and running is not None:
             self._end(running, State.CANCELLED, reason)
