@@ -35,11 +35,12 @@ def coarse(monkeypatch):
         monkeypatch.setattr(fit, name, value)
 
 
-class TestFit:
-    @pytest.fixture(scope="class")
-    def counted(self):
-        return [dropped(part, 0.3, 0.05) for part in boxes()]
+@pytest.fixture(scope="module")
+def counted():
+    return [dropped(part, 0.3, 0.05) for part in boxes()]
 
+
+class TestFit:
     def test_a_simulated_plate(self, coarse, counted):
         shares = []
         found = fit_plate(counted, seed=5, on_progress=shares.append)
