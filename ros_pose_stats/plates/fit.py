@@ -31,10 +31,10 @@ Array = NDArray[np.float64]
 FEWEST_COUNTS = 50
 """Parts of all kinds together."""
 
-FIRST_POINTS, FIRST_DROPS = 256, 100
+FIRST_POINTS, FIRST_DROPS = 192, 120
 """Scenes all over the range, and drops of each part at each."""
 
-ROUNDS, POINTS = 3, 64
+ROUNDS, POINTS = 3, 48
 """Times that drops follow at likely scenes, and how many scenes."""
 
 FEWEST_DROPS, MOST_DROPS = 150, 1000
@@ -43,7 +43,7 @@ FEWEST_DROPS, MOST_DROPS = 150, 1000
 FLATTENED = 0.3
 """Power of the likelihood that these scenes are drawn from: the unlikely are looked at too."""
 
-GRID, FINER, FALL = 48, 32, 6.0
+GRID, FINER, FALL = 40, 24, 6.0
 """Values of each coordinate all over, and where the likelihood is within exp(-FALL)."""
 
 UNCALIBRATED, UNCONFIRMED = 0.05, 0.02

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,11 @@ class Kernel(NamedTuple):
     varying: float
     lengths: Array
 
+    @property
+    def variance(self) -> float:
+        """At every point."""
+        return self.constant ** 2 + self.varying ** 2
+
     def __call__(self, first: Array, second: Array) -> Array:
         """Covariance (n, m) of points (n, d) and (m, d)."""
         square = np.zeros((first.shape[0], second.shape[0]))
@@ -50,27 +56,24 @@ class BinomialProcess:
 
     Parameters
     ----------
-    points : (n, d) array
-        Where was counted.
+    covariance : (n, n) array
+        Of the correction at the points where was counted.
     successes, trials : (n,) arrays
     offset : (n,) array
         Logit of the known function there.
-    kernel : Kernel
     """
 
-    def __init__(self, points: Array, successes: Array, trials: Array, offset: Array,
-                 kernel: Kernel) -> None:
-        self._points, self._kernel = points, kernel
-        covariance = kernel(points, points)
-        correction = np.zeros(points.shape[0])
+    def __init__(self, covariance: Array, successes: Array, trials: Array,
+                 offset: Array) -> None:
+        correction = np.zeros(offset.shape[0])
         for _ in range(STEPS):
             share = _logistic(offset + correction)
             weight = trials * share * (1.0 - share)
             slope = successes - trials * share
             root, factor = _factor(covariance, weight)
             aim = weight * correction + slope
-            inner = np.linalg.solve(factor, root * (covariance @ aim))
-            scaled = aim - root * np.linalg.solve(factor.T, inner)
+            inner = solve_triangular(factor, root * (covariance @ aim), lower=True)
+            scaled = aim - root * solve_triangular(factor, inner, lower=True, trans="T")
             moved = covariance @ scaled
             # The logit of a rare pose may overshoot where its known function is far off.
             step = np.clip(moved - correction, -4.0, 4.0)
@@ -81,12 +84,19 @@ class BinomialProcess:
         self._slope = successes - trials * share
         self._root, self._factor = _factor(covariance, trials * share * (1.0 - share))
 
-    def predict(self, points: Array) -> tuple[Array, Array]:
-        """Mean and variance (n,) of the correction at points (n, d)."""
-        cross = self._kernel(points, self._points)
-        inner = np.linalg.solve(self._factor, (cross * self._root).T)
-        prior = self._kernel.constant ** 2 + self._kernel.varying ** 2
-        return cross @ self._slope, np.maximum(prior - (inner * inner).sum(axis=0), 0.0)
+    def predict(self, cross: Array, prior: float) -> tuple[Array, Array]:
+        """Mean and variance (m,) of the correction at other points.
+
+        Parameters
+        ----------
+        cross : (m, n) array
+            Covariance with the points where was counted.
+        prior : float
+            Variance without any counts.
+        """
+        inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
+                                 overwrite_b=True, check_finite=False)
+        return cross @ self._slope, np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
 
 
 def _factor(covariance: Array, weight: Array) -> tuple[Array, Array]:

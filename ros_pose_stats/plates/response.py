@@ -106,8 +106,9 @@ class Response:
         """Expected shares at points (n, 2)."""
         logit, variance = self._split_logits(points), np.zeros((points.shape[0],
                                                                 self._table.shape[1]))
+        cross = KERNEL(self._places(points), self._places(np.array(self._points)))
         for group, process in enumerate(self._processes):
-            mean, variance[:, group] = process.predict(self._places(points))
+            mean, variance[:, group] = process.predict(cross, KERNEL.variance)
             logit[:, group] += mean
         share = 1.0 / (1.0 + np.exp(-logit))
         share /= share.sum(axis=1, keepdims=True)
@@ -119,8 +120,10 @@ class Response:
         """Fit the correction of each group anew."""
         points, drops = np.array(self._points), np.array(self._drops)
         settled, logit = drops.sum(axis=1), self._split_logits(points)
+        places = self._places(points)
+        covariance = KERNEL(places, places)
         self._processes = [
-            BinomialProcess(self._places(points), drops[:, group], settled, logit[:, group], KERNEL)
+            BinomialProcess(covariance, drops[:, group], settled, logit[:, group])
             for group in range(drops.shape[1])]
 
     def _places(self, points: Array) -> Array:
