@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from .scene import describe_scene
 
+DEFAULT_PLATE_ERROR = 0.05
+"""Of a plate that nobody has counted on."""
+
 
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
@@ -189,7 +192,7 @@ class PoseStatistics:
     seed: int = 0
     expected_error: float = math.nan
     largest_error: float = math.nan
-    plate_error: float = 0.05
+    plate_error: float = DEFAULT_PLATE_ERROR
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
     version: str = ""
