@@ -14,6 +14,7 @@ from .feeding import FeedingService
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
+from .jobs.plate_fits import PlateFits
 from .jobs.simulate_drops import SimulateDropsServer
 from .jobs.simulate_flips import SimulateFlipsServer
 from .messages.times import follow_clock, steady_timer
@@ -51,7 +52,7 @@ LAST_SECONDS = 0.5
 
 
 FLIP_SECONDS = 0.2
-"""Flips may be ended for so long when the node ends."""
+"""Flips, or a fit, may be ended for so long when the node ends."""
 
 
 class PoseStatsNode(PatientNode):
@@ -111,6 +112,7 @@ class PoseStatsNode(PatientNode):
                  self.reports)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
+        self.fits = PlateFits(self, self._settings, self.parts, self.table.use_plate)
         self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
                         SimulateFlipsServer(self, self._settings, self.parts, *flips)]
         steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
@@ -192,6 +194,7 @@ class PoseStatsNode(PatientNode):
         at_rest = self.turns.close(LAST_SECONDS) and at_rest
         for jobs in self.flip_jobs:
             at_rest = jobs.close("the node ended", FLIP_SECONDS) and at_rest
+        at_rest = self.fits.close(FLIP_SECONDS) and at_rest
         at_rest = self.jobs.close("the node ended") and at_rest
         for action in self.actions:
             action.wait_until_told()

@@ -48,7 +48,7 @@ class Parameters:
         values = {setting.name: _declare(node, setting) for setting in TABLE}
         _warn_of_unknown(node)
         self.settings = settings_of(values)
-        self._on_change = on_change
+        self._node, self._on_change = node, on_change
         self._checked = threading.local()
         self._lock = threading.Lock()
         node.add_pre_set_parameters_callback(self._widen)
@@ -58,6 +58,19 @@ class Parameters:
             node.set_descriptor(setting.name, _descriptor(setting))
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
+
+    def use_plate(self, name: str) -> None:
+        """Set the parameter `plate`, and read what the file of plates says of it.
+
+        Raises
+        ------
+        RequestError
+            If that is refused.
+        """
+        (result,) = self._node.set_parameters([Parameter("plate", Parameter.Type.STRING, name)])
+        if not result.successful:
+            raise RequestError("a plate that the node can use", result.reason,
+                               "set the parameters plate and plates")
 
     def _widen(self, parameters: Sequence[Parameter]) -> list[Parameter]:
         """Make a float of an int where a float is wanted, and a list of an empty one."""

@@ -60,14 +60,14 @@ def still_true(last: PoseStatistics, scene: DropScene) -> bool:
 def labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
     """The same with the present frame, and name and error of the plate; itself if it has them.
 
-    What was learnt from counts has an error of its own.
+    What was learnt from counts stays as it is: it is of its own plate, with an error of its own.
     """
-    error = message.plate_error if message.method == OBSERVED else settings.plate_error
-    if (message.plate, message.header.frame_id, message.plate_error) == (
-            settings.plate, settings.plate_frame, error):
+    if message.method == OBSERVED or (
+            message.plate, message.header.frame_id, message.plate_error) == (
+            settings.plate, settings.plate_frame, settings.plate_error):
         return message
     named = copied(message)
     named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
-    named.plate, named.plate_error = settings.plate, error
+    named.plate, named.plate_error = settings.plate, settings.plate_error
     named.revision += 1
     return named
