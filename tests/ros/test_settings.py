@@ -163,7 +163,7 @@ class TestPlates:
 
     def test_a_broken_file_is_refused_before_a_plate_is_named(self, tmp_path):
         file = plates_file(tmp_path, glass={**GLASS, "plate_error": 7.0})
-        with pytest.raises(RequestError, match="plate_error from 0 to 1, got 7.0 for glass"):
+        with pytest.raises(RequestError, match=r"plate_error from 0 to 1, got 7\.0 for glass"):
             settings(plates=file)
 
 

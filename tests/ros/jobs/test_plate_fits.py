@@ -106,3 +106,100 @@ def check_result(found, answer, observed):
     assert (found.restitution, found.drop_height) == (answer.restitution, answer.drop_height)
     assert (found.method, found.observed) == ("observed", observed)
     assert found.plate_error < answer.plate_error
+
+
+def known_counted(name, total, plate="glass", surface=BOXES["flat"]):
+    """A known part, as far as fits look at it."""
+    counts = CellCounts(Ground(Numbering(0.0025, 192), plate), np.array(total))
+    return SimpleNamespace(part=library_part(surface), counts=counts, name=name,
+                           revisions=SimpleNamespace(lock=threading.RLock()))
+
+
+class TestWhatIsFitted:
+    PARTS = (known_counted("glass", [3, 0, 2, 0, 1, 0]), known_counted("nothing", [0] * 6),
+             known_counted("steel", [9] * 6, "steel"), known_counted("unnamed", [5] * 6, ""),
+             SimpleNamespace(counts=None))
+
+    @pytest.mark.parametrize(("plate", "present", "names"), [
+        ("glass", "glass", ["glass"]), ("steel", "glass", ["steel"]), ("", "", ["unnamed"]),
+        ("glass", "", ["glass", "unnamed"]), ("new", "", ["unnamed"])])
+    def test_counts_of_the_plate(self, plate, present, names):
+        found = counts_on(plate, present, self.PARTS)
+        assert [known.name for known, _ in found] == names
+
+    @pytest.mark.parametrize(("parts", "said"), [
+        (PARTS, "on plate 'oak', got only those on '', 'glass', 'steel'"),
+        (PARTS[1:2], "on plate 'oak', got none")])
+    def test_none_of_it(self, parts, said):
+        with pytest.raises(RequestError, match=said):
+            counts_on("oak", "glass", parts)
+
+    def test_the_most_counted_parts_as_far_as_there_is_room(self, monkeypatch):
+        counted = [plates.count_part(library_part(surface), {0: number})
+                   for surface, number in zip(BOXES.values(), (5, 9), strict=True)]
+        assert choose_counts(counted) == counted[::-1]
+        monkeypatch.setattr(plate_fits, "MOST_GROUPS", 5)  # a box has three groups of two faces
+        assert choose_counts(counted) == counted[1:]
+        monkeypatch.setattr(plate_fits, "MOST_GROUPS", 2)
+        with pytest.raises(RequestError, match="at most 2 groups of poses"):
+            choose_counts(counted)
+
+
+class FakeNode:
+    """Takes the service, and keeps what is logged."""
+
+    def __init__(self):
+        self.errors = []
+
+    def get_logger(self):
+        return SimpleNamespace(info=lambda line: None, error=self.errors.append)
+
+    def create_service(self, *_, **__):
+        """Nobody calls it here."""
+
+
+class TestEnds:
+    """Of fits, without ROS."""
+
+    @staticmethod
+    def asked(total, plates_file="", **changes):
+        node = FakeNode()
+        settings = settings_of({"plates": plates_file, "workers": 1, **changes})
+        fits = PlateFits(node, lambda: settings, SimpleNamespace(
+            all=lambda: [known_counted("one", total, "")]), lambda plate: None)
+        answer = fits.answer(FitPlate.Request(plate="glass", apply=bool(plates_file)),
+                             FitPlate.Response())
+        return node, fits, answer
+
+    def refused(self, total, **changes):
+        node, fits, answer = self.asked(total, **changes)
+        assert isinstance(answer, Future)
+        response = answer.result(timeout=120.0)
+        assert not response.success and "\n" not in response.message and not node.errors
+        return fits, response.message
+
+    def test_too_few_counts_are_refused_with_what_is_missing(self):
+        fits, message = self.refused([1, 2, 3, 4, 5, 6])
+        assert "got 21; count 29 more" in message
+        again = fits.answer(FitPlate.Request(plate="glass"), FitPlate.Response())
+        assert "got 21" in again.result(timeout=120.0).message  # the first one is out of the way
+
+    def test_time_that_is_too_short(self):
+        _, message = self.refused([100] * 6, max_job_seconds=0.001)
+        assert "expected a fit within 0.001 s (parameter max_job_seconds)" in message
+
+    def test_the_end_of_the_node_gives_it_up(self):
+        _, fits, answer = self.asked([100] * 6)
+        assert fits.close(120.0)
+        assert "expected a running node" in answer.result(timeout=0.0).message
+        late = fits.answer(FitPlate.Request(plate="glass"), FitPlate.Response())
+        assert "expected a running node" in late.message
+
+    def test_a_file_that_cannot_be_written(self, tmp_path, monkeypatch):
+        (tmp_path / "a file").touch()
+        monkeypatch.setattr(PlateFits, "_fit", lambda *_: plates.PlateFit(
+            (0.3, 0.2, 0.4), (0.1, 0.05, 0.2), 0.02, 0.5, 600, ()))
+        _, _, answer = self.asked([100] * 6, str(tmp_path / "a file" / "plates.yaml"), plate="")
+        response = answer.result(timeout=120.0)
+        assert not response.success and "can be written (parameter plates)" in response.message
+        assert (response.restitution, response.counted) == (0.3, 600)  # found all the same
