@@ -115,7 +115,7 @@ class PlateFit:
 
 
 class ExplainedPart(NamedTuple):
-    """A counted part with its expected shares and its likelihood (S, n) at the scenes of a grid."""
+    """A counted part: its expected shares and its likelihood (S, n) at the scenes of a grid."""
 
     counted: CountedPart
     shares: Shares
@@ -177,7 +177,7 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
                 on_progress((stage + (number + 1) / len(told)) / (ROUNDS + 1))
         explained = [explain(one, response, grid) for one, response in
                      zip(told, responses, strict=True)]
-        logarithm = averaged(sum(one.likelihood for one in explained))
+        logarithm = averaged(join_likelihoods(explained))
         if stage < ROUNDS:
             points.append(likely_points(grid, logarithm, random, POINTS))
     grid = grid.refined(plausible_bounds(grid, logarithm, FALL), FINER)
@@ -215,9 +215,14 @@ def explain(counted: CountedPart, response: Response, grid: SceneGrid) -> Explai
                          scene_likelihood(counted.by_group.astype(np.float64), shares))
 
 
+def join_likelihoods(explained: Sequence[ExplainedPart]) -> Array:
+    """Logarithm (S, n) of the likelihood of all parts together."""
+    return np.asarray(np.sum([one.likelihood for one in explained], axis=0))
+
+
 def conclude(grid: SceneGrid, explained: Sequence[ExplainedPart]) -> PlateFit:
     """Fit a plate to parts whose shares are known at the scenes of a grid."""
-    together = sum(one.likelihood for one in explained)
+    together = join_likelihoods(explained)
     best = most_likely(grid, averaged(together))
     parts = tuple(_evidence(one, together, best.place, grid, explained) for one in explained)
     p_value = _p_value(explained, best.place)
@@ -264,7 +269,7 @@ def _plate_error(explained: Sequence[ExplainedPart], parts: Sequence[PartEvidenc
     that in the fitted scene, for as many numbers as the fit left free. It is never below what
     counts so few would show by chance, nor below `UNCONFIRMED` until three parts agree.
     """
-    together = sum(one.likelihood for one in explained)
+    together = join_likelihoods(explained)
     if not any(math.isnan(one.left_out_error) for one in parts):
         squares = [_square_error(one, int(averaged(together - one.likelihood).argmax()))
                    for one in explained]
@@ -328,7 +333,7 @@ def refuse_undecided(grid: SceneGrid, within: SceneRange,
     ------
     RequestError
     """
-    logarithm = averaged(sum(one.likelihood for one in explained))
+    logarithm = averaged(join_likelihoods(explained))
     found = most_likely(grid, logarithm)
     (slow, low), (fast, high) = within.bounds
     open_restitution = found.restitution[1] <= slow and found.restitution[2] >= fast

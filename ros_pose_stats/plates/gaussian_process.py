@@ -96,7 +96,8 @@ class BinomialProcess:
         """
         inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
                                  overwrite_b=True, check_finite=False)
-        return cross @ self._slope, np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
+        variance: Array = np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
+        return cross @ self._slope, variance
 
 
 def _factor(covariance: Array, weight: Array) -> tuple[Array, Array]:

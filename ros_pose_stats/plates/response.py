@@ -99,7 +99,7 @@ class Response:
             count[[pose.index for pose in found.poses]] = [pose.count for pose in found.poses]
             self.drops += drops
             self._points.append(point)
-            self._drops.append(np.bincount(self._group, count))
+            self._drops.append(np.bincount(self._group, count).astype(np.float64))
         if self._points:
             self._learn()
 

@@ -158,7 +158,7 @@ class TestPlates:
         assert "plate" in str(refusal.value) and "\n" not in str(refusal.value)
 
     def test_a_plate_that_is_not_in_it(self, tmp_path):
-        with pytest.raises(RequestError, match="'glass'.*got 'oak'; .*~/fit_plate"):
+        with pytest.raises(RequestError, match=r"'glass'.*got 'oak'; .*~/fit_plate"):
             settings(plates=plates_file(tmp_path, glass=GLASS), plate="oak")
 
     def test_a_broken_file_is_refused_before_a_plate_is_named(self, tmp_path):

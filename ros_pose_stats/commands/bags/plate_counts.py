@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +12,14 @@ from ...errors import PoseStatsError, RequestError
 from ...mesh.parts import part_from_mesh
 from ...plates import CountedPart, count_part
 from ...recording.analysis import CameraCounts, read_bags
+from ...recording.analysis.bag_reader import OnProgress
 from ...recording.analysis.part_meshes import PartMeshRecord, read_part_meshes
 from ...records import Part
 from ...text import listed, several
 
 
 def counts_on_plate(paths: Sequence[Path], plate: str,
-                    on_progress: Callable[[int, int], object] | None = None
+                    on_progress: OnProgress | None = None
                     ) -> tuple[list[CountedPart], list[str]]:
     """Read the counts of a plate, and the meshes of the parts from the same bags.
 
@@ -43,7 +44,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
     BagError, RequestError
         If there is no bag, or nothing was counted on this plate.
     """
-    told = read_bags(paths, on_progress or (lambda done, total: None)).counts
+    told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]
     if not wanted:
         plates = sorted({one.plate for one in told if one.plate})

@@ -74,6 +74,20 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                            help="directory into which study/stability.md, figures/ and "
                            "benchmarks/ are written")
     stability.add_argument("--quick", action="store_true", help="measure fewer values and drops")
+    plates = _kind(kinds, "plates", run_plates, "fitted plates against dice and known truths",
+                   "Fit restitution and drop height to five of Budden's dice and predict the "
+                   "others, and fit simulated plates and see how often the intervals hold the "
+                   "truth.",
+                   "plates --splits 20 --simulated 2")
+    plates.add_argument("--splits", type=read_count, default=100, metavar="N",
+                        help="random splits of the dice; 0 leaves them out (default: %(default)s)")
+    plates.add_argument("--simulated", type=read_count, default=40, metavar="N",
+                        help="simulated plates; 0 leaves them out (default: %(default)s)")
+    plates.add_argument("--seed", type=read_count, default=1, metavar="S",
+                        help="seed of splits, plates and drops (default: %(default)s)")
+    plates.add_argument("-o", "--output", metavar="DIR",
+                        help="directory into which study/plates.md and benchmarks/plates.json "
+                        "are written")
     figures = _kind(kinds, "figures", run_figures,
                     "table, prisms and chart, into a folder of documents",
                     "Measure table, prisms and chart, and write them into a folder of documents.",
@@ -166,6 +180,24 @@ def run_figures(options: argparse.Namespace) -> int:
     with end_on_interrupt():
         found = measure_documents(quick=options.quick, say=_say)
     _say_files(write_documents(found, folder))
+    return 0
+
+
+def run_plates(options: argparse.Namespace) -> int:
+    """Fitted plates against dice and known truths."""
+    with announce_slow_start(), end_on_interrupt():
+        from ...study.output import plain
+        from ...study.plates import plates, plates_text, write_plates
+        from ...whole_files import refuse_unwritable
+
+        folder = Path(options.output) if options.output is not None else None
+        if folder is not None:
+            refuse_unwritable(folder)
+    with end_on_interrupt():
+        found = plates(options.splits, options.simulated, options.seed, say=_say)
+    if folder is not None:
+        _say_files(write_plates(found, folder))
+    _print(options, plain(found), plates_text(found))
     return 0
 
 

@@ -64,12 +64,13 @@ def read_part_meshes(paths: Iterable[Path]) -> Iterator[PartMeshRecord]:
 
 def _record(message: Any) -> PartMeshRecord | None:
     try:
-        vertices = np.array(message.vertices, dtype=np.float64).reshape(-1, 3)
-        triangles = np.array(message.triangles, dtype=np.uint32).reshape(-1, 3)
-        if not triangles.size:
+        corners, numbers = list(message.vertices), list(message.triangles)
+        if not numbers:
             nested = message.mesh
-            vertices = np.array([(p.x, p.y, p.z) for p in nested.vertices], dtype=np.float64)
-            triangles = np.array([t.vertex_indices for t in nested.triangles], dtype=np.uint32)
+            corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]
+            numbers = [k for triangle in nested.triangles for k in triangle.vertex_indices]
+        vertices = np.array(corners, dtype=np.float64).reshape(-1, 3)
+        triangles = np.array(numbers, dtype=np.uint32).reshape(-1, 3)
         given = message.inertia
         tensor = np.array([[given.ixx, given.ixy, given.ixz], [given.ixy, given.iyy, given.iyz],
                            [given.ixz, given.iyz, given.izz]], dtype=np.float64)
