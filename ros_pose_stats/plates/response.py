@@ -100,7 +100,8 @@ class Response:
             self.drops += drops
             self._points.append(point)
             self._drops.append(np.bincount(self._group, count).astype(np.float64))
-        self._learn()
+        if self._points:
+            self._learn()
 
     def shares_at(self, points: Array) -> Shares:
         """Expected shares at points (n, 2)."""

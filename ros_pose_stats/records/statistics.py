@@ -16,6 +16,9 @@ from .scene import describe_scene
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
 
+DEFAULT_PLATE_ERROR = 0.05
+"""Of a plate that nobody has counted on."""
+
 
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
@@ -192,7 +195,7 @@ class PoseStatistics:
     seed: int = 0
     expected_error: float = math.nan
     largest_error: float = math.nan
-    plate_error: float = 0.05
+    plate_error: float = DEFAULT_PLATE_ERROR
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
     version: str = ""

@@ -14,6 +14,7 @@ from .feeding import FeedingService
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
+from .jobs.plate_fits import PlateFits
 from .jobs.simulate_drops import SimulateDropsServer
 from .jobs.simulate_flips import SimulateFlipsServer
 from .messages.times import follow_clock, steady_timer
@@ -48,6 +49,9 @@ PARTING_SECONDS = 0.2
 
 LAST_SECONDS = 0.5
 """Requests that wait for their turn when the node ends are refused in that time."""
+
+FIT_SECONDS = 0.2
+"""A fit may be ended for so long when the node ends."""
 
 
 class PoseStatsNode(PatientNode):
@@ -107,6 +111,7 @@ class PoseStatsNode(PatientNode):
                  self.reports)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
+        self.fits = PlateFits(self, self._settings, self.parts, self.table.use_plate)
         self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
                         SimulateFlipsServer(self, self._settings, self.parts, *flips)]
         steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
@@ -191,6 +196,7 @@ class PoseStatsNode(PatientNode):
         with ThreadPoolExecutor(len(queues)) as closing:  # each may take its time to end
             ended = list(closing.map(lambda jobs: jobs.close("the node ended"), queues))
         at_rest = all(ended) and at_rest
+        at_rest = self.fits.close(FIT_SECONDS) and at_rest
         for action in self.actions:
             action.wait_until_told()
         self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)

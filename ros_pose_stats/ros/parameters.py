@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -21,11 +22,15 @@ from .settings import BY_NAME, TABLE, Setting, Settings, settings_of
 TYPES = {bool: Parameter.Type.BOOL, int: Parameter.Type.INTEGER, float: Parameter.Type.DOUBLE,
          str: Parameter.Type.STRING, list: Parameter.Type.STRING_ARRAY}
 
+PLATE = {"plate", "plates"}
+"""What the profile of the plate hangs on."""
+
 
 class Parameters:
     """Declares the parameters, refuses bad values and keeps a snapshot.
 
-    A whole number is taken where a fraction could stand.
+    A whole number is taken where a fraction could stand. The file of plates is read whenever
+    `plate` or `plates` is set, be it to the same value.
 
     Parameters
     ----------
@@ -43,7 +48,9 @@ class Parameters:
         values = {setting.name: _declare(node, setting) for setting in TABLE}
         _warn_of_unknown(node)
         self.settings = settings_of(values)
-        self._on_change = on_change
+        self._node, self._on_change = node, on_change
+        self._checked = threading.local()
+        self._lock = threading.Lock()
         node.add_pre_set_parameters_callback(self._widen)
         node.set_parameters([Parameter(setting.name, TYPES[type(setting.default)],
                                        values[setting.name]) for setting in TABLE])
@@ -52,13 +59,26 @@ class Parameters:
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
+    def use_plate(self, name: str) -> None:
+        """Set the parameter `plate`, and read what the file of plates says of it.
+
+        Raises
+        ------
+        RequestError
+            If that is refused.
+        """
+        (result,) = self._node.set_parameters([Parameter("plate", Parameter.Type.STRING, name)])
+        if not result.successful:
+            raise RequestError("a plate that the node can use", result.reason,
+                               "set the parameters plate and plates")
+
     def _widen(self, parameters: Sequence[Parameter]) -> list[Parameter]:
         """Make a float of an int where a float is wanted, and a list of an empty one."""
         return [_widened(parameter) for parameter in parameters]
 
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         try:
-            settings_of({**vars(self.settings), **_ours(parameters)})
+            self._checked.settings = self._changed(parameters)
             for parameter in parameters:
                 setting = BY_NAME.get(parameter.name)
                 if setting is not None and setting.fixed:
@@ -70,9 +90,21 @@ class Parameters:
 
     def _apply(self, parameters: Sequence[Parameter]) -> None:
         ours = _ours(parameters)
-        if ours:
-            self.settings = settings_of({**vars(self.settings), **ours})
-            self._on_change(self.settings)
+        if not ours:
+            return
+        with self._lock:  # a file that was good when it was checked may be another one by now
+            before = vars(self.settings)
+            profile = (self._checked.settings.profile if PLATE & ours.keys()
+                       else before["profile"])
+            self.settings = settings_of({**before, **ours, "profile": profile})
+        self._on_change(self.settings)
+
+    def _changed(self, parameters: Sequence[Parameter]) -> Settings:
+        """The snapshot with some parameters changed."""
+        ours, values = _ours(parameters), dict(vars(self.settings))
+        if PLATE & ours.keys():
+            del values["profile"]
+        return settings_of({**values, **ours})
 
 
 def _warn_of_unknown(node: Node) -> None:

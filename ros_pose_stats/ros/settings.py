@@ -6,9 +6,9 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..errors import RequestError
 from ..mesh.units import metres_per_unit
@@ -20,7 +20,11 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
     MOST_ROUND_SIDES,
 )
+from ..records.statistics import DEFAULT_PLATE_ERROR
 from .parts.part_requests import check_name, shown
+
+if TYPE_CHECKING:
+    from ..plates import PlateProfile
 
 T = TypeVar("T")
 
@@ -45,6 +49,11 @@ class Settings:
     """The parameters, and their values at one time.
 
     This is the one table: the declaration, the bounds, the descriptions and the documents follow.
+
+    Attributes
+    ----------
+    profile : PlateProfile or None
+        What the file `plates` says of `plate`; no parameter itself.
     """
 
     mesh_topics: tuple[str, ...] = _parameter(
@@ -53,7 +62,12 @@ class Settings:
     mesh_unit: float = _parameter(
         1.0, "Length of one unit of the meshes on mesh_topics, in metres.", 1e-9, 1e6)
     plate_frame: str = _parameter("plate", "Frame of the plate in results and markers.")
-    plate: str = _parameter("", "Name of the plate, for the record.")
+    plate: str = _parameter(
+        "", "Name of the plate, for the record; one of the file plates where that is named.")
+    plates: str = _parameter(
+        "", "File of plate profiles (YAML, as ~/fit_plate and the command fit write it): while "
+        "plate is named, its restitution and drop height there take the place of the parameters, "
+        "and its plate_error goes into results; empty: none.")
     default_method: str = _parameter(
         DEFAULT_METHOD, "Estimator of the analytic answers; auto: the most accurate one at the "
         "restitution, and refinements combine drops with it.")
@@ -105,6 +119,12 @@ class Settings:
     log_drops: bool = _parameter(False, "Record every single drop of the simulations.")
     restore: bool = _parameter(
         True, "Begin with the parts and results of the newest bag.", fixed=True)
+    profile: PlateProfile | None = None
+
+    @property
+    def plate_error(self) -> float:
+        """Expected root mean square error against the plate itself, as a fraction."""
+        return DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
 
     def threads(self) -> int:
         """Threads around the kernels."""
@@ -116,7 +136,7 @@ class Settings:
         return Path(self.log_directory or "~/.ros/pose_stats").expanduser()
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
-        """The scene of the first that has a say: request, part, node.
+        """The scene of the first that has a say: request, part, plate, node.
 
         Parameters
         ----------
@@ -128,8 +148,9 @@ class Settings:
         RequestError
             If a value is out of its range.
         """
-        ladder = (*scene_override, (self.restitution, self.drop_height))
-        restitution = next((r for r, _ in ladder if not r < 0.0), self.restitution)
+        own = self.profile or self
+        ladder = (*scene_override, (own.restitution, own.drop_height))
+        restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
         return DropScene(restitution, height, self.cluster_tolerance, self.round_sides)
 
@@ -160,7 +181,7 @@ class Setting(NamedTuple):
 
 
 TABLE = tuple(Setting(one.name, [] if one.default == () else one.default, **one.metadata)
-              for one in fields(Settings))
+              for one in fields(Settings) if one.metadata)
 BY_NAME = {setting.name: setting for setting in TABLE}
 
 
@@ -170,7 +191,8 @@ def settings_of(values: dict[str, Any]) -> Settings:
     Parameters
     ----------
     values : dict
-        Of the right types; what is left out has its default.
+        Of the right types; what is left out has its default. Without `profile` the file of plates
+        is read.
 
     Raises
     ------
@@ -188,13 +210,48 @@ def settings_of(values: dict[str, Any]) -> Settings:
                            f"'{settings.default_method}'", f"{DEFAULT_METHOD} is the default")
     metres_per_unit(settings.mesh_unit)
     mesh_topics(settings.mesh_topics)
-    settings.scene()
+    if "profile" not in values:
+        settings = replace(settings, profile=find_profile(settings.plates, settings.plate))
+    replace(settings, profile=None).scene()
     try:
         settings.directory()
     except RuntimeError as error:
         raise RequestError("log_directory to be a folder", f"'{settings.log_directory}'",
                            "there is no such user") from error
     return settings
+
+
+def find_profile(plates: str, plate: str) -> PlateProfile | None:
+    """Look a plate up in a file of plates; None where either has no name.
+
+    The file may be missing as long as no plate is named: `~/fit_plate` writes it.
+
+    Raises
+    ------
+    RequestError
+        If the file is none of plates, or has no such plate.
+    """
+    if not plates:
+        return None
+    from ..plates import read_profiles  # which takes a while, and few nodes need it
+
+    remedy = ("leave the parameter plate empty until ~/fit_plate or the command fit has written "
+              "it there")
+    try:
+        file = Path(plates).expanduser()
+        if not plate and not file.exists():
+            return None
+        profiles = read_profiles(file)
+    except RequestError as refusal:
+        raise RequestError(f"plates: {refusal.expected}", refusal.found, remedy) from refusal
+    except (OSError, RuntimeError) as error:  # of a name too long, or of a user that is none
+        raise RequestError("plates: a YAML file of plates", f"'{plates}' ({error})",
+                           "name a file that can be read") from error
+    if plate and plate not in profiles:
+        known = ", ".join(map(shown, sorted(profiles))) or "none"
+        raise RequestError(f"plate to be one of the plates in {file} ({known})",
+                           shown(plate), remedy)
+    return profiles.get(plate)
 
 
 def _check_bounds(setting: Setting, value: Any) -> None:

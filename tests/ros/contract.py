@@ -8,6 +8,7 @@ SERVICES = {
     "estimate": f"{PACKAGE}/srv/EstimatePoses",
     "get_statistics": f"{PACKAGE}/srv/GetStatistics",
     "feeding": f"{PACKAGE}/srv/FeedingAnswer",
+    "fit_plate": f"{PACKAGE}/srv/FitPlate",
     "forget_part": f"{PACKAGE}/srv/ForgetPart",
     "start_drop_simulation": f"{PACKAGE}/srv/StartDropSimulation",
     "get_drop_simulation": f"{PACKAGE}/srv/GetDropSimulation",
@@ -28,7 +29,7 @@ ACTION = {"/pose_stats/simulate_drops": f"{PACKAGE}/action/SimulateDrops",
           "/pose_stats/simulate_flips": f"{PACKAGE}/action/SimulateFlips"}
 
 DEFAULTS = {
-    "mesh_topics": [], "mesh_unit": 1.0, "plate_frame": "plate", "plate": "",
+    "mesh_topics": [], "mesh_unit": 1.0, "plate_frame": "plate", "plate": "", "plates": "",
     "default_method": "auto", "restitution": 0.5, "drop_height": -1.0, "refine_drops": 0,
     "drops": 10_000, "target_error": 0.0, "workers": 0, "keep_cores": 1, "max_queued_jobs": 16,
     "max_drops": 10_000_000, "max_job_seconds": 600.0, "max_parts": 256,

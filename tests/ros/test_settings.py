@@ -6,8 +6,10 @@ import math
 from pathlib import Path
 
 import pytest
+import yaml
 
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.records import DropScene
 from ros_pose_stats.ros.settings import TABLE, mesh_topics, settings_of
 
 from .contract import DEFAULTS
@@ -96,6 +98,73 @@ class TestScene:
     def test_out_of_range(self, scene_override):
         with pytest.raises(RequestError):
             settings().scene(scene_override)
+
+
+GLASS = {"restitution": 0.3, "restitution_low": 0.2, "restitution_high": 0.4,
+         "drop_height": 0.15, "drop_height_low": 0.1, "drop_height_high": 0.2,
+         "plate_error": 0.021, "p_value": 0.5, "parts": ["box"], "counted": 300,
+         "date": "2026-11-23T10:00:00+00:00", "version": "2.0"}
+
+
+def plates_file(folder, **plates):
+    file = folder / "plates.yaml"
+    file.write_text(yaml.safe_dump({"plates": plates}))
+    return str(file)
+
+
+class TestPlates:
+    def test_a_profile_stands_in_for_the_node_s_parameters(self, tmp_path):
+        found = settings(plates=plates_file(tmp_path, glass=GLASS), plate="glass",
+                         restitution=0.7, drop_height=2.0)
+        scene = found.scene((-1.0, -1.0))
+        assert (scene.restitution, scene.drop_height) == (0.3, 0.15)
+        assert found.plate_error == 0.021
+
+    @pytest.mark.parametrize(("scene_override", "expected"), [
+        ([(0.1, -1.0), (0.2, 3.0)], (0.1, 3.0)),
+        ([(-1.0, -1.0), (0.2, -1.0)], (0.2, 0.15)),
+        ([(-1.0, 1.0), (-1.0, -1.0)], (0.3, 1.0)),
+    ])
+    def test_request_and_part_come_first(self, tmp_path, scene_override, expected):
+        found = settings(plates=plates_file(tmp_path, glass=GLASS), plate="glass")
+        scene = found.scene(*scene_override)
+        assert (scene.restitution, scene.drop_height) == expected
+
+    @pytest.mark.parametrize("named", [{"plate": "glass"}, {}])
+    def test_without_a_file_or_a_name_the_parameters_hold(self, tmp_path, named):
+        found = settings(**named, **({} if named else {
+            "plates": plates_file(tmp_path, glass=GLASS)}))
+        assert (found.profile, found.plate_error, found.scene()) == (None, 0.05, DropScene())
+
+    def test_a_file_that_is_still_to_be_written(self, tmp_path):
+        assert settings(plates=str(tmp_path / "none.yaml")).profile is None
+
+    def test_numbers_of_the_node_are_refused_all_the_same(self, tmp_path):
+        with pytest.raises(RequestError, match="drop height"):
+            settings(plates=plates_file(tmp_path, glass=GLASS), plate="glass", drop_height=0.0)
+
+    @pytest.mark.parametrize(("text", "said"), [
+        (None, "No such file"), ("plates: {glass", "YAML file of plates"),
+        ("[1, 2]", "nothing else at its top"), ("plates: {oak: 1}", "oak"),
+        ("plates: {glass: {restitution: 1.5}}", "drop_height|restitution"),
+        ("", r"plate to be one of the plates in .*none"),
+    ])
+    def test_what_is_no_file_of_the_plate(self, tmp_path, text, said):
+        file = tmp_path / "plates.yaml"
+        if text is not None:
+            file.write_text(text)
+        with pytest.raises(RequestError, match=said) as refusal:
+            settings(plates=str(file), plate="glass")
+        assert "plate" in str(refusal.value) and "\n" not in str(refusal.value)
+
+    def test_a_plate_that_is_not_in_it(self, tmp_path):
+        with pytest.raises(RequestError, match=r"'glass'.*got 'oak'; .*~/fit_plate"):
+            settings(plates=plates_file(tmp_path, glass=GLASS), plate="oak")
+
+    def test_a_broken_file_is_refused_before_a_plate_is_named(self, tmp_path):
+        file = plates_file(tmp_path, glass={**GLASS, "plate_error": 7.0})
+        with pytest.raises(RequestError, match=r"plate_error from 0 to 1, got 7\.0 for glass"):
+            settings(plates=file)
 
 
 class TestMeshTopics:

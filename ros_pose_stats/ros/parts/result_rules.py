@@ -7,6 +7,7 @@ import math
 from ros_pose_stats_msgs.msg import PoseStatistics
 from std_msgs.msg import Header
 
+from ...methods import OBSERVED
 from ...records import DropScene
 from ...simulation.drops import release_height
 from ...version import VERSION
@@ -57,11 +58,16 @@ def still_true(last: PoseStatistics, scene: DropScene) -> bool:
 
 
 def labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
-    """The same with the present names of plate and frame; itself if it has them."""
-    if (message.plate, message.header.frame_id) == (settings.plate, settings.plate_frame):
+    """The same with the present frame, and name and error of the plate; itself if it has them.
+
+    What was learnt from counts stays as it is: it is of its own plate, with an error of its own.
+    """
+    if message.method == OBSERVED or (
+            message.plate, message.header.frame_id, message.plate_error) == (
+            settings.plate, settings.plate_frame, settings.plate_error):
         return message
     named = copied(message)
     named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
-    named.plate = settings.plate
+    named.plate, named.plate_error = settings.plate, settings.plate_error
     named.revision += 1
     return named

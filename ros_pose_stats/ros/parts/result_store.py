@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +55,7 @@ class Key(NamedTuple):
     digest: str
     scene: DropScene
     plate: str
+    plate_error: float
     plate_frame: str
 
 
@@ -126,7 +128,7 @@ class ResultStore:
         return known
 
     def relabel(self, last: PoseStatistics) -> PoseStatistics:
-        """A result of the last run with the present names of plate and frame."""
+        """A result of the last run with the present plate and frame."""
         return labelled(last, self._settings())
 
     def holds(self, last: PoseStatistics, override: tuple[float, float]) -> bool:
@@ -277,7 +279,9 @@ class ResultStore:
     def number_result(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
                       job_id: str = "", final: bool = True,
                       warnings: tuple[str, ...] = ()) -> PoseStatistics:
-        """Make the message of a new result of a part."""
+        """Make the message of a new result of a part, with the error of the settings' plate."""
+        if found.method != OBSERVED:
+            found = replace(found, plate_error=settings.plate_error)
         return statistics_message(found, Answer(now(), settings.plate_frame, settings.plate,
                                                 known.revisions.next(), job_id, final, warnings))
 
@@ -351,4 +355,4 @@ class ResultStore:
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()
         return Key(role, known.part.part_id, known.part.digest, scene, settings.plate,
-                   settings.plate_frame)
+                   settings.plate_error, settings.plate_frame)

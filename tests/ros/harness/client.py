@@ -18,7 +18,7 @@ from .node import PATIENCE
 
 SERVICES = {
     "estimate": srv.EstimatePoses, "get_statistics": srv.GetStatistics,
-    "feeding": srv.FeedingAnswer,
+    "feeding": srv.FeedingAnswer, "fit_plate": srv.FitPlate,
     "forget_part": srv.ForgetPart, "start_drop_simulation": srv.StartDropSimulation,
     "get_drop_simulation": srv.GetDropSimulation,
     "list_drop_simulations": srv.ListDropSimulations,

@@ -1,0 +1,234 @@
+"""The service `~/fit_plate`: a plate's scene out of what cameras have counted on it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from ros_pose_stats_msgs.srv import FitPlate
+
+from ...errors import RequestError
+from ...text import several
+from ..parts.cell_counts import CellCounts
+from ..parts.part_requests import shown
+from ..parts.part_store import KnownPart, PartStore
+from ..requests import ending
+from ..services import Later, refusing
+from ..settings import Settings
+from ..transport.late_answers import PatientNode
+from ..transport.overruns import SERVICE_QUALITY
+
+if TYPE_CHECKING:
+    from ...plates import CountedPart, PlateFit
+
+MOST_GROUPS = 256
+"""Groups of poses of all parts of a fit, each of which takes it about a megabyte."""
+
+
+class PlateFits:
+    """Fits one plate at a time, in a thread of its own.
+
+    Parameters
+    ----------
+    node : PatientNode
+    settings : callable
+    parts : PartStore
+    use_plate : callable
+        Makes the node work with a plate of its file as the file now has it.
+    """
+
+    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+                 use_plate: Callable[[str], object]) -> None:
+        self._settings = settings
+        self._parts = parts
+        self._use_plate = use_plate
+        self._log = node.get_logger()
+        self.say_failure = self._log.error
+        self._lock = threading.Lock()
+        self._closed = False
+        self._done: float | None = None
+        self._thread = threading.Thread()
+        node.create_service(FitPlate, "~/fit_plate", self.answer, qos_profile=SERVICE_QUALITY,
+                            callback_group=ReentrantCallbackGroup())
+
+    @refusing
+    def answer(self, request: Any, response: Any) -> Later:
+        """Begin to fit; the answer comes when that is done."""
+        settings = self._settings()
+        plate = request.plate or settings.plate
+        if request.apply:
+            check_applicable(plate, settings)
+        counts = counts_on(plate, settings.plate, self._parts.all())
+        coming: Future[PlateFit] = Future()
+        with self._lock:
+            if self._closed:
+                raise ending()
+            if self._done is not None:
+                raise RequestError("one fit at a time", "a request while another one is "
+                                   f"{100.0 * self._done:.0f} % done", "ask again later")
+            self._done = 0.0
+            self._thread = threading.Thread(target=self._run, args=(counts, settings, coming),
+                                            name="fit of a plate", daemon=True)
+            self._thread.start()
+        return Later(coming, partial(self._go_on, request, response, plate, coming))
+
+    def close(self, seconds: float) -> bool:
+        """Give the fit up; whether nothing is computed any more after that time."""
+        with self._lock:
+            self._closed = True
+        if self._thread.ident is not None:
+            self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def _run(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings,
+             coming: Future[PlateFit]) -> None:
+        try:
+            found = self._fit(counts, settings)
+        except BaseException as error:  # is the answer
+            coming.set_exception(error)
+        else:
+            coming.set_result(found)
+
+    def _fit(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings) -> PlateFit:
+        from ...plates import count_part, fit_plate
+
+        until = time.monotonic() + settings.max_job_seconds
+        counted = choose_counts(
+            count_part(known.part, dict(enumerate(seen.total.tolist())),
+                       cluster_tolerance=seen.ground.numbering.cluster_tolerance,
+                       round_sides=int(seen.ground.numbering.round_sides))
+            for known, seen in counts)
+        found = fit_plate(counted, workers=settings.threads(), on_progress=self._note,
+                          should_stop=lambda: self._closed or time.monotonic() > until,
+                          background=True)
+        if self._closed:
+            raise ending()
+        if found is None:
+            raise RequestError(
+                f"a fit within {settings.max_job_seconds:g} s (parameter max_job_seconds)",
+                f"one that is {100.0 * (self._done or 0.0):.0f} % done by then",
+                "raise the parameter, or fit the bags by the command fit")
+        return found
+
+    def _note(self, share: float) -> None:
+        self._done = share
+
+    def _go_on(self, request: Any, response: Any, plate: str, coming: Future[PlateFit]) -> None:
+        """Answer, and work with what was found if that is wanted."""
+        try:
+            found = coming.result()
+            fill_response(response, found)
+            response.message = (f"From {several(found.counted, 'count')} of "
+                                f"{several(len(found.parts), 'part')}, and "
+                                f"{several(found.drops, 'drop')} in {found.seconds:.1f} s")
+            if request.apply:
+                file = self._apply(plate, found)
+                response.message += f"; written to {file} as {plate}, and used from now on"
+            response.message += "."
+            self._log.info(f"~/fit_plate: restitution {found.restitution[0]:.2f}, drop height "
+                           f"{found.drop_height[0]:.3g} m. {response.message}")
+        finally:  # before the answer leaves, which may bring the next request
+            self._done = None
+
+    def _apply(self, plate: str, found: PlateFit) -> Path:
+        """Write the plate into the node's file and work with it; the file."""
+        from ...plates import profile_of, write_profile
+
+        settings = self._settings()
+        check_applicable(plate, settings)
+        file = Path(settings.plates).expanduser()
+        try:
+            write_profile(file, profile_of(plate, found))
+        except OSError as error:
+            raise RequestError("a file of plates that can be written (parameter plates)",
+                               f"{file} ({error.strerror or error})",
+                               "name another one") from error
+        for known in self._parts.all():
+            with known.revisions.lock:
+                if known.counts is not None and not known.counts.ground.plate:
+                    known.counts.ground = known.counts.ground._replace(plate=plate)
+        self._use_plate(plate)
+        return file
+
+
+def check_applicable(plate: str, settings: Settings) -> None:
+    """Check that a plate can be written and used.
+
+    Raises
+    ------
+    RequestError
+        If there is no file for it, or it has no name.
+    """
+    from ...plates import refuse_name
+
+    if not settings.plates:
+        raise RequestError("a file to write the plate into (parameter plates)", "none",
+                           "set the parameter, or ask without apply")
+    refuse_name(plate)
+
+
+def counts_on(plate: str, present: str,
+              parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
+    """Known parts that were counted on a plate, with their counts.
+
+    Parameters
+    ----------
+    plate : str
+    present : str
+        The node's plate. What was counted while it had no name is taken for any.
+    parts : iterable of KnownPart
+
+    Raises
+    ------
+    RequestError
+        If there are none.
+    """
+    counted = [(known, known.counts) for known in parts
+               if known.counts is not None and known.counts.total.any()]
+    names = {plate, present} if not present else {plate}
+    found = [(known, seen) for known, seen in counted if seen.ground.plate in names]
+    if not found:
+        others = sorted({seen.ground.plate for _, seen in counted})
+        raise RequestError(
+            f"counts of known parts on plate {shown(plate)}",
+            f"only those on {', '.join(map(shown, others))}" if others else "none",
+            "publish what cameras count there on ~/pose_counts, or what they see on "
+            "~/observed_parts")
+    return found
+
+
+def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
+    """The parts that were counted most, as far as there is room for them.
+
+    Raises
+    ------
+    RequestError
+        If there is room for none.
+    """
+    chosen: list[CountedPart] = []
+    left = MOST_GROUPS
+    for one in sorted(counted, key=lambda one: -one.counted):
+        groups = one.by_group.size
+        if groups <= left:
+            chosen.append(one)
+            left -= groups
+    if not chosen:
+        raise RequestError(f"a part with at most {MOST_GROUPS} groups of poses", "none",
+                           "count a part of a simpler shape on this plate")
+    return chosen
+
+
+def fill_response(response: Any, found: PlateFit) -> None:
+    """Put what was found, with the bounds, into a response."""
+    for name in ("restitution", "drop_height"):
+        for end, value in zip(("", "_low", "_high"), getattr(found, name), strict=True):
+            setattr(response, name + end, value)
+    response.plate_error, response.p_value = found.plate_error, found.p_value
+    response.counted = found.counted
+    response.parts = list(dict.fromkeys(part.part_id for part in found.parts))
