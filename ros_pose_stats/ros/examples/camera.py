@@ -1,6 +1,6 @@
 """A simulated camera over a plate that is not as the node supposes.
 
-    ros2 run ros_pose_stats example_camera --ros-args -p file:=clamp.stl -p unit:=mm
+ros2 run ros_pose_stats example_camera --ros-args -p file:=clamp.stl -p unit:=mm
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A planner: which poses of a part to pick, out of which to flip it, out of which to drop it again.
+"""A planner: which poses of a part to pick, and from which to flip it or to drop it again.
 
-    ros2 run ros_pose_stats example_planner --ros-args -p files:="[clamp.stl]" -p unit:=mm
+ros2 run ros_pose_stats example_planner --ros-args -p files:="[clamp.stl]" -p unit:=mm
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from numpy.typing import NDArray
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -20,7 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
-from ros_pose_stats import Part, load_part
+from ros_pose_stats import load_part
 
 # Who joins late gets the current result of every part only with transient local durability, and
 # with a depth of as many parts as the node may know (its parameter max_parts).
@@ -42,7 +41,7 @@ class ExamplePlanner(Node):
         self.kick_height = self.declare_parameter("kick_height", -1.0).value  # the node's [m]
         self.cycle_time = self.declare_parameter("cycle_time", 0.5).value  # of a flip [s]
         if not files:
-            raise ValueError("no meshes of parts, give them as -p files:=\"[clamp.stl]\"")
+            raise ValueError('no meshes of parts, give them as -p files:="[clamp.stl]"')
         parts = [load_part(file, unit=unit or None) for file in files]
         self.picked: dict[str, set[int]] = {part.part_id: set() for part in parts}
         self.decided: dict[str, str] = {}
@@ -51,8 +50,10 @@ class ExamplePlanner(Node):
         self.create_subscription(PoseStatistics, "pose_stats/pose_statistics", self.on_result,
                                  LATCHED)
         self.meshes = self.create_publisher(PartMesh, "pose_stats/part_mesh", LATCHED)
-        for part in parts:  # latched too, for a node that starts later or again
-            self.meshes.publish(mesh_message(part))
+        for part in parts:  # in metres; latched, for a node that starts later or again
+            self.meshes.publish(PartMesh(
+                part_id=part.part_id, vertices=array("d", part.vertices.tobytes()),
+                triangles=array("I", part.triangles.tobytes())))
         self.create_timer(0.1, self.ask)
 
     def on_result(self, result: Any) -> None:
@@ -74,72 +75,53 @@ class ExamplePlanner(Node):
         self.news.clear()
 
     def choose_poses(self, result: Any) -> set[int]:
-        """The most probable poses out of which no nudge topples the part.
-
-        Poses of one group look alike, and are picked alike. Other poses than so far need other
-        grippers: that must gain something.
-        """
-        steady = sorted((pose for pose in result.poses if pose.margin >= self.least_margin),
-                        key=lambda pose: -pose.group_probability)
-        groups = list(dict.fromkeys(pose.group for pose in steady))[:self.picks]
+        """The likeliest groups of poses that stand firm; new ones only if they gain enough."""
+        firm = sorted((pose for pose in result.poses if pose.margin >= self.least_margin),
+                      key=lambda pose: -pose.group_probability)
+        groups = list(dict.fromkeys(pose.group for pose in firm))[:self.picks]
+        new = {pose.index for pose in firm if pose.group in groups}
         old = self.picked[result.part_id]
-        new = {pose.index for pose in steady if pose.group in groups}
-        probability = {pose.index: pose.probability for pose in result.poses}
-        gain = sum(map(probability.get, new)) - sum(map(probability.get, old))
+        gain = sum(pose.probability * ((pose.index in new) - (pose.index in old))
+                   for pose in result.poses)
         return new if not old or gain > self.gain else old
 
     def decide(self, result: Any, wanted: set[int], asked: list[Any], _: Any) -> None:
-        """Once both questions are answered, decide where to flip; print what is new."""
+        """Once both questions are answered, see which poses to flip, and print what is new."""
         if not all(one.done() for one in asked):
             return
         afresh, flipped = (one.result() for one in asked)
         if not (afresh.success and flipped.success):
-            self.get_logger().warning(flipped.message or afresh.message)
+            self.get_logger().warning(afresh.message if flipped.success else flipped.message)
             return
-        wrong = set(range(len(result.poses))) - wanted
-        flips = wrong & poses_to_flip(probabilities(result), np.array(flipped.transition), wanted,
-                                      60.0 / self.rate, self.cycle_time)
-        decision = (f"{result.part_id}: pick poses {sorted(wanted)}, flip {sorted(flips)}, "
-                    f"drop {sorted(wrong - flips)} again")
+        wrong = {pose.index for pose in result.poses} - wanted
+        flips = wrong & self.choose_flips(result, flipped.transition, wanted)
+        decision = (f"{result.part_id}: pick {sorted(wanted)}, flip {sorted(flips)}, "
+                    f"drop again {sorted(wrong - flips)}")
         if decision != self.decided.get(result.part_id):
             self.decided[result.part_id] = decision
-            print(f"{decision}; {result.method}, {result.observed} parts seen: all dropped again "
-                  f"{per_minute(afresh)}, all flipped {per_minute(flipped)}", flush=True)
+            print(f"{decision}; by {result.method}, {result.observed} parts seen: "
+                  f"{per_minute(afresh)} if all are dropped again, {per_minute(flipped)} if all "
+                  "are flipped", flush=True)
 
-
-def probabilities(result: Any) -> NDArray[np.float64]:
-    """Probability of each pose by its `index`; results list the most probable pose first."""
-    return np.array([pose.probability for pose in sorted(result.poses, key=lambda p: p.index)])
-
-
-def poses_to_flip(probability: NDArray[np.float64], transition: NDArray[np.float64],
-                  wanted: set[int], drop_seconds: float, flip_seconds: float) -> set[int]:
-    """Poses out of which flips bring a part that is picked sooner than dropping it again.
-
-    By value iteration of the seconds that it takes from each pose until a part is picked.
-    """
-    poses = len(probability)
-    if not len(transition):  # the feeder does not flip
-        return set()
-    seconds = np.zeros(poses)
-    for _ in range(1000):
-        again = drop_seconds + probability @ seconds
-        flipped = flip_seconds + transition.reshape(poses, poses) @ seconds
-        seconds = np.minimum(again, flipped)
-        seconds[list(wanted)] = 0.0
-    return {int(pose) for pose in np.flatnonzero(flipped < again)}
+    def choose_flips(self, result: Any, transition: Any, wanted: set[int]) -> set[int]:
+        """Poses from which flips bring the part into a wanted one sooner than dropping again."""
+        if not len(transition):  # the feeder does not flip
+            return set()
+        poses = sorted(result.poses, key=lambda pose: pose.index)  # they come likeliest first
+        probability = np.array([pose.probability for pose in poses])
+        seconds = np.zeros(len(poses))  # until the part is picked, by value iteration
+        for _ in range(1000):
+            dropped = 60.0 / self.rate + probability @ seconds
+            flipped = self.cycle_time + np.reshape(transition, (len(poses), -1)) @ seconds
+            seconds = np.minimum(dropped, flipped)
+            seconds[list(wanted)] = 0.0
+        return {pose.index for pose in poses if flipped[pose.index] < dropped}
 
 
 def per_minute(answer: Any) -> str:
-    """Accepted parts a minute with the bounds of their 90 % interval."""
+    """Accepted parts a minute, and their 90 % interval."""
     return (f"{answer.accepted_per_minute:.1f} ({answer.accepted_per_minute_low:.1f} to "
             f"{answer.accepted_per_minute_high:.1f}) a minute")
-
-
-def mesh_message(part: Part) -> PartMesh:
-    """A mesh in metres as flat arrays, which are much quicker than a `shape_msgs/Mesh`."""
-    return PartMesh(part_id=part.part_id, vertices=array("d", part.vertices.tobytes()),
-                    triangles=array("I", part.triangles.tobytes()), unit=1.0)
 
 
 def main() -> int:
