@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from array import array
 from functools import partial
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,8 @@ class ExamplePlanner(Node):
             raise ValueError('no meshes of parts, give them as -p files:="[clamp.stl]"')
         parts = [load_part(file, unit=unit or None) for file in files]
         self.picked: dict[str, set[int]] = {part.part_id: set() for part in parts}
-        self.decided: dict[str, str] = {}
+        self.decided: dict[str, tuple[int, str]] = {}  # the question's number, and the decision
+        self.questions = count()
         self.news: dict[str, Any] = {}
         self.feeding = self.create_client(FeedingAnswer, "pose_stats/feeding")
         self.create_subscription(PoseStatistics, "pose_stats/pose_statistics", self.on_result,
@@ -66,28 +68,29 @@ class ExamplePlanner(Node):
         if not self.feeding.service_is_ready():  # it may be found later than the topic
             return
         for part_id, result in self.news.items():
-            self.picked[part_id] = wanted = self.choose_poses(result)
+            number, wanted = next(self.questions), self.choose_poses(result)
+            self.picked[part_id] = wanted
             asked = [self.feeding.call_async(FeedingAnswer.Request(
                 part_id=part_id, wanted=wanted, rate=self.rate, kick_height=kick_height,
                 cycle_time=self.cycle_time)) for kick_height in (0.0, self.kick_height)]
             for one in asked:
-                one.add_done_callback(partial(self.decide, result, wanted, asked))
+                one.add_done_callback(partial(self.decide, number, result, wanted, asked))
         self.news.clear()
 
     def choose_poses(self, result: Any) -> set[int]:
         """The likeliest groups of poses that stand firm; new ones only if they gain enough."""
-        firm = sorted((pose for pose in result.poses if pose.margin >= self.least_margin),
-                      key=lambda pose: -pose.group_probability)
-        groups = list(dict.fromkeys(pose.group for pose in firm))[:self.picks]
-        new = {pose.index for pose in firm if pose.group in groups}
+        firm = [pose for pose in result.poses if pose.margin >= self.least_margin]
+        best = sorted({(-pose.group_probability, pose.group) for pose in firm})[:self.picks]
+        new = {pose.index for pose in firm if (-pose.group_probability, pose.group) in best}
         old = self.picked[result.part_id]
         gain = sum(pose.probability * ((pose.index in new) - (pose.index in old))
                    for pose in result.poses)
         return new if not old or gain > self.gain else old
 
-    def decide(self, result: Any, wanted: set[int], asked: list[Any], _: Any) -> None:
-        """Once both questions are answered, see which poses to flip, and print what is new."""
-        if not all(one.done() for one in asked):
+    def decide(self, number: int, result: Any, wanted: set[int], asked: list[Any], _: Any) -> None:
+        """Once both answers are there, see which poses to flip, and print what is new."""
+        last, before = self.decided.get(result.part_id, (-1, ""))
+        if number < last or not all(one.done() for one in asked):  # answers may overtake others
             return
         afresh, flipped = (one.result() for one in asked)
         if not (afresh.success and flipped.success):
@@ -97,11 +100,10 @@ class ExamplePlanner(Node):
         flips = wrong & self.choose_flips(result, flipped.transition, wanted)
         decision = (f"{result.part_id}: pick {sorted(wanted)}, flip {sorted(flips)}, "
                     f"drop again {sorted(wrong - flips)}")
-        if decision != self.decided.get(result.part_id):
-            self.decided[result.part_id] = decision
-            print(f"{decision}; by {result.method}, {result.observed} parts seen: "
-                  f"{per_minute(afresh)} if all are dropped again, {per_minute(flipped)} if all "
-                  "are flipped", flush=True)
+        self.decided[result.part_id] = number, decision
+        if decision != before:
+            print(f"{decision} ({result.method}, {result.observed} parts seen; if all are dropped "
+                  f"again {per_minute(afresh)}, flipped {per_minute(flipped)})", flush=True)
 
     def choose_flips(self, result: Any, transition: Any, wanted: set[int]) -> set[int]:
         """Poses from which flips bring the part into a wanted one sooner than dropping again."""
@@ -120,8 +122,8 @@ class ExamplePlanner(Node):
 
 def per_minute(answer: Any) -> str:
     """Accepted parts a minute, and their 90 % interval."""
-    return (f"{answer.accepted_per_minute:.1f} ({answer.accepted_per_minute_low:.1f} to "
-            f"{answer.accepted_per_minute_high:.1f}) a minute")
+    return (f"{answer.accepted_per_minute:.1f} a minute, {answer.accepted_per_minute_low:.1f} to "
+            f"{answer.accepted_per_minute_high:.1f}")
 
 
 def main() -> int:
