@@ -49,6 +49,8 @@ setup(
     entry_points={"console_scripts": [
         f"{PACKAGE} = {PACKAGE}.cli:main",
         f"pose_stats_node = {PACKAGE}.commands.node:main",
+        f"example_planner = {PACKAGE}.ros.examples.planner:main",
+        f"example_camera = {PACKAGE}.ros.examples.camera:main",
     ]},
     zip_safe=False,
 )

@@ -1,107 +1,41 @@
-"""The main job end to end: a node, a CAD part, an estimate, a simulation, the bag.
+"""The main job end to end: a node, a CAD part, an estimate, drops, a plate learned, the bag.
 
-Run through `make demo`. The node and the publisher are processes of their own, as in a feeder
-cell; this process is the planner.
+Run through `make demo`. The node, the publisher, and in the end a planner and a camera are
+processes of their own, as in a feeder cell.
 """
 
 from __future__ import annotations
 
 import math
-import os
-import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
-DEMO = ROOT / "demo"
-PART = DEMO / "clamp.stl"
-PATIENCE = 600.0
-"""Seconds for anything to happen; the first start on a machine compiles the kernels."""
+from demo_cell import DEMO, ROOT, Listener, end_like_ctrl_c, process, wait_for
+from demo_learning import learn_plate
 
+PART = DEMO / "clamp.stl"
 DROPS = 40_000
 COMMAND = [sys.executable, "-m", "ros_pose_stats"]
 
-# Alone on the machine, and out of the way of a real cell.
-os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 90 + 10))
-os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-os.environ.setdefault("ROS_LOG_DIR", str(DEMO / "ros_log"))
 
+def simulate(listener: Listener, part_id: str, node: subprocess.Popen[bytes]) -> Any:
+    """Drop the part through the action, with a progress bar."""
+    from rclpy.action import ActionClient
+    from ros_pose_stats_msgs.action import SimulateDrops
 
-@contextmanager
-def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A command of ours in the background; ended with SIGINT, whatever happens."""
-    child = subprocess.Popen([*COMMAND, *arguments], cwd=ROOT)
-    try:
-        yield child
-    finally:
-        child.send_signal(signal.SIGINT)
-        try:
-            child.wait(10.0)
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait()
-
-
-def wait_for(what: str, ready: Any, *alive: subprocess.Popen[bytes]) -> Any:
-    """Wait until `ready()` is true; end the demo where it never is."""
-    until = time.monotonic() + PATIENCE
-    while not (value := ready()):
-        if any(child.poll() is not None for child in alive) or time.monotonic() > until:
-            sys.exit(f"demo: no {what}")
-        time.sleep(0.02)
-    return value
-
-
-class Planner:
-    """A client with an executor in a thread of its own."""
-
-    def __init__(self) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-        from ros_pose_stats_msgs.msg import PoseStatistics
-
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        self.node = rclpy.create_node("planner", context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self.latched: dict[str, Any] = {}
-        self.node.create_subscription(
-            PoseStatistics, "/pose_stats/pose_statistics",
-            lambda message: self.latched.__setitem__(message.part_id, message),
-            QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-        self.thread = threading.Thread(target=self.executor.spin)
-        self.thread.start()
-
-    def close(self) -> None:
-        """End the thread."""
-        self.executor.shutdown()
-        self.thread.join()
-        self.node.destroy_node()
-        self.context.try_shutdown()
-
-    def simulate(self, part_id: str, node: subprocess.Popen[bytes]) -> Any:
-        """Drop the part through the action, with a progress bar."""
-        from rclpy.action import ActionClient
-        from ros_pose_stats_msgs.action import SimulateDrops
-
-        client = ActionClient(self.node, SimulateDrops, "/pose_stats/simulate_drops")
-        wait_for("action server", client.server_is_ready, node)
-        goal = client.send_goal_async(SimulateDrops.Goal(part_id=part_id, drops=DROPS, seed=1),
-                                      feedback_callback=lambda message: show(message.feedback))
-        wait_for("answer to the goal", goal.done, node)
-        coming = goal.result().get_result_async()
-        wait_for("result", coming.done, node)
-        show_end()
-        result = coming.result().result
-        return result if result.success else sys.exit(f"demo: {result.message}")
+    client = ActionClient(listener.node, SimulateDrops, "/pose_stats/simulate_drops")
+    wait_for("action server", client.server_is_ready, node)
+    goal = client.send_goal_async(SimulateDrops.Goal(part_id=part_id, drops=DROPS, seed=1),
+                                  feedback_callback=lambda message: show(message.feedback))
+    wait_for("answer to the goal", goal.done, node)
+    coming = goal.result().get_result_async()
+    wait_for("result", coming.done, node)
+    show_end()
+    result = coming.result().result
+    return result if result.success else sys.exit(f"demo: {result.message}")
 
 
 def show(feedback: Any) -> None:
@@ -157,16 +91,17 @@ def picture(statistics: Any) -> Path:
 
 def main() -> None:
     """Run the demo."""
+    end_like_ctrl_c()
     subprocess.run([*COMMAND, "shapes", str(DEMO)], cwd=ROOT, check=True)
     bags = DEMO / "bags"
     print("\n== the node, and a publisher with the part ==", flush=True)
-    with process("node", "--ros-args", "-p", f"log_directory:={bags}", "-p",
+    with process("ros_pose_stats", "node", "--ros-args", "-p", f"log_directory:={bags}", "-p",
                  "restore:=false") as node, \
-            process("publish", str(PART), "--unit", "mm") as publisher:
-        planner = Planner()
+            process("ros_pose_stats", "publish", str(PART), "--unit", "mm") as publisher:
+        listener = Listener()
         try:
-            estimate = wait_for("latched estimate", lambda: planner.latched.get("clamp"), node,
-                                publisher)
+            estimate = wait_for("latched estimate", lambda: listener.results("clamp"), node,
+                                publisher)[0]
             print("\n== the latched estimate, as every late joiner gets it ==")
             from ros_pose_stats import load_part
             from ros_pose_stats.commands.tables import report
@@ -174,11 +109,14 @@ def main() -> None:
 
             print(report(load_part(PART, unit="mm"), statistics_of_message(estimate)))
             print(f"\n== {DROPS} drops through the action ==", flush=True)
-            result = planner.simulate("clamp", node)
+            result = simulate(listener, "clamp", node)
             print("\n== the simulation beside the estimate ==")
             print(side_by_side(estimate, result.statistics))
+            print("\n== a planner, and a camera over another plate: the node learns it ==",
+                  flush=True)
+            learned = learn_plate(listener, node)
         finally:
-            planner.close()
+            listener.close()
     if node.returncode != 0:
         sys.exit(f"demo: the node ended with status {node.returncode}")
     bag = max(bags.glob("pose_stats_*"))
@@ -188,9 +126,10 @@ def main() -> None:
     page = DEMO / "clamp.html"
     subprocess.run([*COMMAND, "report", str(PART), "--unit", "mm", "--drops", "5000", "--wanted",
                     "0", "--rate", "60", "-o", str(page)], cwd=ROOT, check=True)
-    print(f"\npicture of the poses  {picture(result.statistics).relative_to(ROOT)}")
-    print(f"bag                   {bag.relative_to(ROOT)}")
-    print(f"report                {page.relative_to(ROOT)}")
+    print(f"\npicture of the poses   {picture(result.statistics).relative_to(ROOT)}")
+    print(f"picture of the plate   {learned.relative_to(ROOT)}")
+    print(f"bag                    {bag.relative_to(ROOT)}")
+    print(f"report                 {page.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def test_both_packages_are_installed_and_run(workspace):
     assert (install / f"ros_pose_stats/{index}/packages/ros_pose_stats").is_file()
     assert (install / f"ros_pose_stats_msgs/{index}/packages/ros_pose_stats_msgs").is_file()
     # Where `ros2 run` looks, and the Python that it then takes: the one that ran colcon.
-    for name in ("pose_stats_node", "ros_pose_stats"):
+    for name in ("pose_stats_node", "ros_pose_stats", "example_planner", "example_camera"):
         executable = install / "ros_pose_stats/lib/ros_pose_stats" / name
         assert os.access(executable, os.X_OK)
         assert executable.read_text(encoding="utf-8").startswith(f"#!{sys.executable}\n")

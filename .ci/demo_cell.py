@@ -1,0 +1,101 @@
+"""What the demo runs and how it waits: processes that end with it, and a client of the node."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+DEMO = ROOT / "demo"
+PATIENCE = 600.0
+"""Seconds for anything to happen; the first start on a machine compiles the kernels."""
+
+LIBC = ctypes.CDLL(None)
+PARENT_ENDS = 1
+"""PR_SET_PDEATHSIG of Linux."""
+
+# Alone on the machine, and out of the way of a real cell.
+os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 90 + 10))
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+os.environ.setdefault("ROS_LOG_DIR", str(DEMO / "ros_log"))
+
+
+def end_like_ctrl_c() -> None:
+    """Let SIGTERM and a closed terminal end this process as Ctrl-C does, cleaning up."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda received, _: sys.exit(128 + received))
+
+
+def end_with_parent() -> None:
+    """Have this process told to end when its parent is killed, which cannot clean up."""
+    LIBC.prctl(PARENT_ENDS, signal.SIGINT)
+
+
+@contextmanager
+def process(module: str, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A module of ours run in the background; ended with SIGINT, whatever happens."""
+    child = subprocess.Popen([sys.executable, "-m", module, *arguments], cwd=ROOT,
+                             preexec_fn=end_with_parent)
+    try:
+        yield child
+    finally:
+        child.send_signal(signal.SIGINT)
+        try:
+            child.wait(10.0)
+        except subprocess.TimeoutExpired:
+            print(f"demo: {module} is killed, for it did not end", file=sys.stderr)
+        finally:
+            child.kill()
+            child.wait()
+
+
+def wait_for(what: str, ready: Any, *alive: subprocess.Popen[bytes]) -> Any:
+    """Wait until `ready()` is true; end the demo where it never is."""
+    until = time.monotonic() + PATIENCE
+    while not (value := ready()):
+        if any(child.poll() is not None for child in alive) or time.monotonic() > until:
+            sys.exit(f"demo: no {what}")
+        time.sleep(0.02)
+    return value
+
+
+class Listener:
+    """A client with an executor in a thread of its own, which keeps all results that come."""
+
+    def __init__(self) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from ros_pose_stats_msgs.msg import PoseStatistics
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("demo", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._results: list[Any] = []
+        self.node.create_subscription(
+            PoseStatistics, "/pose_stats/pose_statistics", self._results.append,
+            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.thread = threading.Thread(target=self.executor.spin)
+        self.thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self.executor.shutdown()
+        self.thread.join()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def results(self, part_id: str) -> list[Any]:
+        """All results of a part so far, in the order in which they came."""
+        return [one for one in self._results if one.part_id == part_id]
