@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ..errors import RequestError
@@ -20,6 +20,7 @@ MOST = 6
 """Most poses with axes of their own, those that are most probable on the plate."""
 
 COLUMNS = 3
+TICKS = (1.0, 2.0, 5.0)
 PREDICTED = "#D55E00"
 LEAST_SPAN = 0.05
 """Of the axes of a probability, so that small errors look small."""
@@ -91,14 +92,15 @@ def _drawn_range(learned: Array, known: tuple[float, float]) -> tuple[float, flo
 def _draw_pose(axes: Axes, seen: Array, learned: Array, predicted: float,
                true: float) -> None:
     value, low, high = 100.0 * learned.T
-    axes.fill_between(seen, low, high, color=BLUE, alpha=0.18, linewidth=0.0,
-                      label="its 90 % interval")
     axes.plot(seen, value, color=BLUE, linewidth=1.5, marker=".", markersize=3.5,
               label="learned from what the camera saw")
+    axes.fill_between(seen, low, high, color=BLUE, alpha=0.18, linewidth=0.0,
+                      label="its 90 % interval")
     axes.axhline(100.0 * predicted, color=PREDICTED, linewidth=1.3, dashes=(5, 2),
                  label="predicted by the model")
     axes.axhline(100.0 * true, color="#111111", linewidth=1.2, label="true on this plate")
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: f"{at:.0f}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(labelsize=8.5, colors=INK)

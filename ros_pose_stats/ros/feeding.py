@@ -143,6 +143,8 @@ def _answer(request: Any, response: Any, latched: PoseStatistics,
     """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
     dropped = pose_shares(statistics_of_message(latched))
     said = f"{latched.drops} drops" if latched.drops else "an estimate"
+    if latched.observed:
+        said = f"{latched.observed} parts seen"
     said = f"From {said} ({latched.method})"
     if flips is None:
         found = drop_afresh(dropped, request.wanted, request.rate)

@@ -59,6 +59,8 @@ def test_counts_sharpen_what_is_latched(seeing):
     assert counts(later.poses)[one] == 93 and counts(later.poses)[other] == 217
     assert probabilities(later.poses)[other] > probabilities(first.poses)[other]
     assert probabilities(later.poses)[other] == pytest.approx(0.7, abs=0.05)
+    fed = client.good("feeding", part_id="wedge", wanted=[one], rate=60.0)
+    assert fed.message == "From 310 parts seen (observed)."
     assert "310 parts counted of 1 kinds" in Health(client).line("counts")[0].message
 
 
