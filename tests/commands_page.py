@@ -50,7 +50,8 @@ JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
 
 MORE = {"estimate": ("split", "hybrid", "warnings"), "simulate": ("simulation",),
         "report": ("report",), "dataset": ("study/datasets",),
-        "benchmark": ("study/accuracy", "study/stability"), "fit": ("plates",), "bag": ("bags",), "node": ("node",)}
+        "benchmark": ("study/accuracy", "study/stability"), "fit": ("plates",),
+        "bag": ("bags",), "node": ("node",)}
 """Pages that say more about a command."""
 
 

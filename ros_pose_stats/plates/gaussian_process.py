@@ -97,7 +97,7 @@ class BinomialProcess:
         inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
                                  overwrite_b=True, check_finite=False)
         variance: Array = np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
-        return cross @ self._slope, variance
+        return np.asarray(cross @ self._slope), variance
 
 
 def _factor(covariance: Array, weight: Array) -> tuple[Array, Array]:

@@ -80,7 +80,8 @@ def test_a_bag(parts, tmp_path, capsys):
         messages += [
             ("pose_counts", counts(2.0 * second, [pose.count for pose in told], plate="glass",
                                    **about)),
-            ("pose_counts", counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other", **about))]
+            ("pose_counts", counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other",
+                                   **about))]
     messages.append(("pose_counts", counts(9.0, (5, 5), part_id="lost", plate="glass",
                                            part_digest="0" * 64)))
     bag = write_run(tmp_path / "log", messages)

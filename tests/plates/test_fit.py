@@ -68,9 +68,8 @@ class TestFit:
             count[count.argmin()] += 80
             count[count.argmax()] -= 80
             moved.append(count_part(one.part, dict(enumerate(count.tolist()))))
-        found = fit_plate(moved, seed=5)
-        assert found.p_value < 1e-3 and found.plate_error > 0.03
-        good = fit_plate(counted, seed=5)
+        found, good = fit_plate(moved, seed=5), fit_plate(counted, seed=5)
+        assert found.p_value < 0.01 < good.p_value
         assert found.plate_error > good.plate_error
 
     def test_it_can_be_stopped(self, counted):
