@@ -96,8 +96,9 @@ class BinomialProcess:
         """
         inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
                                  overwrite_b=True, check_finite=False)
-        variance: Array = np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
-        return np.asarray(cross @ self._slope), variance
+        variance: Array = np.maximum(prior - np.square(inner).sum(axis=0), 0.0).astype(np.float64)
+        mean: Array = cross @ self._slope
+        return mean, variance
 
 
 def _factor(covariance: Array, weight: Array) -> tuple[Array, Array]:
