@@ -265,13 +265,17 @@ def _plate_error(explained: Sequence[ExplainedPart], parts: Sequence[PartEvidenc
                  p_value: float) -> float:
     """Expected error on a part that was not counted.
 
-    It is that of each part in the scene that the others ask for. Where they are too few, it is
-    that in the fitted scene, for as many numbers as the fit left free. It is never below what
-    counts so few would show by chance, nor below `UNCONFIRMED` until three parts agree.
+    It is that of each part in the scene that the others ask for. A mean of n squares is as likely
+    too small as too large, but the error it leaves to be expected is larger by n / (n - 2), the
+    mean of a variance given n normal deviations and no prior knowledge (Jeffreys). Where the
+    others are too few, it is that in the fitted scene, for as many numbers as the fit left free.
+    It is never below what counts so few would show by chance, nor below `UNCONFIRMED` until three
+    parts agree.
     """
     together = join_likelihoods(explained)
     if not any(math.isnan(one.left_out_error) for one in parts):
-        squares = [_square_error(one, int(averaged(together - one.likelihood).argmax()))
+        few = len(explained) / max(len(explained) - 2, 1)
+        squares = [few * _square_error(one, int(averaged(together - one.likelihood).argmax()))
                    for one in explained]
     else:
         free = sum(one.counted.free_shares for one in explained)

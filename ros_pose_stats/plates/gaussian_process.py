@@ -97,12 +97,14 @@ class BinomialProcess:
         inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
                                  overwrite_b=True, check_finite=False)
         variance: Array = np.maximum(prior - np.square(inner).sum(axis=0), 0.0)
-        return cross @ self._slope, variance
+        mean: Array = cross @ self._slope
+        return mean, variance
 
 
 def _factor(covariance: Array, weight: Array) -> tuple[Array, Array]:
     root = np.sqrt(weight)
-    return root, np.linalg.cholesky(np.eye(root.shape[0]) + np.outer(root, root) * covariance)
+    inner = np.eye(root.shape[0]) + np.outer(root, root) * covariance
+    return root, np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
 
 
 def _logistic(logit: Array) -> Array:
