@@ -35,6 +35,9 @@ NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros"),
               ("commands", "study")}
 """Rooms of one floor that may be imported all the same."""
 
+EXAMPLES = "ros_pose_stats.ros.examples."
+"""Written as users write theirs: they import what the package offers."""
+
 ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
@@ -88,7 +91,7 @@ class TestThisPackage:
         assert {sources.room(module) for module in sources.files} <= FLOOR.keys()
 
     def test_no_room_imports_a_higher_floor_or_a_sibling(self, sources):
-        assert climbing(sources) == []
+        assert [one for one in climbing(sources) if not one.startswith(EXAMPLES)] == []
 
     def test_no_import_cycles(self, sources):
         assert sources.cycles() == []
