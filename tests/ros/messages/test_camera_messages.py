@@ -58,7 +58,8 @@ def test_confidences_that_are_none_are_refused(confidence, said):
 
 @pytest.mark.parametrize("data", [b"", b"\0\1", b"\0\1\0\0", b"\0\1\0\0" + b"\xff" * 64,
                                   bytes(serialize_message(picture(3)))[:100],
-                                  b"\0\1\0\0" + bytes(MOST_BYTES)])
+                                  b"\0\1\0\0" + bytes(MOST_BYTES)],
+                         ids=["empty", "half a header", "header", "lengths", "cut", "large"])
 def test_other_bytes_are_refused(data):
     with pytest.raises(RequestError, match="ObservedParts"):
         observed_of_bytes(data)
