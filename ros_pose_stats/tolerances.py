@@ -150,8 +150,8 @@ Steps of a part that rolls grow with the square of its sides, and with the slend
 so that no number of steps is right for all; the slowest ones seen lose a fifth each time.
 """
 
-MOST_GRANTS: Final = 32
-"""Times that so many steps are granted: some seconds of a core, three times what rolling took.
+MOST_GRANTS: Final = 12
+"""Times that so many steps are granted: a second or two of a core, more than any rolling took.
 
 Released 1e160 m above the plate a drop loses a twentieth for hours, and nobody can stop it.
 """

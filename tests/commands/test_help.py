@@ -23,7 +23,7 @@ NOT_RUN = {
 }
 """Commands whose examples are only parsed here, and why."""
 
-ONE_AFTER_ANOTHER = ["shapes", "estimate", "simulate", "report", "animate", "compile",
+ONE_AFTER_ANOTHER = ["shapes", "estimate", "simulate", "flips", "report", "animate", "compile",
                      "completion"]
 """The others: the first makes the parts that the others read."""
 

@@ -17,10 +17,11 @@ from typing import Any, NamedTuple
 from .meshes import KINDS
 from .trial import Outcome, attempt
 
-LIMIT = 10.0
+LIMIT = 30.0
 """Seconds that one small input may take, drops included, on a machine with a lot else to do.
 
-Most take 10 ms. The longest are drops of needles that are given up as unsettled: half a second.
+Most take 10 ms. The longest are drops of bodies with almost no inertia, which lose energy by
+little in very many steps until they are given up: three of them take eight seconds.
 """
 
 IN_OTHER_WAYS = 5.0

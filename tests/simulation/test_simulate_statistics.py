@@ -140,7 +140,7 @@ def test_intervals_cover_as_they_promise(part, truth, sampling):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("sampling", "target", "bound", "runs"), [
-    ("random", 0.0289, 225, 250), ("lattice", 0.0119, 1135, 100)])
+    ("random", 0.0429, 225, 250), ("lattice", 0.019, 1135, 100)])
 def test_stopping_at_a_target_hardly_biases(part, truth, sampling, target, bound, runs):
     """The mean over runs that stop at one of two checkpoints is right within 0.002.
 

@@ -141,7 +141,7 @@ class TestMeasured:
         found = measure_documents()
         assert kinds == [(3, True), (2, True)]
         assert found.bars == ()
-        assert [plan.vertices for plan in found.measured] == [0, 200, 2000]
+        assert [plan.vertices for plan in found.measured] == [0, 200, 2000, 0]  # the last: parts
         assert all(plan.effort.drops == (10, 100, 1_000, 10_000) for plan in found.measured)
 
 

@@ -226,7 +226,7 @@ class TestDocuments:
         text, page = stability_text(whole), stability_page(whole)
         for entry in ESTIMATORS.values():
             assert f"| {entry.title} " in text
-        assert "(../figures/stability_marginal_face.png)" in page and text.split("\n\n")[1] in page
+        assert "(../figures/stability_marginal_face.png)" in page and text.split("\n\n")[2] in page
         csae = next(line for line in text.splitlines() if line.startswith("| CSAE"))
         assert csae.split("|")[2].strip() == "1"
 
