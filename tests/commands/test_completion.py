@@ -75,7 +75,8 @@ class TestBash:
         assert complete("") == names
         assert complete("es") == ["estimate"]
         assert complete("co") == ["compile", "completion"]
-        assert complete("benchmark", "") == ["table", "prisms", "chart", "stability", "figures"]
+        assert complete("benchmark", "") == ["table", "prisms", "chart", "stability", "plates",
+                                              "figures"]
         assert complete("--v") == ["--version"]
 
     @pytest.mark.parametrize("outline", [one for one in WHOLE.walk() if not one.commands],
