@@ -57,6 +57,7 @@ WORDS = {
     "TARGET_MISSED": ("The simulation ended above the wanted error", "Allow more drops."),
     "UNSETTLED": ("Some drops did not come to rest",
                   "They are left out of the probabilities."),
+    "FORGOTTEN": ("The node does not know the part any more", "Send its mesh again."),
     "TIME_LIMIT": ("The simulation ran out of time", "What was done counts."),
     "NOT_RECORDED": ("The answer was not recorded", "Look after the disk of the log."),
 }

@@ -16,7 +16,7 @@ from tests.commands.pose_tables import table_head, table_rows
 from tests.running import ROOT, answer, command, complaints, strict_json
 
 STATISTICS_KEYS = {
-    "choice",
+    "choice", "observed",
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
     "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "expected_error",
     "largest_error", "scene", "plate_error", "seconds", "version", "warnings", "poses",

@@ -31,7 +31,7 @@ def test_its_lines_about_once_a_second(cell):
     cell.node.destroy_subscription(subscription)
     first, *_, last = own()
     assert [line.name for line in last.status] == [
-        f"pose_stats: {about}" for about in ("parts", "jobs", "flips", "recording")]
+        f"pose_stats: {about}" for about in ("parts", "counts", "jobs", "flips", "recording")]
     stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
               for message in (first, last)]
     assert (stamps[1] - stamps[0]) / (len(own()) - 1) == pytest.approx(1.0, abs=0.5)

@@ -19,6 +19,7 @@ from ..jobs.job_reports import job_event
 from ..messages.part_messages import request_of_part_bytes
 from ..messages.times import now, time_message
 from ..parts.mesh_queue import MeshQueue
+from ..parts.part_builder import NotBuiltError
 from ..parts.part_requests import named, plain
 from ..parts.part_store import KnownPart, PartStore
 from ..parts.result_store import ResultStore
@@ -137,6 +138,8 @@ def _restore_part(part: RestoredPart, log_directory: Path, results: ResultStore)
     try:
         request = request_of_part_bytes(read_at(log_directory, part.mesh.place))
         return results.take_part(request, part.last, recorded=part.holds, newest=False)
+    except NotBuiltError:  # since the node ends, say: the next run tries it again
+        raise
     except PoseStatsError:
         if results.parts.current(part.part_id) is None:
             results.parts.record_forgotten(part.part_id, part.mesh.digest, now())
