@@ -20,6 +20,7 @@ NOT_RUN = {
     "bag": "there are no bags in the user's directory",
     "node": "it runs until it is ended", "publish": "it runs until it is ended",
     "benchmark": "most of its kinds take minutes",
+    "fit": "there are no counts in the user's directory",
 }
 """Commands whose examples are only parsed here, and why."""
 
