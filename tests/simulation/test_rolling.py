@@ -39,13 +39,13 @@ def test_drops_that_roll_are_counted(cover):
 
 
 def test_steps_are_granted_for_progress_alone(cover):
-    """The same drops with a fifth of the steps at a time end alike, to the last bit."""
+    """The same drops with half of the steps at a time end alike, to the last bit."""
     body = drop_body(cover, 0.0025, 192)
     rules = drop_rules(DropScene(0.5, 1e-6), body.radius)
     downs = upright(6)
     usual = compute_drops(body, rules, downs)
     assert usual.pose.min() >= 0
-    few = compute_drops(body, rules._replace(most_steps=MOST_STEPS // 5), downs)
+    few = compute_drops(body, rules._replace(most_steps=MOST_STEPS // 2), downs)
     for name in ("pose", "impacts", "seconds", "energy_left"):
         np.testing.assert_array_equal(getattr(few, name), getattr(usual, name))
 

@@ -47,6 +47,7 @@ def count_boxes(client, parts):
         until(lambda name=name: latched(client, name).observed == parts, f"counts of {name}")
 
 
+@pytest.mark.long
 def test_a_plate_is_learnt_written_used_and_there_after_a_restart(domain, tmp_path):
     file = tmp_path / "plates.yaml"
     parameters = {"plates": str(file), "max_job_seconds": 10_000.0}
