@@ -10,6 +10,7 @@ from functools import cached_property, update_wrapper
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
+from threading import RLock
 from typing import Any, TypeVar
 
 from numba.core import compiler, event, serialize
@@ -81,6 +82,20 @@ class EntryKernel(KernelDispatcher):
         super().__init__(function, targetoptions=dict(OPTIONS))
         self._cache = KernelFile(function)
         self.declared = signature_of(function)
+        self._first_call, self._was_called = RLock(), False
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run the kernel, alone the first time.
+
+        Where several threads make the first call at once, numba now and then finds no machine
+        code for the arguments of one of them.
+        """
+        if self._was_called:
+            return super().__call__(*arguments)
+        with self._first_call:
+            answer = super().__call__(*arguments)
+            self._was_called = True
+            return answer
 
     @property
     def name(self) -> str:

@@ -16,6 +16,7 @@ from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors
 from ..records import Part
 from ..resting.poses import RestingPoses, resting_poses
+from .rolling_rims import rolling_rims
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -77,10 +78,11 @@ def _prepare(part: Part, cluster_tolerance: float, round_sides: int) -> Prepared
     order, ball, ball_range = ball_tree(points)
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
+    rims = rolling_rims(resting, moment, axes, corner)
     arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
                       *_neighbours(points), *_sides(resting, corner),
                       resting.equilibria.heights[resting.clusters.lowest],
-                      resting.clusters.way_out,
+                      resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
                       min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 

@@ -166,25 +166,34 @@ class _Simulation:
             version=VERSION)
 
     def _warnings(self) -> list[str]:
-        prefix, scene, radius, warnings = self._prefix, self._scene, self._body.radius, []
-        radii = release_height(scene, radius) / radius
-        if radii > HIGH_DROP_RADII:
-            warnings.append(
-                f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is "
-                f"in metres whatever the unit of the mesh.")
+        prefix, scene, radius = self._prefix, self._scene, self._body.radius
+        warnings = height_warnings(scene, radius)
         if prefix.finished and prefix.target_error > 0.0 and not target_reached(
                 prefix.judged().bound, prefix.target_error):
             warnings.append(
                 f"TARGET_MISSED: the 90 % bound of the error is {prefix.judged().bound:.2g} after "
                 f"all {prefix.drops} drops, above the target of {prefix.target_error:g}.")
         unsettled = prefix.drops - prefix.settled
-        if self._touched:
-            warnings.append(
-                f"RELEASED_TOUCHING: in {self._touched} of {prefix.drops} drops the part did not "
-                f"fit under a drop height of {scene.drop_height:g} m and was released touching "
-                f"the plate.")
+        warnings += touching_warnings(scene, self._touched, prefix.drops)
         if unsettled:
             warnings.append(
                 f"UNSETTLED: {unsettled} of {prefix.drops} drops were given up before their pose "
                 f"was certain; they are left out of the probabilities.")
         return warnings
+
+
+def height_warnings(scene: DropScene, radius: float) -> list[str]:
+    """One where a part of this radius, metres, is released so high that the unit may be wrong."""
+    radii = release_height(scene, radius) / radius
+    if radii <= HIGH_DROP_RADII:
+        return []
+    return [f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is in "
+            f"metres whatever the unit of the mesh."]
+
+
+def touching_warnings(scene: DropScene, touched: int, drops: int) -> list[str]:
+    """One where a part was released touching the plate in some drops."""
+    if not touched:
+        return []
+    return [f"RELEASED_TOUCHING: in {touched} of {drops} drops the part did not fit under a drop "
+            f"height of {scene.drop_height:g} m and was released touching the plate."]

@@ -259,3 +259,36 @@ class TestMachineCode:
                                check=True, cwd=folder, env=environment).stdout.strip()
                 for folder in (PACKAGE.parent, copied.parent)]
         assert told == ["False 1.0 1.0 1.0", "True 1.0 1.0 1.0"]
+
+
+FIRST_CALLS = """
+import sys, threading
+sys.setswitchinterval(1e-7)
+from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules
+from ros_pose_stats.simulation.starts import random_starts
+body = drop_body(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)), 0.0025, 192)
+rules, starts = drop_rules(DropScene(), body.radius), random_starts(1, 0, 3)
+together, refused = threading.Barrier(12), []
+def drop():
+    together.wait()
+    try:
+        compute_drops(body, rules, starts)
+    except TypeError as error:
+        refused.append(error)
+threads = [threading.Thread(target=drop) for _ in range(12)]
+for one in threads:
+    one.start()
+for one in threads:
+    one.join()
+sys.exit(len(refused))
+"""
+
+
+@pytest.mark.long
+def test_threads_that_make_the_first_call_together():
+    """Without a lock one process in ten refuses one of its threads."""
+    for _ in range(25):
+        assert subprocess.run([sys.executable, "-c", FIRST_CALLS], check=False).returncode == 0

@@ -87,6 +87,12 @@ BALL_BEGIN: Final = 0   # first corner
 BALL_END: Final = 1     # last corner + 1
 BALL_NEXT: Final = 2    # node that follows the subtree
 
+# columns of the rims (P, 5), zero for none
+AXLE: Final = 0      # 0, 1, 2: the square of its product with the spin is the spin's energy
+BUMPS: Final = 3     # share of a roll's energy that going on from facet to facet keeps free
+SINGLE: Final = 4    # share that one facet, and the centrifugal moment, can set free
+RIM: Final = 5
+
 # columns of an outcome (k, 5) and its measures (k, 2)
 POSE: Final = 0
 ENDING: Final = 1
@@ -139,6 +145,10 @@ class DropBody(NamedTuple):
     side_right: Index1   # (N,)
     rest: Array1         # (P,) level of each pose
     way_out: Array1      # (P,) level of the saddle that leads out of it
+    roll_pose: Index1    # (C,) pose of a body that rolls on this corner's rim, -1 for none
+    roll_level: Array1   # (C,) energy without the spin's with which it can tip over the rim
+    roll_climb: Array1   # (C,) of that, height above the rim's lowest place
+    rim: Array2          # (P, 5) what a pose's rim does to a roll, see RIM
     turn: float          # radians by which a step near the plate turns the body at most
 
 

@@ -2,6 +2,10 @@
 
 With less mechanical energy than the lowest saddle out of the present basin of R the outcome
 of a drop is decided (section 4.D's reachable sets, taken one drop at a time).
+
+A body that rolls on a rim keeps the energy of its roll for long, though it does not help it to
+tip over: upright and without friction the spin about the rim's axis stays what it is, or turns
+into height and back, but for a little at each facet. It is left out there.
 """
 
 from __future__ import annotations
@@ -11,14 +15,17 @@ import math
 from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array
 from ..compilation import inlined
-from ..vectors import Vec3, cross, dot, minus, read_vector, scaled, times
+from ..vectors import Vec3, cross, dot, minus, read_row, read_vector, scaled, times
 from .landing import lowest_corner
 from .layout import (
+    AXLE,
+    BUMPS,
     FACE,
     LIMIT,
     LOWEST,
     MODE,
     RESTING,
+    SINGLE,
     SPARE,
     STEPS,
     TRAPPED,
@@ -41,14 +48,34 @@ def judge_outcome(body: DropBody, rules: DropRules, top: float, work: Work) -> t
     if not resting and rules.to_rest:
         return UNSETTLED, -1
     left = energy(work.state, body.moment)
-    if not resting and left >= top:
+    rim = _rim_below(body, rules, work, left)
+    if not resting and left >= top and rim < 0:
         return UNSETTLED, -1
     pose = pose_below(body, up_of(work.state), work.tally[LOWEST])
-    if left < body.way_out[pose] - TRAP and not rules.to_rest:
+    if not rules.to_rest and (left < body.way_out[pose] - TRAP or pose == rim):
         return TRAPPED, pose
     if resting:
         return RESTING, pose
     return UNSETTLED, -1
+
+
+@inlined
+def _rim_below(body: DropBody, rules: DropRules, work: Work, left: float) -> int:
+    """Pose on whose rim the body rolls without energy to tip over, -1 for none.
+
+    The plate moves up and down under a part that rolls on facets. What bounces on a plate that
+    moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
+    """
+    corner = work.tally[LOWEST]
+    pose = body.roll_pose[corner]
+    if pose < 0:
+        return -1
+    turning = dot(read_row(body.rim, pose, AXLE), spin_of(work.state))
+    roll = turning * turning + body.roll_climb[corner]
+    freed = body.rim[pose, BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
+    freed = (freed + body.rim[pose, SINGLE]) * roll
+    stays = left - turning * turning + freed < body.roll_level[corner] - TRAP
+    return int(pose) if stays else -1
 
 
 @inlined
