@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..methods import OBSERVED
-from ..records import PoseStatistics
+from ..records import PoseStatistics, StablePose
 from ..records.statistics import ranked
 from ..statistics.posterior import PosePrior, Posterior, PriorFit
 from ..text import percent, ranges, several
@@ -76,9 +77,22 @@ def plate_prior(model: PoseStatistics) -> PosePrior:
         Where its `expected_error` is not known, counts have the say.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
-    error = math.hypot(model.expected_error, model.plate_error)
+    error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))
     return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses], error,
                      model.restitution, ON_PLATES)
+
+
+def _of_poses(poses: Sequence[StablePose]) -> float:
+    """Error over the poses where that over groups of poses that look alike is 1.
+
+    A plate's error is known over groups, whose poses share it evenly.
+    """
+    group = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
+    size = np.bincount(group)
+    share = np.bincount(group, [pose.probability for pose in poses])
+    single = share * (1.0 - share)
+    return float(np.sqrt((single / size).sum() / size.sum() / single.mean())) if (
+        single.any()) else 1.0
 
 
 def _with_posterior(model: PoseStatistics, posterior: Posterior,

@@ -2,7 +2,8 @@
 
 from .count_rows import read_count_rows
 from .counts import CountedPart, count_part
-from .fit import PartEvidence, PlateFit, fit_plate
+from .fit import fit_plate
+from .plate_fit import PartEvidence, PlateFit
 from .profile import PlateProfile, profile_of, read_profiles, refuse_name, write_profile
 
 __all__ = ["CountedPart", "PartEvidence", "PlateFit", "PlateProfile", "count_part", "fit_plate",

@@ -16,10 +16,13 @@ from ..errors import RequestError
 from ..records import DropScene
 from ..version import VERSION
 from ..whole_files import write_file
-from .fit import PlateFit
+from .plate_fit import PlateFit
+from .round_parts import UNTOLD_SIDES
 
 HEAD = "plates"
 LONGEST_NAME = 100
+SIDES_FIELDS = "round_sides", "round_sides_low", "round_sides_high"
+"""Files of earlier versions do not have them."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,9 @@ class PlateProfile:
         When it was fitted, ISO 8601, UTC.
     version : str
         Of this package.
+    round_sides, round_sides_low, round_sides_high : int
+        Sides a turn that round parts stand as, and the ends of the range that the counts do not
+        exclude.
 
     Raises
     ------
@@ -65,13 +71,22 @@ class PlateProfile:
     counted: int
     date: str
     version: str
+    round_sides: int = UNTOLD_SIDES[0]
+    round_sides_low: int = UNTOLD_SIDES[1]
+    round_sides_high: int = UNTOLD_SIDES[2]
 
     def __post_init__(self) -> None:
         refuse_name(self.name)
-        DropScene(self.restitution, self.drop_height)
+        for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
+            DropScene(self.restitution, self.drop_height, round_sides=sides)
         if not 0.0 <= self.plate_error <= 1.0:
             raise RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
                                "0.05 is 5 points")
+
+    @property
+    def tells_round_sides(self) -> bool:
+        """Whether round parts were counted and left some numbers of sides out."""
+        return (self.round_sides_low, self.round_sides_high) != UNTOLD_SIDES[1:]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
@@ -98,7 +113,8 @@ def profile_of(name: str, fit: PlateFit) -> PlateProfile:
     return PlateProfile(
         name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
         tuple(dict.fromkeys(part.part_id for part in fit.parts)), fit.counted,
-        datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION)
+        datetime.now(timezone.utc).isoformat(timespec="seconds"), VERSION,
+        *fit.round_sides)
 
 
 def read_profiles(file: Path) -> dict[str, PlateProfile]:
@@ -170,11 +186,14 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
             "restitution", "restitution_low", "restitution_high", "drop_height",
             "drop_height_low", "drop_height_high", "plate_error")}
         p_value = math.nan if fields["p_value"] is None else float(fields["p_value"])
+        sides = [default if (told := fields[key]) is None else int(told)
+                 for key, default in zip(SIDES_FIELDS, UNTOLD_SIDES, strict=True)]
         parts = fields["parts"] if isinstance(fields["parts"], list) else []
         return PlateProfile(
             name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
             counted=int(fields["counted"] or 0), date=str(fields["date"] or ""),
-            version=str(fields["version"] or ""))
+            version=str(fields["version"] or ""),
+            round_sides=sides[0], round_sides_low=sides[1], round_sides_high=sides[2])
     except KeyError as error:
         raise RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
                            "fit the plate again") from error

@@ -133,7 +133,7 @@ class StablePose:
         plain = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
                  "rolls", "yaw_symmetry", "probability", "probability_low", "probability_high",
                  "standard_error", "count", "group_probability")
-        entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry: dict[str, Any] = {name: plain_number(getattr(self, name)) for name in plain}
         entry["down"] = self.down.tolist()
         entry["roll_axis"] = self.roll_axis.tolist()
         entry["orientation"] = self.orientation.tolist()
@@ -166,7 +166,8 @@ class PoseStatistics:
     largest_error : float
         Bound that the error of every single pose keeps with 90 % confidence; NaN until measured.
     plate_error : float
-        Expected root mean square against a real plate; no number of drops lowers it.
+        Expected root mean square, over groups of poses, against a real plate; no number of drops
+        lowers it.
     seconds : float
         From mass properties to statistics, without reading files and imports.
     warnings : tuple of str
@@ -214,7 +215,7 @@ class PoseStatistics:
                  "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
                  "observed", "expected_error", "largest_error", "plate_error", "seconds",
                  "version", "choice")
-        entry: dict[str, Any] = {name: _finite(getattr(self, name)) for name in plain}
+        entry: dict[str, Any] = {name: plain_number(getattr(self, name)) for name in plain}
         entry["scene"] = self.scene
         entry["warnings"] = list(self.warnings)
         entry["poses"] = [pose.as_dict() for pose in self.poses]
@@ -237,7 +238,7 @@ def _number(value: float) -> float:
     return 0.0 if math.isnan(value) else value
 
 
-def _finite(value: Any) -> Any:
+def plain_number(value: Any) -> Any:
     """Replace NaN and infinity, which JSON does not have, by null."""
     if isinstance(value, float) and not math.isfinite(value):
         return None

@@ -9,30 +9,40 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ..errors import PoseStatsError, RequestError
+from ..mesh.mass_properties import check_offset
 from ..methods import AUTO
 from ..planning.confidence import not_enough
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
+from .messages.outline_messages import outline_messages
 from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
 from .parts.refinement import Refinement, credible_bound
 from .parts.result_store import ResultStore
+from .parts.shifted_parts import ShiftedParts, shift_warning
 from .requests import Requests, ResolvedPart, check_target, wait_for
 from .settings import Settings
 from .transport.late_answers import PatientNode
 from .transport.overruns import SERVICE_QUALITY
 
+BY_DROPS = "ask for the method auto, or start a drop simulation"
+AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
+"""What to do about an estimate that misses its target."""
+
 CANCEL_PATIENCE = 0.06
 """Seconds that a cancel waits for the simulation's end, so that its state is told right."""
 
+Array = NDArray[np.float64]
 Callback = Callable[..., Any]
 
 
@@ -98,6 +108,7 @@ class Services:
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
+        self._shifted = ShiftedParts()
         self.say_failure = node.get_logger().error
         quick = ReentrantCallbackGroup()
         # Of estimates a client may want thousands. Meshes have a queue of their own.
@@ -120,36 +131,42 @@ class Services:
     def estimate(self, request: Any, response: Any) -> Later | None:
         """An analytic answer, at once where the part is at hand."""
         check_target(request.target_error)
+        step = request.com_offset
+        offset = check_offset((step.x, step.y, step.z))
         resolved = self._requests.resolve_part(request.part_id, request.part)
-        go_on = partial(self._estimate_part, request, response, resolved)
+        go_on = partial(self._estimate_part, request, response, resolved, offset)
         return go_on() if resolved.coming.done() else Later(resolved.coming, go_on)
 
-    def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart) -> Later | None:
-        known = wait_for(resolved.coming)
+    def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart,
+                       offset: Array) -> Later | None:
+        known = self._shifted.shift(wait_for(resolved.coming), offset)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
         prepared = self._requests.prepare(known, scene)
-        go_on = partial(self._answer, request, response, known, scene, prepared)
+        go_on = partial(self._answer, request, response, known, scene, prepared, offset)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
     def _answer(self, request: Any, response: Any, known: KnownPart, scene: DropScene,
-                prepared: Future[Any]) -> None:
+                prepared: Future[Any], offset: Array) -> None:
         wait_for(prepared)
-        if (request.method or self._settings().default_method) == AUTO:
+        if offset.any():  # drops in the background would be of the part as it is known
+            found = with_warning(self._named(known, request, scene, AS_ITSELF),
+                                 shift_warning(offset))
+        elif (request.method or self._settings().default_method) == AUTO:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
-            found = self._named(known, request, scene)
+            found = self._named(known, request, scene, BY_DROPS)
         response.statistics = self._results.announcer.record_answer(found)
 
-    def _named(self, known: KnownPart, request: Any, scene: DropScene) -> PoseStatistics:
+    def _named(self, known: KnownPart, request: Any, scene: DropScene,
+               advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         found = self._results.estimate(known, request.method, scene)
         bound = credible_bound(known.part, found, scene) if request.target_error else 0.0
         if bound > request.target_error:
             short = (not_enough(found.method, bound, request.target_error)
                      if math.isfinite(bound) else f"the error of {found.method} is not known here")
-            found = with_warning(found, f"TARGET_MISSED: {short}; ask for the method auto, or "
-                                 f"start a drop simulation.")
+            found = with_warning(found, f"TARGET_MISSED: {short}; {advice}.")
         return found
 
     @refusing
@@ -162,10 +179,15 @@ class Services:
 
     @refusing
     def get_statistics(self, request: Any, response: Any) -> None:
-        """What is latched."""
+        """What is latched, with outlines of one part where they are asked for."""
         parts = self._results.parts
+        if request.heights and not request.part_id:
+            raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        response.statistics = [known.latched for known in chosen if known.latched is not None]
+        latched = [(known.part, known.latched) for known in chosen if known.latched is not None]
+        response.statistics = [found for _, found in latched]
+        for part, found in latched if request.heights else ():
+            response.outlines = outline_messages(part, found, request.heights)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:

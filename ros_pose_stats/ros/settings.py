@@ -66,8 +66,9 @@ class Settings:
         "", "Name of the plate, for the record; one of the file plates where that is named.")
     plates: str = _parameter(
         "", "File of plate profiles (YAML, as ~/fit_plate and the command fit write it): while "
-        "plate is named, its restitution and drop height there take the place of the parameters, "
-        "and its plate_error goes into results; empty: none.")
+        "plate is named, its restitution, drop height and, where round parts told them, round "
+        "sides there take the place of the parameters, and its plate_error goes into results; "
+        "empty: none.")
     default_method: str = _parameter(
         DEFAULT_METHOD, "Estimator of the analytic answers; auto: the most accurate one at the "
         "restitution, and refinements combine drops with it.")
@@ -152,7 +153,8 @@ class Settings:
         ladder = (*scene_override, (own.restitution, own.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
-        return DropScene(restitution, height, self.cluster_tolerance, self.round_sides)
+        told = self.profile if self.profile and self.profile.tells_round_sides else self
+        return DropScene(restitution, height, self.cluster_tolerance, told.round_sides)
 
     def kick(self, kick_height: float) -> float:
         """The kick that a request means: its own, or the node's where it is negative; 0: none.

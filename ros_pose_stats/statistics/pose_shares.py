@@ -89,10 +89,11 @@ def _equivalent_drops(shares: Array, errors: Array) -> float:
     and 1 / K, so that n stands on both sides; the mean of both converges.
     """
     scatter = float((errors * errors).sum())
-    if scatter == 0.0:
+    if scatter == 0.0 or shares.size == 1:  # poses that symmetry makes alike are all there are
         return math.inf
     drops = 1.0 / scatter
     for _ in range(MOST_ROUNDS):
         q = (drops * shares + 0.5) / (drops + 0.5 * shares.size)
-        drops = math.sqrt(drops * float((q * (1.0 - q)).sum()) / scatter)
+        spread = max(0.0, float((q * (1.0 - q)).sum()))  # of shares that round to above 1, too
+        drops = math.sqrt(drops * spread / scatter)
     return drops

@@ -106,7 +106,7 @@ class TestPlatesFile:
 
     @pytest.mark.parametrize(("key", "value"), [
         ("restitution", 1.5), ("drop_height", -1), ("plate_error", "much"), ("plate_error", 2),
-        ("drop_height", None),
+        ("drop_height", None), ("round_sides", 3), ("round_sides", "many"),
     ])
     def test_plates_that_cannot_be(self, tmp_path, key, value):
         file = tmp_path / "plates.yaml"
@@ -119,6 +119,20 @@ class TestPlatesFile:
         write_profile(file, GLASS)
         file.write_text(file.read_text().replace("drop_height: 0.05", "drop_height: 5e-2"))
         assert read_profiles(file)["glass"] == GLASS
+
+    def test_a_plate_of_an_earlier_version_tells_no_round_sides(self, tmp_path):
+        file = tmp_path / "plates.yaml"
+        told = {key: value for key, value in GLASS.as_dict().items() if "round" not in key}
+        file.write_text(yaml.safe_dump({"plates": {"glass": told}}))
+        found = read_profiles(file)["glass"]
+        assert found == GLASS and not found.tells_round_sides
+        assert (found.round_sides, found.round_sides_low, found.round_sides_high) == (192, 48, 384)
+
+    def test_round_sides_come_back(self, tmp_path):
+        rolling = replace(GLASS, round_sides=96, round_sides_low=48, round_sides_high=96)
+        write_profile(tmp_path / "plates.yaml", rolling)
+        assert read_profiles(tmp_path / "plates.yaml")["glass"] == rolling
+        assert rolling.tells_round_sides
 
     def test_a_link_stays_a_link(self, tmp_path):
         target, link = tmp_path / "real.yaml", tmp_path / "plates.yaml"

@@ -9,7 +9,8 @@ import pytest
 
 from ros_pose_stats import PoseStatsError, part_from_mesh, shapes, simulate
 from ros_pose_stats.plates import count_part, fit, fit_plate
-from ros_pose_stats.plates.fit import ExplainedPart, conclude, refuse_undecided
+from ros_pose_stats.plates.evidence import ExplainedPart, conclude
+from ros_pose_stats.plates.fit import refuse_undecided
 from ros_pose_stats.plates.likelihood import scene_likelihood
 from ros_pose_stats.plates.response import Shares
 from ros_pose_stats.plates.scenes import SceneGrid, SceneRange
@@ -70,7 +71,7 @@ class TestFit:
             moved.append(count_part(one.part, dict(enumerate(count.tolist()))))
         found, good = fit_plate(moved, seed=5), fit_plate(counted, seed=5)
         assert found.p_value < 0.01 < good.p_value
-        assert found.plate_error > good.plate_error
+        assert found.plate_error > 0.03
 
     def test_it_can_be_stopped(self, counted):
         assert fit_plate(counted, should_stop=lambda: True) is None
@@ -101,7 +102,7 @@ class TestRefusals:
         shares = Shares(np.tile(share, (64, 1)), np.zeros(64))
         one = ExplainedPart(counted, shares, scene_likelihood(share * 60.0, shares))
         with pytest.raises(PoseStatsError, match="60 of 1 part that fit all of them alike"):
-            refuse_undecided(grid, SceneRange.of_radii([0.02]), [one])
+            refuse_undecided(grid, SceneRange.of_radii([0.02]), {192: [one]})
 
 
 class TestPlateError:
@@ -122,13 +123,13 @@ class TestPlateError:
             one = count_part(part, met)
             explained.append(ExplainedPart(one, shares, scene_likelihood(
                 one.by_group.astype(float), shares)))
-        return conclude(grid, explained)
+        return conclude(grid, {192: explained})
 
     def test_it_is_what_the_parts_left_out_err_by(self):
         found = self.concluded(0.06, parts=4)
-        # Over three groups, of which one has no error; four parts leave a variance twice as large.
+        # Over three groups, of which one has no error; the root of four squares is biased.
         assert found.plate_error == pytest.approx(
-            0.06 * math.sqrt(2.0 / 3.0) * math.sqrt(2.0), rel=0.01)
+            0.06 * math.sqrt(2.0 / 3.0) * math.sqrt(4.0 / 3.5), rel=0.01)
         assert found.p_value < 1e-6
 
     def test_three_parts_that_agree_may_promise_less_than_two_points(self):

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ros_pose_stats_msgs.msg import PoseCounts
 
+from ros_pose_stats import shapes
+from ros_pose_stats.plates import PlateProfile
+from ros_pose_stats.plates.profile import write_profile
 from ros_pose_stats.recording.analysis.numbering import Numbering
 from ros_pose_stats.ros.parts.cell_counts import RECENT, CellCounts, Ground, count_health
 
@@ -62,6 +67,31 @@ def test_counts_sharpen_what_is_latched(seeing):
     fed = client.good("feeding", part_id="wedge", wanted=[one], rate=60.0)
     assert fed.message == "From 310 parts seen (observed)."
     assert "310 parts counted of 1 kinds" in Health(client).line("counts")[0].message
+
+
+def test_counts_go_on_where_the_plate_brings_its_round_sides(domain, tmp_path):
+    """The file is fitted anew elsewhere, and the plate is set again."""
+    file = tmp_path / "plates.yaml"
+    glass = PlateProfile("glass", 0.4, 0.3, 0.5, 0.2, 0.1, 0.3, 0.03, 0.5, ("wedge",), 900,
+                         "2026-11-23T12:00:00+00:00", "1")
+    write_profile(file, glass)
+    with cell_of(domain, tmp_path / "bags", "rolling", plates=str(file), **NODE) as (node, client):
+        drum = flat(shapes.prism(64, 0.01, 0.02), "wedge")
+        model = client.good("estimate", part=drum).statistics
+        camera_of(client).publish(counted(model, [30, 20]))
+        before = learnt(client, 50)
+        write_profile(file, replace(glass, round_sides=96, round_sides_low=48,
+                                    round_sides_high=96))
+        assert client.set(plate="glass") == {}
+        after = until(lambda: known_sides(client, 96), "the plate's round_sides")
+        assert (before.round_sides, after.observed, after.method) == (192, 50, "observed")
+        assert counts(after.poses) == counts(before.poses)
+        node.assert_sound()
+
+
+def known_sides(client, sides):
+    found = latched(client, "wedge")
+    return found if found.round_sides == sides else None
 
 
 def test_others_are_recorded_only(seeing):

@@ -120,6 +120,14 @@ class TestPlates:
         assert (scene.restitution, scene.drop_height) == (0.3, 0.15)
         assert found.plate_error == 0.021
 
+    def test_round_sides_are_the_plate_s_where_round_parts_told_them(self, tmp_path):
+        told = {**GLASS, "round_sides": 96, "round_sides_low": 48, "round_sides_high": 192}
+        open_ = {**GLASS, "round_sides": 96, "round_sides_low": 48, "round_sides_high": 384}
+        file = plates_file(tmp_path, glass=told, open=open_, old=GLASS)
+        found = {plate: settings(plates=file, plate=plate, round_sides=64).scene().round_sides
+                 for plate in ("glass", "open", "old")}
+        assert found == {"glass": 96, "open": 64, "old": 64}
+
     @pytest.mark.parametrize(("scene_override", "expected"), [
         ([(0.1, -1.0), (0.2, 3.0)], (0.1, 3.0)),
         ([(-1.0, -1.0), (0.2, -1.0)], (0.2, 0.15)),

@@ -128,6 +128,14 @@ class TestShares:
         found = drop_afresh(pose_shares(estimate(part_from_mesh(*shapes.box(1.0, 1.0, 1.0)))), [3])
         assert found.accepted == pytest.approx((1 / 6, 1 / 6, 1 / 6))
 
+    def test_shares_of_one_unit_may_round_to_above_one(self):
+        found = estimate(part_from_mesh(*shapes.box(1.0, 1.0, 1.0)))
+        above = 1.0 / 6.0 + 1e-16
+        rounded = replace(found, poses=tuple(
+            replace(pose, probability=above, standard_error=1e-9) for pose in found.poses))
+        accepted = drop_afresh(pose_shares(rounded), range(6)).accepted
+        assert accepted == pytest.approx((1.0, 1.0, 1.0))
+
     def test_drops_beside_an_estimate_make_it_surer(self):
         part = part_from_mesh(*random_polyhedron(9, 4))
         widths = [np.ptp(drop_afresh(pose_shares(found), [0, 1]).accepted[1:])

@@ -226,7 +226,7 @@ def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
 
 def fill_response(response: Any, found: PlateFit) -> None:
     """Put what was found, with the bounds, into a response."""
-    for name in ("restitution", "drop_height"):
+    for name in ("restitution", "drop_height", "round_sides"):
         for end, value in zip(("", "_low", "_high"), getattr(found, name), strict=True):
             setattr(response, name + end, value)
     response.plate_error, response.p_value = found.plate_error, found.p_value

@@ -13,6 +13,8 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ...methods import OBSERVED
 from ...recording.analysis.numbering import Numbering, numbering_of
+from ...records import Part
+from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent
 from ..diagnostics import Health
@@ -27,11 +29,23 @@ CHANCE: Final = 1e-4
 """Below it, a change is more than chance: a cell that does not change alarms once in some
 hundred thousand parts."""
 
+
 class Ground(NamedTuple):
     """What counts must have in common to be added: numbers of the poses, and the plate."""
 
     numbering: Numbering
     plate: str
+
+    def goes_on_as(self, other: Ground, part: Part) -> bool:
+        """Whether only `round_sides` is new, and the poses of the part keep their numbers.
+
+        A plate that was fitted may bring sides of its own; what it was fitted to still counts.
+        """
+        tolerance, sides = self.numbering
+        new = other.numbering.round_sides
+        return (other == Ground(Numbering(tolerance, new), self.plate)
+                and resting_poses(part, tolerance, sides).is_numbered_like(
+                    resting_poses(part, tolerance, new)))
 
 
 class CellCounts:

@@ -345,7 +345,12 @@ class ResultStore:
     def _observe(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """A result of the model combined with what was counted; itself where nothing was."""
         counts = known.counts
-        if counts is None or counts.ground != self._ground(message):
+        if counts is None:
+            return message
+        ground = self._ground(message)
+        if counts.ground != ground and counts.ground.goes_on_as(ground, known.part):
+            counts.ground = ground
+        if counts.ground != ground:
             return message
         found = observe_counts(statistics_of_message(message), counts.total)
         if found.method != OBSERVED:

@@ -7,40 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...mesh.parts import part_from_mesh
-from ...plates import CountedPart, count_part, fit_plate
-from ...plates.fit import (
-    FIRST_DROPS,
-    FIRST_POINTS,
-    GRID,
-    POINTS,
-    ROUNDS,
-    ExplainedPart,
-    conclude,
-    drops_for,
-    explain,
-    join_likelihoods,
-    likely_points,
-)
-from ...plates.likelihood import averaged
-from ...plates.response import Response
-from ...plates.scenes import SceneGrid, SceneRange
+from ...plates import CountedPart, PlateFit, count_part, fit_plate
 from ...records import Part
 from ...shapes import box, prism
 from ...simulation.simulate import simulate
 from ..prisms.dice import DICE, Die
 from ..prisms.prism_runs import on_squares, square_prism
 
-Array = NDArray[np.float64]
 Say = Callable[[str], object]
 
 FITTED = 5
 """Dice that a plate is fitted to; the others are predicted."""
-
-WIDER = 0.3
-"""Power of the dice's likelihood at which drops are added, since their subsets are fitted too."""
 
 PREDICTED_DROPS = 2000
 COUNTED = 200
@@ -128,23 +107,20 @@ def plates(splits: int = 100, simulated: int = 40, seed: int = 1, *,
 def fit_dice(splits: int, seed: int, workers: int | None = None,
              say: Say = lambda _: None) -> PrismSplits:
     """Fit five dice and predict ten, over random splits; see `plates`."""
-    grid, explained = _explain_dice(seed, workers, say)
+    counted = [counted_die(die) for die in DICE]
     random = np.random.default_rng((seed, 1))
-    predicted: dict[tuple[int, int], float] = {}
     true, told = [], []
     for number in range(splits):
         chosen = set(random.choice(len(DICE), FITTED, replace=False).tolist())
-        fitted = [explained[k] for k in sorted(chosen)]
-        place = int(averaged(join_likelihoods(fitted)).argmax())
-        errors = []
-        for k in set(range(len(DICE))) - chosen:
-            if (k, place) not in predicted:
-                predicted[k, place] = _dropped(DICE[k], grid.points[place], (seed, k, place),
-                                               workers)
-            errors.append(predicted[k, place] - DICE[k].on_squares)
+        fit = fit_plate([counted[k] for k in sorted(chosen)], seed=_seed(seed, 2, number),
+                        workers=workers)
+        assert fit is not None  # nothing stops it
+        errors = [_dropped(DICE[k], fit, (seed, 3, number, k), workers) - DICE[k].on_squares
+                  for k in set(range(len(DICE))) - chosen]
         true.append(math.sqrt(np.mean(np.square(errors))))
-        told.append(conclude(grid, fitted).plate_error)
-        say(f"{number + 1} of {splits} splits")
+        told.append(fit.plate_error)
+        say(f"{number + 1} of {splits} splits: true {100.0 * true[-1]:.1f}, told "
+            f"{100.0 * told[-1]:.1f} points")
     ratio = np.quantile(np.divide(told, true), (0.5, 0.25, 0.75)).tolist()
     return PrismSplits(float(np.sqrt(np.mean(np.square(true)))),
                        float(np.sqrt(np.mean(np.square(told)))),
@@ -161,28 +137,10 @@ def counted_die(die: Die) -> CountedPart:
                              side: die.rolls_on_sides}, cluster_tolerance=0.0, round_sides=0)
 
 
-def _explain_dice(seed: int, workers: int | None, say: Say
-                  ) -> tuple[SceneGrid, list[ExplainedPart]]:
-    """All dice at the scenes of a grid, learnt as in `fit_plate`, for all subsets at once."""
-    counted = [counted_die(die) for die in DICE]
-    within = SceneRange.of_radii(one.resting.body.radius for one in counted)
-    responses = [Response(one, within, (seed, 2, k)) for k, one in enumerate(counted)]
-    grid, points = SceneGrid.over(within.bounds, GRID), within.spread_points(FIRST_POINTS)
-    random = np.random.default_rng((seed, 3))
-    for stage in range(ROUNDS + 1):
-        for one, response in zip(counted, responses, strict=True):
-            response.add_drops(points, drops_for(one.counted) if stage else FIRST_DROPS, workers)
-        explained = [explain(*both, grid) for both in zip(counted, responses, strict=True)]
-        together = averaged(join_likelihoods(explained))
-        points = likely_points(grid, WIDER * together, random, POINTS)
-        say(f"dice dropped, round {stage + 1} of {ROUNDS + 1}")
-    return grid, explained
-
-
-def _dropped(die: Die, point: Array, seed: tuple[int, ...], workers: int | None) -> float:
-    """Share of drops on the square faces."""
-    found = simulate(square_prism(die.ratio), PREDICTED_DROPS, float(point[0]), _seed(*seed),
-                     math.exp(point[1]), workers=workers, cluster_tolerance=0.0, round_sides=0)
+def _dropped(die: Die, fit: PlateFit, seed: tuple[int, ...], workers: int | None) -> float:
+    """Share of drops in a fitted scene that end on the square faces."""
+    found = simulate(square_prism(die.ratio), PREDICTED_DROPS, fit.restitution[0], _seed(*seed),
+                     fit.drop_height[0], workers=workers, cluster_tolerance=0.0, round_sides=0)
     return sum(pose.probability for pose in on_squares(found.poses))
 
 

@@ -116,6 +116,20 @@ def known_counted(name, total, plate="glass", surface=BOXES["flat"]):
                            revisions=SimpleNamespace(lock=threading.RLock()))
 
 
+@pytest.mark.parametrize(("sides", "plate", "goes_on"), [
+    (48, "glass", True), (192, "glass", True), (48, "steel", False)])
+def test_counts_go_on_where_a_plate_brings_its_round_sides(sides, plate, goes_on):
+    drum = library_part(shapes.prism(64, 0.01, 0.02))
+    ground = Ground(Numbering(0.0025, 192), "glass")
+    assert ground.goes_on_as(Ground(Numbering(0.0025, sides), plate), drum) == goes_on
+
+
+def test_counts_end_where_round_sides_number_the_poses_anew():
+    facets = library_part(shapes.prism(64, 0.01, 0.02))
+    assert not Ground(Numbering(0.0, 192), "glass").goes_on_as(
+        Ground(Numbering(0.0, 48), "glass"), facets)
+
+
 class TestWhatIsFitted:
     PARTS = (known_counted("glass", [3, 0, 2, 0, 1, 0]), known_counted("nothing", [0] * 6),
              known_counted("steel", [9] * 6, "steel"), known_counted("unnamed", [5] * 6, ""),
@@ -199,8 +213,11 @@ class TestEnds:
     def test_a_file_that_cannot_be_written(self, tmp_path, monkeypatch):
         (tmp_path / "a file").touch()
         monkeypatch.setattr(PlateFits, "_fit", lambda *_: plates.PlateFit(
-            (0.3, 0.2, 0.4), (0.1, 0.05, 0.2), 0.02, 0.5, 600, ()))
+            (0.3, 0.2, 0.4), (0.1, 0.05, 0.2), 0.02, 0.5, 600, (),
+            (96, 48, 192)))
         _, _, answer = self.asked([100] * 6, str(tmp_path / "a file" / "plates.yaml"), plate="")
         response = answer.result(timeout=120.0)
         assert not response.success and "can be written (parameter plates)" in response.message
+        assert (response.round_sides, response.round_sides_low,
+                response.round_sides_high) == (96, 48, 192)
         assert (response.restitution, response.counted) == (0.3, 600)  # found all the same
