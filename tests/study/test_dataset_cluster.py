@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import socket
@@ -13,52 +12,24 @@ from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
-from ros_pose_stats.errors import DatasetError
-from ros_pose_stats.study.dataset import DatasetSpec, make_dataset, on_threads
+from ros_pose_stats.errors import BatchError
+from ros_pose_stats.study.dataset import DatasetSpec, make_chunk, make_dataset, on_threads
 from ros_pose_stats.version import VERSION
+from tests.clusters import scheduler, worker
 from tests.running import ROOT, complaints
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 
-from ros_pose_stats.study.dataset.cluster import chunk_there, on_cluster  # noqa: E402
+from ros_pose_stats.batch.cluster import work_there  # noqa: E402
+from ros_pose_stats.study.dataset.cluster import on_cluster  # noqa: E402
 
 OPTIONS = ("--bodies", "200", "--drops", "40", "--seed", "5")
 SPEC = DatasetSpec(bodies=200, drops=40, seed=5)
 
 
-@contextmanager
-def dask(kind, *arguments, **environment):
-    """A process of the cluster, killed in the end."""
-    running = subprocess.Popen(
-        [sys.executable, "-m", f"distributed.cli.dask_{kind}", *map(str, arguments),
-         "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT,
-        env={**os.environ, **environment})
-    try:
-        yield running
-    finally:
-        running.kill()
-        running.wait()
-
-
-@contextmanager
-def scheduler(folder, **environment):
-    """Its process and address."""
-    told = folder / "scheduler.json"
-    with dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", told,
-              **environment) as running:
-        while not told.exists():
-            assert running.poll() is None
-            time.sleep(0.05)
-        yield running, json.loads(told.read_text())["address"]
-
-
 @pytest.fixture
 def elsewhere(tmp_path_factory):
     return tmp_path_factory.mktemp("cluster")
-
-
-def worker(address):
-    return dask("worker", address, "--nworkers", "1", "--nthreads", "1", "--no-nanny")
 
 
 @contextmanager
@@ -153,7 +124,7 @@ class TestLosses:
     def test_no_worker_comes(self, tmp_path, elsewhere):
         file = tmp_path / "a.npz"
         with scheduler(elsewhere) as (_, address), client_of(address):
-            with pytest.raises(DatasetError, match=r"a worker at the scheduler.*dask worker"):
+            with pytest.raises(BatchError, match=r"a worker at the scheduler.*dask worker"):
                 make_dataset(file, SPEC, on_cluster(address, worker_seconds=0.5))
             polled = []
             assert not make_dataset(file, SPEC, on_cluster(address),
@@ -163,20 +134,20 @@ class TestLosses:
 
 class TestWhatAnswers:
     def refused(self, address, tmp_path):
-        with pytest.raises(DatasetError, match="a scheduler that answers") as refusal:
+        with pytest.raises(BatchError, match="a scheduler that answers") as refusal:
             make_dataset(tmp_path / "a.npz", SPEC, on_cluster(address))
         assert "\n" not in str(refusal.value)
         assert list(tmp_path.iterdir()) == []
 
     def test_nothing(self, tmp_path, monkeypatch):
-        monkeypatch.setattr("ros_pose_stats.study.dataset.cluster.CONNECT_SECONDS", 0.5)
+        monkeypatch.setattr("ros_pose_stats.batch.cluster.CONNECT_SECONDS", 0.5)
         self.refused("tcp://127.0.0.1:1", tmp_path)
 
     @pytest.mark.parametrize("first", [b"", b"HTTP/1.0 400 Bad Request\r\n\r\n", b"\0" * 64],
                              ids=["silent", "http", "zeros"])
     def test_something_else(self, tmp_path, monkeypatch, first):
         """A server that hangs, or one that talks another language."""
-        monkeypatch.setattr("ros_pose_stats.study.dataset.cluster.CONNECT_SECONDS", 1.0)
+        monkeypatch.setattr("ros_pose_stats.batch.cluster.CONNECT_SECONDS", 1.0)
         with closing(socket.create_server(("127.0.0.1", 0))) as server:
             address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
             answer = subprocess.Popen(
@@ -202,8 +173,8 @@ class TestWhatAnswers:
 
 class TestOnTheWorker:
     def test_another_version_is_refused(self):
-        with pytest.raises(DatasetError, match="same version everywhere"):
-            chunk_there("0.0.1", SPEC, 0, 1)
+        with pytest.raises(BatchError, match="same version everywhere"):
+            work_there("0.0.1", make_chunk, SPEC, 0, 1)
 
     def test_the_same_version_makes_the_piece(self):
-        assert len(chunk_there(VERSION, SPEC, 3, 2)["poses"]) == 2
+        assert len(work_there(VERSION, make_chunk, SPEC, 3, 2)["poses"]) == 2

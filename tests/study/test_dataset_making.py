@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from ros_pose_stats.errors import DatasetError, RequestError
+from ros_pose_stats.errors import BatchError, DatasetError, RequestError
 from ros_pose_stats.study.dataset import (
     DatasetSpec,
     make_chunk,
@@ -134,7 +134,7 @@ class TestPiecesFoundThere:
     def test_those_of_another_dataset_are_kept_and_refused(self, whole, file):
         stopped_after(file, 1)
         other = DatasetSpec(bodies=70, drops=4, restitutions=(0.2,), seed=4)
-        with pytest.raises(DatasetError, match="seed 3"):
+        with pytest.raises(BatchError, match="seed 3"):
             make_dataset(file, other, on_threads(1))
         made = []
         assert make_dataset(file, SPEC, recording(made))
@@ -145,7 +145,7 @@ class TestPiecesFoundThere:
     def test_those_of_an_unknown_dataset_are_refused(self, file, text):
         stopped_after(file, 1)
         (folder(file) / "spec.json").write_text(text)
-        with pytest.raises(DatasetError, match="another one"):
+        with pytest.raises(BatchError, match="another one"):
             make_dataset(file, SPEC, on_threads(1))
         (folder(file) / "bodies_0000000_0000031.npz").unlink()
         assert make_dataset(file, SPEC, on_threads(1))
@@ -155,7 +155,7 @@ class TestPiecesFoundThere:
         spec = folder(file) / "spec.json"
         told = json.loads(spec.read_text())
         spec.write_text(json.dumps({**told, "written_by": "ros_pose_stats 0.0.1"}))
-        with pytest.raises(DatasetError, match=r"ros_pose_stats 0\.0\.1"):
+        with pytest.raises(BatchError, match=r"ros_pose_stats 0\.0\.1"):
             make_dataset(file, SPEC, on_threads(1))
 
     def test_files_of_others_in_the_directory_stay(self, file):
@@ -218,7 +218,7 @@ class TestRefusals:
             on_threads(workers)
 
     def test_two_runs_at_once(self, whole, file):
-        with Unfinished(file, SPEC), pytest.raises(DatasetError, match="in use"):
+        with Unfinished(file, SPEC), pytest.raises(BatchError, match="in use"):
             make_dataset(file, SPEC, on_threads(1))
         assert make_dataset(file, SPEC, on_threads(1))
         assert file.read_bytes() == whole
@@ -227,7 +227,7 @@ class TestRefusals:
         (tmp_path / "file").write_text("")
         for path in (tmp_path / "file" / "a.npz", tmp_path / ("n" * 250),
                      tmp_path / ("n" * 300)):
-            with pytest.raises(DatasetError, match="expected"):
+            with pytest.raises((BatchError, DatasetError), match="expected"):
                 make_dataset(path, SPEC, on_threads(1))
         assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
@@ -235,7 +235,7 @@ class TestRefusals:
     def test_a_full_disk(self, whole, file, monkeypatch, after):
         """At the specification, a piece, or the file itself; what was done before is kept."""
         with (full_disk(monkeypatch, after),
-              pytest.raises(DatasetError, match="No space left on device")):
+              pytest.raises(BatchError, match="No space left on device")):
             make_dataset(file, SPEC, on_threads(1))
         assert not list(file.parent.rglob("*.half"))
         kept = list(folder(file).glob("bodies_*"))

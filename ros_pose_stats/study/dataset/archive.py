@@ -11,8 +11,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import DatasetError
-from ...recording.durable import replace_file
+from ...batch.folder import write_durably
+from ...errors import DatasetError, reason
 from ...version import VERSION
 from .spec import DatasetSpec
 
@@ -27,7 +27,7 @@ def write_archive(file: Path, spec: DatasetSpec, chunks: Sequence[Arrays]) -> No
 
     Raises
     ------
-    DatasetError
+    BatchError
         If it cannot be written.
     """
     schema = {
@@ -41,22 +41,7 @@ def write_archive(file: Path, spec: DatasetSpec, chunks: Sequence[Arrays]) -> No
     whole: dict[str, Any] = {"schema": np.array(json.dumps(schema, indent=1)), **arrays}
     stream = io.BytesIO()
     np.savez_compressed(stream, **whole)
-    write_whole(file, stream.getvalue())
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all.
-
-    Raises
-    ------
-    DatasetError
-        If it cannot be written.
-    """
-    try:
-        replace_file(path, content)
-    except OSError as error:
-        raise DatasetError("a disk that takes the dataset", f"{path} ({reason(error)})",
-                           "make room; the same command then goes on from here") from error
+    write_durably(file, stream.getvalue())
 
 
 def read_archive(file: Path) -> tuple[DatasetSpec, Arrays]:
@@ -84,12 +69,6 @@ def read_archive(file: Path) -> tuple[DatasetSpec, Arrays]:
                            f"{file} ({reason(error)})", "make it anew") from error
     raise DatasetError(f"a {FORMAT} of version {FORMAT_VERSION}", f"{format_name} in {file}",
                        "make it anew with `ros_pose_stats dataset`")
-
-
-def reason(error: BaseException) -> str:
-    """An error in one line, never empty."""
-    text = (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
-    return " ".join(text.split())
 
 
 Arrays = dict[str, NDArray[Any]]

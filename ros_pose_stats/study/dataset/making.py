@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from threading import Event
 import numpy as np
 from numpy.typing import NDArray
 
+from ...batch.in_flight import in_flight
 from ...errors import DatasetError, RequestError
 from ...records import DropScene
 from ...shapes.random_polyhedra import RandomPolyhedron, random_polyhedron
@@ -30,8 +31,6 @@ Made = tuple[Piece, Arrays]
 Maker = Callable[[DatasetSpec, Sequence[Piece], Callable[[], bool]],
                  Generator[Made, None, None]]
 """Makes the pieces of a specification and yields each when it is done, until told to stop."""
-
-POLL_SECONDS = 0.05
 
 
 @dataclass(frozen=True)
@@ -144,45 +143,12 @@ def on_threads(workers: int | None = None) -> Maker:
             try:
                 yield from in_flight(
                     lambda piece: pool.submit(make_chunk, spec, *piece, ended.is_set),
-                    lambda future, _: future.result(), pieces, should_stop, 2 * threads)
+                    lambda future, _: future.result(), pieces, should_stop, lambda: 2 * threads)
             finally:
                 ended.set()
                 pool.shutdown(wait=False, cancel_futures=True)
 
     return make
-
-
-def in_flight(submit: Callable[[Piece], Future[Arrays]],
-              receive: Callable[[Future[Arrays], Piece], Arrays | None],
-              pieces: Sequence[Piece], should_stop: Callable[[], bool],
-              most: int) -> Generator[Made, None, None]:
-    """Hand out pieces, a few at a time, and give each as it is done.
-
-    Parameters
-    ----------
-    submit : callable
-        Hands out a piece, to a thread or to a cluster.
-    receive : callable
-        Takes the arrays of a piece; None where it is to be handed out anew.
-    pieces : sequence of Piece
-    should_stop : callable
-        Asked some twenty times a second.
-    most : int
-        Most pieces that are handed out at a time.
-    """
-    waiting = list(reversed(pieces))
-    busy: dict[Future[Arrays], Piece] = {}
-    while (waiting or busy) and not should_stop():
-        while waiting and len(busy) < most:
-            piece = waiting.pop()
-            busy[submit(piece)] = piece
-        for future in wait(busy, POLL_SECONDS, FIRST_COMPLETED).done:
-            piece = busy.pop(future)
-            arrays = receive(future, piece)
-            if arrays is None:
-                waiting.append(piece)
-            else:
-                yield piece, arrays
 
 
 AT_ONCE = 1000

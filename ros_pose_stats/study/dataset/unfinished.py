@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -11,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import DatasetError
-from ...recording.directory_lock import DirectoryLock
+from ...batch.folder import WorkFolder, write_durably
+from ...errors import BatchError, DatasetError, reason
 from ...recording.run_names import HALF, LOCK
-from ...version import VERSION
-from .archive import FIELDS, Arrays, check_arrays, reason, write_whole
+from .archive import FIELDS, Arrays, check_arrays
 from .spec import DatasetSpec
 
 SPEC = "spec.json"
@@ -36,38 +34,24 @@ class Unfinished:
 
     Raises
     ------
-    DatasetError
+    BatchError
         If the directory holds pieces of another dataset, is in use, or cannot be written.
     """
 
     def __init__(self, file: Path, spec: DatasetSpec) -> None:
         self.directory = directory_of(file)
         self._spec = spec
-        try:
-            self.directory.mkdir(parents=True, exist_ok=True)
-            lock = DirectoryLock.take(self.directory)
-        except OSError as error:
-            raise DatasetError("a directory that can be written to",
-                               f"{self.directory} ({reason(error)})",
-                               "name another file with -o") from error
-        if lock is None:
-            raise DatasetError("a dataset that nobody else is making", f"{self.directory} in use",
-                               "wait for the other run or name another file with -o")
-        self._lock = lock
-        try:
-            self._claim()
-        except BaseException:
-            self.__exit__(None, None, None)
-            raise
+        self._folder = WorkFolder(self.directory, SPEC, spec.as_dict(), self._any_piece,
+                                  "a dataset")
 
     def __enter__(self) -> Unfinished:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
-        if not any(self.directory.glob(PIECES)):
+        if not self._any_piece():
             self.remove()
-        self._lock.release()
+        self._folder.release()
 
     def done(self) -> list[tuple[int, int]]:
         """Sound pieces in the directory, as (first body, number of bodies)."""
@@ -78,7 +62,7 @@ class Unfinished:
         stream = io.BytesIO()
         fields: dict[str, Any] = dict(arrays)
         np.savez(stream, **fields)
-        write_whole(self._path(piece), stream.getvalue())
+        write_durably(self._path(piece), stream.getvalue())
 
     def pieces(self) -> list[Arrays]:
         """All pieces in the order of their bodies.
@@ -123,37 +107,17 @@ class Unfinished:
         first, count = piece
         return self.directory / f"bodies_{first:07d}_{first + count - 1:07d}.npz"
 
-    def _claim(self) -> None:
-        """Write the specification, or find the same one there."""
-        path = self.directory / SPEC
-        mine = _told(self._spec)
-        try:
-            theirs = json.loads(path.read_bytes())
-        except (OSError, ValueError):
-            theirs = None
-        if theirs == mine:
-            return
-        if any(self.directory.glob(PIECES)):
-            told = theirs if isinstance(theirs, dict) else {SPEC: "unreadable"}
-            others = [f"{name} {value}" for name, value in told.items()
-                      if value != mine.get(name)]
-            raise DatasetError("pieces of the same dataset",
-                               f"those of another one in {self.directory} ({', '.join(others)})",
-                               "finish that one, delete the directory, or name another file")
-        write_whole(path, json.dumps(mine, indent=1).encode())
+    def _any_piece(self) -> bool:
+        return any(self.directory.glob(PIECES))
 
 
 def clear_leftovers(file: Path, spec: DatasetSpec) -> None:
     """Delete the pieces of a dataset whose run wrote the file but was cut off before their end."""
     if directory_of(file).is_dir():
-        with suppress(DatasetError), Unfinished(file, spec) as unfinished:
+        with suppress(BatchError), Unfinished(file, spec) as unfinished:
             unfinished.remove()
 
 
 def directory_of(file: Path) -> Path:
     """Where the pieces of a dataset lie."""
     return file.with_name(f"{file.name}.unfinished")
-
-
-def _told(spec: DatasetSpec) -> dict[str, Any]:
-    return {"written_by": f"ros_pose_stats {VERSION}", **spec.as_dict()}

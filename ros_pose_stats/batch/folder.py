@@ -1,0 +1,114 @@
+"""The folder in which work grows, so that a run that was cut off can go on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from ..errors import BatchError, reason
+from ..recording.directory_lock import DirectoryLock
+from ..recording.durable import replace_file
+from ..recording.run_names import LOCK
+from ..version import VERSION
+
+
+class WorkFolder:
+    """A folder, locked while in use, with a file that says what work lies in it.
+
+    Parameters
+    ----------
+    directory : Path
+        Created where it is missing.
+    claim : str
+        Name of that file.
+    request : dict
+        All that the work depends on, besides the program: plain values, for JSON.
+    has_work : callable
+        Whether anything is there that depends on it.
+    what : str
+        The work, in words: `a dataset`.
+
+    Raises
+    ------
+    BatchError
+        If the folder holds work of another request, is in use, or cannot be written.
+    """
+
+    def __init__(self, directory: Path, claim: str, request: dict[str, Any],
+                 has_work: Callable[[], bool], what: str) -> None:
+        self.directory = directory
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            lock = DirectoryLock.take(directory)
+        except OSError as error:
+            raise BatchError("a directory that can be written to",
+                             f"{directory} ({reason(error)})",
+                             "name another one with -o") from error
+        if lock is None:
+            raise BatchError(f"{what} that nobody else is making", f"{directory} in use",
+                             "wait for the other run or name another one with -o")
+        self._lock = lock
+        try:
+            self._claim(claim, request, has_work, what)
+        except BaseException:
+            if not has_work():
+                self.leave()
+            lock.release()
+            raise
+
+    def __enter__(self) -> WorkFolder:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.release()
+
+    def release(self) -> None:
+        """Let others have it."""
+        self._lock.release()
+
+    def leave(self) -> None:
+        """Delete the folder if nothing but the lock is in it."""
+        with suppress(OSError):  # leftovers do no harm
+            if [one.name for one in self.directory.iterdir()] == [LOCK]:
+                (self.directory / LOCK).unlink()
+                self.directory.rmdir()
+
+    def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
+               what: str) -> None:
+        """Write what is asked for, or find the same there."""
+        path = self.directory / claim
+        mine = {"written_by": f"ros_pose_stats {VERSION}", **request}
+        try:
+            theirs = json.loads(path.read_bytes())
+        except (OSError, ValueError):
+            theirs = None
+        if theirs == mine:
+            return
+        if has_work():
+            told = theirs if isinstance(theirs, dict) else {claim: "unreadable"}
+            others = [f"{name} {value}" for name, value in told.items()
+                      if value != mine.get(name)]
+            raise BatchError(f"work on the same {what.removeprefix('a ')}",
+                             f"that on another one in {self.directory} ({', '.join(others)})",
+                             "finish that one, delete the directory, or name another one")
+        write_durably(path, json.dumps(mine, indent=1).encode())
+
+
+def write_durably(path: Path, content: bytes) -> None:
+    """Write a file that appears whole or not at all, and survives a power cut.
+
+    Raises
+    ------
+    BatchError
+        If it cannot be written.
+    """
+    try:
+        replace_file(path, content)
+    except OSError as error:
+        raise BatchError("a disk that takes what is made", f"{path} ({reason(error)})",
+                         "make room; the same command then goes on from here") from error

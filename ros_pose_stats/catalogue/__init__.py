@@ -1,0 +1,1 @@
+"""A catalogue of parts: their poses, shares and feeding numbers, in tables and on a page."""

@@ -1,0 +1,259 @@
+"""Makes a catalogue: estimates of all parts first, then drops of those that need them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from ..batch.folder import WorkFolder
+from ..batch.processes import WorkerProcess, check_workers, work_in_processes
+from ..errors import BatchError, reason
+from .page import PAGE, PageState, write_page
+from .request import CatalogueRequest, PartFile
+from .row_log import ROWS, Entry, RowLog
+from .rows import Described, Row, describe_part, refused
+from .tables import PARTS, POSES, write_tables
+
+CLAIM = "request.json"
+PICTURES = "pictures"
+
+MOST_THREADS = 8
+"""Of a process for the drops of its part: the last part, which may be the longest, has the cores
+that the others have left."""
+
+Piece = tuple[PartFile, bool]
+"""A file, and whether the part is to be dropped where its estimate is not sure enough."""
+
+Maker = Callable[[CatalogueRequest, Sequence[Piece], Callable[[], bool]],
+                 Generator[tuple[Piece, Described], None, None]]
+"""Makes pieces and yields each when it is done, until told to stop."""
+
+
+@dataclass(frozen=True)
+class CatalogueProgress:
+    """State of a run.
+
+    Attributes
+    ----------
+    parts, bound : int
+        Done in all, and wanted.
+    found : int
+        Number of those that were there when this run began.
+    dropping : bool
+        Whether these are parts that are dropped, after the estimates of all.
+    seconds : float
+        Since this stage began.
+    """
+
+    parts: int
+    bound: int
+    found: int
+    dropping: bool
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """What was made.
+
+    Attributes
+    ----------
+    folder, page : Path
+    tables : list of Path
+    done, bound : int
+        Rows in the tables, and parts that there are.
+    found : int
+        Rows that an earlier run had made.
+    to_be_dropped : int
+        Rows that are not as sure as the target error asks, as the run was stopped.
+    refused : dict
+        Reasons by the names of the files that gave no answer.
+    rows : list of dict or None
+        Where they were to be kept.
+    """
+
+    folder: Path
+    page: Path
+    tables: list[Path]
+    done: int
+    bound: int
+    found: int
+    to_be_dropped: int
+    refused: dict[str, str]
+    rows: list[Row] | None
+
+    @property
+    def complete(self) -> bool:
+        """Whether every part has the row that was asked for."""
+        return self.done == self.bound and not self.to_be_dropped
+
+
+def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRequest,
+                   maker: Maker, *, parquet: bool = False, keep_rows: bool = False,
+                   on_progress: Callable[[CatalogueProgress], object] = lambda _: None,
+                   should_stop: Callable[[], bool] = lambda: False) -> Catalogue:
+    """Make a catalogue, or go on where an earlier run was cut off.
+
+    Rows of files that have not changed since are kept; so a folder to which parts were added
+    costs the new ones alone. The same files and request give the same tables.
+
+    Parameters
+    ----------
+    folder : Path
+        Created where it is missing.
+    parts : sequence of PartFile
+        As from `find_parts`.
+    request : CatalogueRequest
+    maker : callable
+        `on_processes(n)`, or `on_cluster(address)` of `cluster`; the results are the same.
+    parquet : bool
+        Whether to write the tables as Parquet files, too.
+    keep_rows : bool
+        Whether to return the rows, too; hundreds of thousands fill the memory.
+    on_progress : callable, optional
+        Called with a `CatalogueProgress` after each part.
+    should_stop : callable, optional
+        Asked some twenty times a second; True ends the run with the parts that are done.
+
+    Raises
+    ------
+    BatchError
+        If the folder is in use, belongs to another request, or cannot be written.
+    """
+    ours = (ROWS, PAGE, *(f"{name}.csv" for name in (PARTS, POSES)))
+    with (WorkFolder(folder, CLAIM, request.as_dict(),
+                     lambda: any((folder / name).exists() for name in ours), "a catalogue"),
+          RowLog(folder) as log):
+        run = _Run(folder, parts, log, on_progress)
+        missing = run.missing()
+        found = len(parts) - len(missing)
+        run.collect(missing, False, partial(maker, request), should_stop)
+        if run.unsure() and not should_stop():
+            run.write(request, parquet)  # to be looked at while parts are dropped
+            run.collect(run.unsure(), True, partial(maker, request), should_stop)
+        tables, refused = run.write(request, parquet)
+        there = run.there()
+        return Catalogue(folder, folder / PAGE, tables, len(there), len(parts), found,
+                         len(run.unsure()), refused,
+                         [log.row(name) for name in there] if keep_rows else None)
+
+
+class _Run:
+    """A run in a folder."""
+
+    def __init__(self, folder: Path, parts: Sequence[PartFile], log: RowLog,
+                 on_progress: Callable[[CatalogueProgress], object]) -> None:
+        self._folder, self._parts, self._log = folder, parts, log
+        self._on_progress = on_progress
+
+    def missing(self) -> list[PartFile]:
+        """Files without a row, or whose row is a refusal or about what they held before.
+
+        What was refused for want of a package or of memory may go well now.
+        """
+        return [part for part in self._parts
+                if not self._has(part) or self._log.entries[part.name].refused]
+
+    def unsure(self) -> list[PartFile]:
+        """Files whose rows are estimates that are not sure enough."""
+        return [part for part in self._parts
+                if self._has(part) and self._log.entries[part.name].to_be_dropped]
+
+    def collect(self, parts: Sequence[PartFile], dropping: bool,
+                make: Callable[..., Generator[tuple[Piece, Described], None, None]],
+                should_stop: Callable[[], bool]) -> None:
+        """Have parts made and keep them as they come."""
+        begin, bound = time.monotonic(), len(self._parts)
+        found = done = bound - len(parts)
+        self._on_progress(CatalogueProgress(done, bound, found, dropping, 0.0))
+        with closing(make([(part, dropping) for part in parts], should_stop)) as made:
+            for (part, _), described in made:
+                self._log.append(part, described, self._keep_picture(described))
+                done += 1
+                self._on_progress(CatalogueProgress(done, bound, found, dropping,
+                                                    time.monotonic() - begin))
+        self._log.sync()
+
+    def there(self) -> list[str]:
+        """Names of the files that have a row."""
+        return [part.name for part in self._parts if self._has(part)]
+
+    def write(self, request: CatalogueRequest, parquet: bool) -> tuple[list[Path], dict[str, str]]:
+        """Write tables and page of what is there.
+
+        Returns
+        -------
+        tables : list of Path
+        refused : dict
+            Reasons by the names of the files.
+        """
+        there = self.there()
+
+        def rows() -> Iterator[Row]:
+            return map(self._log.row, there)
+
+        tables = write_tables(self._folder, rows, parquet)
+        refused = {row["file"]: row["refusal"] for row in rows() if row["refusal"]}
+        state = PageState(len(there), len(self._parts), len(self.unsure()), len(refused))
+        write_page(self._folder, request, state,
+                   ((self._log.row(name), self._log.entries[name].picture) for name in there))
+        return tables, refused
+
+    def _has(self, part: PartFile) -> bool:
+        entry = self._log.entries.get(part.name)
+        return entry is not None and entry.part == part and self._has_picture(entry)
+
+    def _has_picture(self, entry: Entry) -> bool:
+        if not entry.picture:
+            return True
+        try:
+            return (self._folder / entry.picture).stat().st_size > 0
+        except OSError:
+            return False
+
+    def _keep_picture(self, made: Described) -> str:
+        """Write the picture under a name of the part's content; the same part has the same."""
+        if made.picture is None:
+            return ""
+        digest: str = made.row["part_digest"]
+        name = f"{PICTURES}/{digest[:2]}/{digest[:16]}.png"
+        try:
+            (self._folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (self._folder / name).write_bytes(made.picture)
+        except OSError as error:
+            raise BatchError("a disk that takes the pictures",
+                             f"{self._folder / name} ({reason(error)})",
+                             "make room; the same command then goes on from here") from error
+        return name
+
+
+def on_processes(workers: int | None = None) -> Maker:
+    """Parts made by processes of this machine; one that dies costs its own part alone.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Default: all cores.
+    """
+    processes = check_workers(workers)
+    threads = min(processes, MOST_THREADS)
+
+    def make(request: CatalogueRequest, pieces: Sequence[Piece],
+             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
+        def call(process: WorkerProcess, piece: Piece) -> Described:
+            return process.call(describe_part, piece[0].name, None, request, piece[1], threads)
+
+        yield from work_in_processes(processes, call, died, pieces, should_stop)
+
+    return make
+
+
+def died(piece: Piece, how: str) -> Described:
+    """What comes of a part whose process died, from how it ended."""
+    why = (f"the process that looked at it {how}, and so did a second one; export the part anew, "
+           "or in fewer faces")
+    return Described(refused(piece[0].name, why), None, False, 0.0)

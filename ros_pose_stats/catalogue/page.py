@@ -1,0 +1,175 @@
+"""The page of a catalogue: parts to sort and filter, without a network or a server.
+
+A page of some hundred parts holds all it shows. One of more takes rows from scripts beside it, for
+pages that are opened as files may read nothing else, and pictures as they come into view.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import groupby, islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from ..errors import BatchError, reason
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
+from ..text import percent, ranges
+from ..version import VERSION
+from ..whole_files import write_file
+from .request import CatalogueRequest
+from .rows import Row
+
+PAGE = "index.html"
+CHUNKS = "rows"
+REPORTS = "reports"
+ASSETS = Path(__file__).with_name("assets")
+
+EMBEDDED = 400
+"""Parts up to which the page holds rows and pictures itself: about two megabytes."""
+
+ROWS_A_CHUNK = 2000
+
+GROUPS = 8
+"""Poses of a part that the page lists, those that symmetry makes alike as one."""
+
+Shown = tuple[Row, str]
+"""A row and the file of its picture."""
+
+
+class PageState(NamedTuple):
+    """How many parts have a row, there are, are still to be dropped, and were refused."""
+
+    parts: int
+    bound: int
+    to_be_dropped: int
+    refused: int
+
+
+def write_page(folder: Path, request: CatalogueRequest, state: PageState,
+               rows: Iterator[Shown]) -> None:
+    """Write the page, and what it reads, in the order of the rows.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the catalogue, with the pictures in it.
+    request : CatalogueRequest
+    state : PageState
+    rows : iterator of (row, file of the picture below the folder)
+
+    Raises
+    ------
+    BatchError
+        If it cannot be written.
+    """
+    embedded = state.parts <= EMBEDDED
+    try:
+        shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
+        own = _script_json(list(shown)) if embedded else "[]"
+        chunks = [] if embedded else list(_write_chunks(folder, shown))
+        for old in set((folder / CHUNKS).glob("*.js")) - {folder / name for name in chunks}:
+            old.unlink()
+        write_file(folder / PAGE, _template().render(
+            state=state, request=request, version=VERSION, rows=own, chunks=chunks,
+            scene=describe_scene(request.scene.restitution, request.scene.drop_height),
+            target=percent(request.target_error),
+            settings=_script_json(_settings(folder, request)),
+            style=(ASSETS / "catalogue.css").read_text(encoding="utf-8"),
+            script=(ASSETS / "catalogue.js").read_text(encoding="utf-8")).encode())
+    except OSError as error:
+        raise BatchError("a disk that takes the page", f"{folder} ({reason(error)})",
+                         "make room; the same command then goes on from here") from error
+
+
+def report_name(row: Row) -> str:
+    """File of the report on a part, below the folder of the catalogue."""
+    return f"{REPORTS}/{Path(row['file']).stem}_{row['part_digest'][:8]}.html"
+
+
+def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
+    for number in range(10 ** 9):
+        some = list(islice(shown, ROWS_A_CHUNK))
+        if not some:
+            return
+        name = f"{CHUNKS}/{number:05d}.js"
+        write_file(folder / name, f"addRows({_script_json(some)});\n".encode())
+        yield name
+
+
+def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
+    """What the command of a report is put together from."""
+    scene, plain = request.scene, request.as_dict()
+    names = [name for name in ("unit", "density", "drop_height") if plain[name] is not None]
+    names.append("restitution")
+    if scene.cluster_tolerance != DEFAULT_CLUSTER_TOLERANCE:
+        names.append("cluster_tolerance")
+    if scene.round_sides != DEFAULT_ROUND_SIDES:
+        names.append("round_sides")
+    options = [word for name in names
+               for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
+    return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options}
+
+
+def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
+    """A row in the order in which the script takes it apart; lengths in millimetres."""
+    if row["refusal"]:
+        return [row["file"], row["refusal"]]
+    report = report_name(row)
+    if embedded and picture:
+        data = base64.b64encode((folder / picture).read_bytes()).decode()
+        picture = f"data:image/png;base64,{data}"
+    return [
+        row["file"], "", picture, report, int((folder / report).exists()), row["triangles"],
+        [_millimetres(row[f"size_{axis}_m"]) for axis in "xyz"], row["stable_poses"],
+        row["distinct_poses"], row["method"], row["drops"], _short(row["expected_error"]),
+        _short(row["largest_error"]), *(_short(row[f"best_share{end}"]) for end in BOUNDS),
+        _short(row["entropy_bits"]), *(_short(row[f"passes{end}"]) for end in BOUNDS),
+        _millimetres(row["footprint_length_m"]), _millimetres(row["footprint_width_m"]),
+        _millimetres(row["top_m"]), row["warnings"], _groups(row["poses"]),
+    ]
+
+
+BOUNDS = ("", "_low", "_high")
+
+
+def _groups(poses: Sequence[Row]) -> list[list[Any]]:
+    """The most probable poses, those that symmetry makes alike as one."""
+    alike = (list(group) for _, group in groupby(poses, key=lambda pose: pose["group"]))
+    return [[ranges([pose["pose"] for pose in group]),
+             *(_short(group[0][f"group_share{end}"]) for end in BOUNDS),
+             _millimetres(group[0]["footprint_length_m"]),
+             _millimetres(group[0]["footprint_width_m"]), _millimetres(group[0]["top_m"]),
+             _degrees([pose["margin_rad"] for pose in group]),
+             int(group[0]["rolls"])] for group in islice(alike, GROUPS)]
+
+
+def _degrees(angles: Sequence[float | None]) -> float | None:
+    """The smallest angle that is known."""
+    known = [math.degrees(angle) for angle in angles if angle is not None]
+    return _short(min(known, default=None))
+
+
+def _millimetres(metres: float) -> float | None:
+    return _short(1e3 * metres)
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.4g}")
+
+
+def _script_json(values: Any) -> str:
+    """JSON that may stand in a script of a page."""
+    return json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+@cache
+def _template() -> Template:
+    known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
+                        lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    return known.get_template("catalogue.html")

@@ -1,0 +1,118 @@
+"""What a catalogue is asked for: files of parts, and how to look at them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..errors import RequestError, reason
+from ..mesh.files import SUFFIXES
+from ..mesh.mass_properties import check_given
+from ..records import DropScene
+from ..simulation.request import drop_request
+
+
+@dataclass(frozen=True)
+class CatalogueRequest:
+    """All that the row of a part depends on, besides the content of its file and the program.
+
+    Attributes
+    ----------
+    scene : DropScene
+    unit : str or None
+        As for `load_part`.
+    density : float or None
+        kg/m³; as for `load_part`.
+    target_error : float
+        Error over the poses, a fraction: parts whose estimate is not that sure are dropped. 0
+        asks for estimates alone.
+
+    Raises
+    ------
+    MassPropertiesError, RequestError
+        If a value is out of its range.
+    """
+
+    scene: DropScene = field(default_factory=DropScene)
+    unit: str | None = None
+    density: float | None = None
+    target_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_given(None, None, None, self.density)
+        drop_request(1, None, self.target_error, None, "random", None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        scene = self.scene
+        return {"unit": self.unit, "density": self.density, "restitution": scene.restitution,
+                "drop_height": scene.drop_height, "cluster_tolerance": scene.cluster_tolerance,
+                "round_sides": scene.round_sides, "target_error": self.target_error}
+
+
+class PartFile(NamedTuple):
+    """A file, and by what one sees that it has changed.
+
+    Attributes
+    ----------
+    name : str
+        Path as it was given, or below a folder that was given.
+    bytes, mtime_ns : int
+        Its size and the time of its last change; -1 for a file that cannot be looked at.
+    """
+
+    name: str
+    bytes: int
+    mtime_ns: int
+
+
+def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
+    """Files of parts, each once, by name.
+
+    Parameters
+    ----------
+    paths : sequence of paths
+        Files, taken whatever their kind, and folders: of these and all folders below them the
+        files that end as parts do; no hidden ones.
+
+    Raises
+    ------
+    RequestError
+        If a path or a folder cannot be looked into, or there is no part.
+    """
+    names = {str(name) for path in paths for name in _files_of(Path(path))}
+    if not names:
+        raise RequestError(f"files of parts ({', '.join(SUFFIXES)})",
+                           f"none in {', '.join(map(str, paths))}",
+                           "name a folder that holds some, or the files themselves")
+    return [_looked_at(name) for name in sorted(names)]
+
+
+def _files_of(path: Path) -> Iterator[Path]:
+    if not path.is_dir():
+        if not path.exists():
+            raise RequestError("files of parts, and folders of such", f"no file {path}",
+                               "check the path")
+        yield path
+        return
+    for folder, below, files in os.walk(path, onerror=_refuse_folder, followlinks=True):
+        below[:] = [name for name in below if not name.startswith(".")]
+        for name in files:
+            if not name.startswith(".") and name.lower().endswith(SUFFIXES):
+                yield Path(folder, name)
+
+
+def _refuse_folder(error: OSError) -> None:
+    raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
+                       "check its permissions") from error
+
+
+def _looked_at(name: str) -> PartFile:
+    try:
+        found = os.stat(name)  # noqa: PTH116 - hundreds of thousands of times
+    except OSError:  # a broken link; its row will say so
+        return PartFile(name, -1, -1)
+    return PartFile(name, found.st_size, found.st_mtime_ns)

@@ -1,0 +1,193 @@
+"""The row of a part: what its file holds, how it comes to rest, and what a feeder gets."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import PoseStatsError
+from ..mesh.files import parse_mesh, read_bytes
+from ..mesh.mass_properties import check_given
+from ..mesh.parts import part_of_file
+from ..planning.auto import auto
+from ..planning.confidence import estimate_bound, prior_of
+from ..plots.thumbnail import pose_thumbnail
+from ..records import Part, PoseStatistics
+from ..resting.poses import resting_poses
+from ..statistics.feeding import Bounded, drop_afresh
+from ..statistics.pose_groups import PoseGroup, pose_groups
+from ..statistics.pose_shares import pose_shares
+from .request import CatalogueRequest
+
+Row = dict[str, Any]
+
+UNKNOWN = Bounded(math.nan, math.nan, math.nan)
+
+
+class Described(NamedTuple):
+    """What came of a part.
+
+    Attributes
+    ----------
+    row : dict
+        By the columns of `tables.COLUMNS` as far as they are known; `poses` is a list of rows by
+        `tables.POSE_COLUMNS`. Plain values, for JSON: what is not known is None.
+    picture : bytes or None
+        PNG file of the most probable pose.
+    to_be_dropped : bool
+        Whether the estimate is not as sure as the target error asks.
+    seconds : float
+        That it took.
+    """
+
+    row: Row
+    picture: bytes | None
+    to_be_dropped: bool
+    seconds: float
+
+
+def describe_part(name: str, content: bytes | PoseStatsError | None, request: CatalogueRequest,
+                  drop: bool, threads: int = 1) -> Described:
+    """Look at one part. The answer depends on file and request alone, wherever it is made.
+
+    Parameters
+    ----------
+    name : str
+        Of its file.
+    content : bytes, PoseStatsError or None
+        What the file holds, or why it cannot be read; None where it is to be read here.
+    request : CatalogueRequest
+    drop : bool
+        Whether to keep the target error, if need be by drops; else the estimate answers.
+    threads : int
+        For the drops.
+
+    Returns
+    -------
+    Described
+        Of a part that is refused, the row with the reason.
+    """
+    begin = time.perf_counter()
+    try:
+        row, picture, open_ = _described(name, content, request, drop, threads)
+    except PoseStatsError as refusal:
+        row, picture, open_ = refused(name, str(refusal)), None, False
+    except Exception as error:  # one part must not cost all others their rows
+        row, picture, open_ = refused(
+            name, f"failed inside the program ({type(error).__name__}: {error}); please report "
+            "it with the file"), None, False
+    return Described(row, picture, open_, time.perf_counter() - begin)
+
+
+def refused(name: str, why: str) -> Row:
+    """The row of a part that has no other answer."""
+    return {"file": name, "refusal": " ".join(why.split())}
+
+
+def content_of(name: str) -> bytes | PoseStatsError:
+    """What a file holds, or why it cannot be read."""
+    try:
+        return read_bytes(Path(name))
+    except PoseStatsError as refusal:
+        return refusal
+
+
+def _described(name: str, content: bytes | PoseStatsError | None, request: CatalogueRequest,
+               drop: bool, threads: int) -> tuple[Row, bytes, bool]:
+    path, scene = Path(name), request.scene
+    held = content_of(name) if content is None else content
+    if isinstance(held, PoseStatsError):
+        raise held
+    part = part_of_file(parse_mesh(path, held, request.unit),
+                        check_given(None, None, None, request.density), path.stem)
+    # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
+    found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
+                 int(part.digest[:16], 16), scene.drop_height, workers=threads,
+                 cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+    groups = pose_groups(found)
+    row = {"file": name, **_row(part, found, groups), "refusal": "",
+           "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
+    return (_finite(row), pose_thumbnail(part, groups[0].first, found.radius),
+            not drop and _too_unsure(part, found, request))
+
+
+def _too_unsure(part: Part, found: PoseStatistics, request: CatalogueRequest) -> bool:
+    scene = request.scene
+    if not request.target_error:
+        return False
+    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
+    return estimate_bound(prior_of(found, resting, scene)) > request.target_error
+
+
+def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
+    size = np.ptp(part.surface_vertices, axis=0).tolist()
+    best = groups[0]
+    length, width = footprint(best.first.outline)
+    passes = UNKNOWN
+    if not math.isnan(best.probability):
+        passes = drop_afresh(pose_shares(found), best.indices).passes
+    return {
+        "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
+        "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),
+        "distinct_poses": len(groups), "method": found.method, "drops": found.drops,
+        "expected_error": found.expected_error, "largest_error": found.largest_error,
+        "best_pose": best.first.index, "best_share": best.probability,
+        "best_share_low": best.probability_low, "best_share_high": best.probability_high,
+        "entropy_bits": entropy([group.probability for group in groups]),
+        "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
+        "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
+        "warnings": list(found.warnings),
+    }
+
+
+def _pose_row(group: PoseGroup, pose: Any) -> Row:
+    length, width = footprint(pose.outline)
+    return {
+        "pose": pose.index, "group": pose.group, "group_size": group.size,
+        "group_share": group.probability, "group_share_low": group.probability_low,
+        "group_share_high": group.probability_high, "probability": pose.probability,
+        "probability_low": pose.probability_low, "probability_high": pose.probability_high,
+        "standard_error": pose.standard_error, "count": pose.count, "footprint_length_m": length,
+        "footprint_width_m": width, "top_m": pose.top, "height_m": pose.height,
+        "margin_rad": pose.margin, "barrier_m": pose.barrier, "rolls": pose.rolls,
+    }
+
+
+def entropy(shares: Sequence[float]) -> float:
+    """Entropy of shares that add up to 1, in bits: 0 where a part always lies the same way."""
+    return -sum(share * math.log2(share) for share in shares if share > 0.0) + 0.0 \
+        if not any(map(math.isnan, shares)) else math.nan
+
+
+def footprint(outline: NDArray[np.float64]) -> tuple[float, float]:
+    """Length and width of the smallest rectangle around a convex outline.
+
+    One of its sides lies on a side of the outline (Freeman and Shapira, 1975).
+
+    Parameters
+    ----------
+    outline : (k, 2) array
+        Corners in their order, metres.
+    """
+    sides = np.roll(outline, -1, axis=0) - outline
+    lengths = np.hypot(*sides.T)
+    along = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    one, other = np.ptp(outline @ along.T, axis=0), np.ptp(outline @ across.T, axis=0)
+    least = int(np.argmin(one * other))
+    return float(max(one[least], other[least])), float(min(one[least], other[least]))
+
+
+def _finite(value: Any) -> Any:
+    """Replace NaN and infinity, which JSON does not have, by None."""
+    if isinstance(value, dict):
+        return {name: _finite(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,147 @@
+"""The tables of a catalogue: a row a part and a row a pose, as CSV and as Parquet."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import BatchError, reason
+from ..whole_files import write_whole
+from .rows import Row
+
+COLUMNS: dict[str, type] = {
+    "file": str, "part_digest": str, "triangles": int, "size_x_m": float, "size_y_m": float,
+    "size_z_m": float, "stable_poses": int, "distinct_poses": int, "method": str, "drops": int,
+    "expected_error": float, "largest_error": float, "best_pose": int, "best_share": float,
+    "best_share_low": float, "best_share_high": float, "entropy_bits": float, "passes": float,
+    "passes_low": float, "passes_high": float, "footprint_length_m": float,
+    "footprint_width_m": float, "top_m": float, "warnings": str, "refusal": str,
+}
+"""Of `catalogue.csv`, with the kind of their values. Shares and errors are fractions."""
+
+POSE_COLUMNS: dict[str, type] = {
+    "file": str, "part_digest": str, "pose": int, "group": int, "group_size": int,
+    "group_share": float, "group_share_low": float, "group_share_high": float,
+    "probability": float, "probability_low": float, "probability_high": float,
+    "standard_error": float, "count": int, "footprint_length_m": float,
+    "footprint_width_m": float, "top_m": float, "height_m": float, "margin_rad": float,
+    "barrier_m": float, "rolls": bool,
+}
+"""Of `poses.csv`."""
+
+PARTS, POSES = "catalogue", "poses"
+BETWEEN = " | "
+"""Between the warnings of a part."""
+
+AT_ONCE = 20_000
+"""Rows of a Parquet table in memory."""
+
+Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
+
+
+def load_parquet() -> None:
+    """Import what Parquet files need.
+
+    Raises
+    ------
+    ImportError
+    """
+    import pyarrow.parquet  # noqa: F401
+
+
+def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
+    """Write all tables, each whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+    rows : callable
+        Gives all rows from the first one, each time anew.
+    parquet : bool
+        Whether to write Parquet files beside the CSV files; that needs pyarrow.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    BatchError
+        If they cannot be written.
+    """
+    def write(aside: Path) -> None:
+        for name, (columns, values) in _tables(rows).items():
+            _write_csv(aside / f"{name}.csv", columns, values)
+        if parquet:
+            for name, (columns, values) in _tables(rows).items():
+                _write_parquet(aside / f"{name}.parquet", columns, values)
+
+    try:
+        return write_whole(folder, write)
+    except OSError as error:
+        raise BatchError("a disk that takes the tables", f"{folder} ({reason(error)})",
+                         "make room; the same command then goes on from here") from error
+
+
+def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
+    return {PARTS: (COLUMNS, (_part_values(row) for row in rows())),
+            POSES: (POSE_COLUMNS, (values for row in rows() for values in _pose_values(row)))}
+
+
+def _part_values(row: Row) -> list[Any]:
+    joined = {**row, "warnings": BETWEEN.join(row.get("warnings", ()))}
+    return [joined.get(name) for name in COLUMNS]
+
+
+def _pose_values(row: Row) -> Iterator[list[Any]]:
+    for pose in row.get("poses", ()):
+        named = {"file": row["file"], "part_digest": row["part_digest"], **pose}
+        yield [named[name] for name in POSE_COLUMNS]
+
+
+def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
+    # Names of files need not be UTF-8.
+    with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(value) for value in row] for row in rows)
+
+
+def _cell(value: Any) -> Any:
+    """Text of a cell: empty where a value is not known, else with all digits."""
+    return repr(value) if isinstance(value, float) else value
+
+
+def _write_parquet(file: Path, columns: dict[str, type],
+                   rows: Iterator[Sequence[Any]]) -> None:
+    import pyarrow
+    from pyarrow import parquet
+
+    kinds = {str: pyarrow.string(), int: pyarrow.int64(), float: pyarrow.float64(),
+             bool: pyarrow.bool_()}
+    schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
+    with parquet.ParquetWriter(file, schema) as writer:
+        for some in _portions(rows):
+            columns_of = [[_encodable(value) for value in column]
+                          for column in zip(*some, strict=True)]
+            writer.write_table(pyarrow.table(dict(zip(columns, columns_of, strict=True)), schema))
+
+
+def _portions(rows: Iterator[Sequence[Any]]) -> Iterator[list[Sequence[Any]]]:
+    portion: list[Sequence[Any]] = []
+    for row in rows:
+        portion.append(row)
+        if len(portion) == AT_ONCE:
+            yield portion
+            portion = []
+    if portion:
+        yield portion
+
+
+def _encodable(value: Any) -> Any:
+    """A name that is not UTF-8 with what is none of it replaced; other values as they are."""
+    if isinstance(value, str):
+        return value.encode(errors="replace").decode()
+    return value

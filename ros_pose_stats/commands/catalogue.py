@@ -1,0 +1,147 @@
+"""`catalogue FOLDER|FILE... -o DIR`: all parts of a folder in one table and on one page."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .arguments import (
+    add_density_option,
+    add_pose_options,
+    add_scene_options,
+    add_unit_option,
+    read_count,
+)
+from .progress_bar import ProgressBar, duration
+from .running import (
+    INTERRUPTED,
+    announce_slow_start,
+    end_on_interrupt,
+    needing,
+    print_json,
+    stop_on_interrupt,
+)
+
+if TYPE_CHECKING:
+    from ..catalogue.making import Catalogue, CatalogueProgress, Maker
+
+NAMED = 10
+"""Refused parts that are named on the terminal."""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "catalogue", help="tell the poses of all parts of a folder, in a table and on a page",
+        description="Look at every part of some folders and files: its stable poses, their "
+        "probabilities with errors, footprint and height, how well it feeds, warnings, and, where "
+        "a part is refused, why. The folder of -o gets `index.html`, to sort and filter without "
+        "a network, `catalogue.csv` with a row a part and `poses.csv` with a row a pose. A run "
+        "that is cut off goes on when the same command is given again, and looks at new and "
+        "changed files only.",
+        examples=("ros_pose_stats catalogue demo --unit mm -o quotes",
+                  "ros_pose_stats catalogue demo/clamp.stl demo/gear.stl --unit mm "
+                  "--target-error 0.02 -o dropped --json"))
+    command.add_argument("parts", metavar="PART", nargs="+",
+                         help="files, or folders with all that is below them: STEP, STL, OBJ, "
+                         "PLY, OFF or 3MF")
+    command.add_argument("-o", "--output", required=True, metavar="DIR",
+                         help="folder of the catalogue, created where it is missing")
+    command.add_argument("--target-error", type=float, default=0.0, metavar="E",
+                         help="after the estimates, drop those parts whose estimate is not within "
+                         "this root mean square error over the poses with 90 %% confidence; 0.01 "
+                         "is one percentage point (default: no drops)")
+    add_unit_option(command)
+    add_density_option(command)
+    add_pose_options(command)
+    add_scene_options(command)
+    command.add_argument("--parquet", action="store_true",
+                         help="write the tables as Parquet files, too; that needs pyarrow")
+    where = command.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=read_count, metavar="W",
+                       help="number of processes (default: all cores)")
+    where.add_argument("--scheduler", metavar="ADDRESS",
+                       help="address of a dask.distributed cluster that does the work instead; "
+                       "files are sent to it")
+    command.add_argument("--json", action="store_true",
+                         help="print one JSON object that says what was written and refused")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Make the catalogue and say where it is."""
+    with announce_slow_start(), end_on_interrupt():
+        from ..catalogue.making import make_catalogue
+        from ..catalogue.request import CatalogueRequest, find_parts
+        from ..catalogue.tables import load_parquet
+        from ..kernels.compilation import prepare_kernels
+        from ..records import DropScene
+
+        scene = DropScene(options.restitution, options.drop_height, options.cluster_tolerance,
+                          options.round_sides)
+        request = CatalogueRequest(scene, options.unit, options.density, options.target_error)
+        maker = _maker(options)
+        if options.parquet:
+            with needing("pyarrow"):
+                load_parquet()
+        parts = find_parts(options.parts)
+        if options.scheduler is None:
+            prepare_kernels()  # before several processes would compile them at once
+    begin = time.monotonic()
+    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+        made = make_catalogue(Path(options.output), parts, request, maker,
+                              parquet=options.parquet, keep_rows=options.json,
+                              on_progress=lambda one: bar.draw(*done(one)),
+                              should_stop=interrupted)
+    (_print_json if options.json else _print_words)(made, time.monotonic() - begin)
+    return 0 if made.complete else INTERRUPTED
+
+
+def done(progress: CatalogueProgress) -> tuple[float, str]:
+    """How far the run is, as a share and as a text."""
+    own = progress.parts - progress.found
+    left = (progress.bound - progress.parts) * progress.seconds / own if own else float("nan")
+    return (progress.parts / progress.bound,
+            f"{progress.parts} of {progress.bound} parts "
+            f"{'sure' if progress.dropping else 'estimated'}, {duration(left)} left")
+
+
+def _maker(options: argparse.Namespace) -> Maker:
+    if options.scheduler is None:
+        from ..catalogue.making import on_processes
+
+        return on_processes(options.workers)
+    with needing("distributed"):
+        from ..catalogue.cluster import on_cluster
+
+    return on_cluster(options.scheduler)
+
+
+def _print_json(made: Catalogue, seconds: float) -> None:
+    state = {} if made.complete else {"interrupted": True}
+    print_json({
+        "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
+        "done": made.done, "bound": made.bound, "found": made.found, "refused": len(made.refused),
+        "to_be_dropped": made.to_be_dropped, "seconds": seconds, **state,
+        "parts": list(made.rows or ())})
+
+
+def _print_words(made: Catalogue, seconds: float) -> None:
+    from ..text import printable, several
+
+    found = f", {made.found} of them found there" if made.found else ""
+    print(f"{made.page}: {several(made.done, 'part')}{found}, {len(made.refused)} refused, "
+          f"took {seconds:.1f} s")
+    for table in made.tables:
+        print(table)
+    for name, why in list(made.refused.items())[:NAMED]:
+        print(f"refused {printable(name)}: {why}")
+    if len(made.refused) > NAMED:
+        print(f"and {len(made.refused) - NAMED} more, with reasons in the table")
+    if not made.complete:
+        left = [f"{made.bound - made.done} parts to be looked at"] * (made.done < made.bound)
+        left += [f"{made.to_be_dropped} parts to be dropped"] * bool(made.to_be_dropped)
+        print(f"interrupted: {' and '.join(left)}; the same command goes on from here")

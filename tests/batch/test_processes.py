@@ -1,0 +1,99 @@
+"""Work in processes: all of it comes back, and the death of one harms nobody else."""
+
+import math
+import operator
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from ros_pose_stats.batch.processes import (
+    ProcessDiedError,
+    WorkerProcess,
+    check_workers,
+    work_in_processes,
+)
+from ros_pose_stats.errors import RequestError
+
+
+@pytest.fixture
+def process():
+    process = WorkerProcess()
+    yield process
+    process.kill()
+
+
+def children():
+    """Ids of the processes that this one has started."""
+    mine = set()
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            stat = (folder / "stat").read_text()
+        except OSError:  # ended just now
+            continue
+        state, parent = stat.rpartition(")")[2].split()[:2]
+        if int(parent) == os.getpid() and state != "Z":
+            mine.add(int(folder.name))
+    return mine
+
+
+def test_a_process_calls_functions_one_after_the_other(process):
+    assert [process.call(math.factorial, n) for n in range(6)] == [1, 1, 2, 6, 24, 120]
+    assert process.call(os.getpid) != os.getpid()
+
+
+@pytest.mark.parametrize(("ending", "arguments", "told"), [
+    (os.abort, (), "SIGABRT"), (os._exit, (3,), "status 3"),
+    (signal.raise_signal, (signal.SIGKILL,), "SIGKILL"), (operator.truediv, (1, 0), "status 1"),
+])
+def test_how_it_ended_is_told(process, ending, arguments, told):
+    with pytest.raises(ProcessDiedError, match=told):
+        process.call(ending, *arguments)
+
+
+def test_ctrl_c_is_for_whoever_started_it(process):
+    os.kill(process.call(os.getpid), signal.SIGINT)
+    assert process.call(operator.add, 1, 2) == 3
+
+
+def test_a_piece_that_kills_its_process_costs_no_other():
+    deadly = {3, 11}
+
+    def call(process, piece):
+        return process.call(*((os.abort,) if piece in deadly else (math.factorial, piece)))
+
+    before = children()
+    found = dict(work_in_processes(2, call, lambda piece, how: how, range(20), lambda: False))
+    assert {piece for piece, what in found.items() if what == "ended by SIGABRT"} == deadly
+    assert all(found[n] == math.factorial(n) for n in set(range(20)) - deadly)
+    assert children() == before
+
+
+def test_a_process_that_died_for_another_reason_gets_a_second_try():
+    tries = []
+
+    def call(process, piece):
+        tries.append(piece)
+        return process.call(*((os.abort,) if len(tries) == 1 else (math.factorial, piece)))
+
+    assert list(work_in_processes(1, call, lambda *_: None, [4], lambda: False)) == [(4, 24)]
+    assert tries == [4, 4]
+
+
+def test_what_is_in_hand_is_given_up_on_a_stop():
+    begin, polled = time.monotonic(), []
+    before = children()
+    found = list(work_in_processes(
+        2, lambda process, piece: process.call(time.sleep, 600.0), lambda *_: None, range(4),
+        lambda: polled.append(1) or len(polled) > 20))
+    assert found == []
+    assert time.monotonic() < begin + 60.0
+    assert children() == before
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1025])
+def test_workers_out_of_their_range(workers):
+    with pytest.raises(RequestError, match="workers"):
+        check_workers(workers)

@@ -1,0 +1,43 @@
+"""A dask.distributed cluster of separate processes on this machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+from tests.running import ROOT
+
+
+@contextmanager
+def dask(kind, *arguments, **environment):
+    """A process of the cluster, killed in the end."""
+    running = subprocess.Popen(
+        [sys.executable, "-m", f"distributed.cli.dask_{kind}", *map(str, arguments),
+         "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=ROOT,
+        env={**os.environ, **environment})
+    try:
+        yield running
+    finally:
+        running.kill()
+        running.wait()
+
+
+@contextmanager
+def scheduler(folder, **environment):
+    """Its process and address."""
+    told = folder / "scheduler.json"
+    with dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", told,
+              **environment) as running:
+        while not (told.exists() and told.read_text().endswith("}")):  # it appears empty
+            assert running.poll() is None
+            time.sleep(0.05)
+        yield running, json.loads(told.read_text())["address"]
+
+
+def worker(address):
+    """A worker with one thread."""
+    return dask("worker", address, "--nworkers", "1", "--nthreads", "1", "--no-nanny")
