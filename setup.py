@@ -19,6 +19,7 @@ setup(
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
     package_data={f"{PACKAGE}.study": ["data/*.npz"], f"{PACKAGE}.report": ["assets/*"],
+                  f"{PACKAGE}.catalogue": ["assets/*"],
                   f"{PACKAGE}.estimators": ["weights/*.npz"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
@@ -45,7 +46,7 @@ setup(
         "PyYAML",
     ],
     extras_require={"test": ["pytest", "hypothesis"], "cluster": ["distributed>=2024.1"],
-                    "step": ["cascadio>=0.1.1"]},
+                    "step": ["cascadio>=0.1.1"], "parquet": ["pyarrow>=14"]},
     entry_points={"console_scripts": [
         f"{PACKAGE} = {PACKAGE}.cli:main",
         f"pose_stats_node = {PACKAGE}.commands.node:main",

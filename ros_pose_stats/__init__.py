@@ -14,9 +14,12 @@ from . import version
 __version__ = version.VERSION
 
 if TYPE_CHECKING:
+    from .design.compare import compare
+    from .design.sensitivity import sensitivity
+    from .design.suggest import suggest
     from .errors import PoseStatsError
     from .estimators import estimate, estimate_all
-    from .mesh.parts import load_part, part_from_mesh
+    from .mesh.parts import load_part, part_from_mesh, shift_center
     from .planning.auto import auto
     from .planning.hybrid import hybrid
     from .recording.analysis import analyse_bags
@@ -51,6 +54,7 @@ _HOMES = {
     "analyse_bags": "recording.analysis",
     "auto": "planning.auto",
     "classify_orientations": "resting.observed_orientations",
+    "compare": "design.compare",
     "estimate": "estimators",
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
@@ -59,16 +63,19 @@ _HOMES = {
     "part_from_mesh": "mesh.parts",
     "record_drop": "simulation.record_drop",
     "resting_poses": "resting.poses",
+    "sensitivity": "design.sensitivity",
+    "shift_center": "mesh.parts",
     "simulate": "simulation.simulate",
     "simulate_flips": "simulation.flips",
     "splitting_graph": "resting.splitting_graph",
+    "suggest": "design.suggest",
 }
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
            "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
-           "classify_orientations", "estimate", "estimate_all", "hybrid", "load_part",
-           "outline_at", "part_from_mesh", "record_drop", "resting_poses", "simulate",
-           "simulate_flips", "splitting_graph"]
+           "classify_orientations", "compare", "estimate", "estimate_all", "hybrid", "load_part",
+           "outline_at", "part_from_mesh", "record_drop", "resting_poses", "sensitivity",
+           "shift_center", "simulate", "simulate_flips", "splitting_graph", "suggest"]
 
 
 def __getattr__(name: str) -> Any:

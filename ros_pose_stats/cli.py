@@ -11,11 +11,10 @@ from typing import Any
 
 from .commands import (
     animate,
+    catalogue,
     compile,
     completion,
     estimate,
-    fit,
-    flips,
     node,
     publish,
     report,
@@ -24,6 +23,8 @@ from .commands import (
 )
 from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
+from .commands.design import compare, sensitivity
+from .commands.feeding import fit, flips
 from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .version import VERSION
@@ -44,8 +45,8 @@ def parser() -> argparse.ArgumentParser:
                      help="print the version and exit")
     commands: argparse._SubParsersAction[Any] = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
-    for module in (estimate, simulate, flips, fit, report, animate, shapes, dataset, compile,
-                   benchmark, bag, node, publish):
+    for module in (estimate, simulate, catalogue, flips, fit, compare, sensitivity, report,
+                   animate, shapes, dataset, compile, benchmark, bag, node, publish):
         module.register(commands)
     completion.register(commands, top)
     return top

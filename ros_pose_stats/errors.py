@@ -58,6 +58,16 @@ class DatasetError(PoseStatsError):
     """A dataset that cannot be read, or that is in the way of another one."""
 
 
+class BatchError(PoseStatsError):
+    """Work in pieces that cannot go on: a folder, a process or a cluster that does not serve."""
+
+
+def reason(error: BaseException) -> str:
+    """An error in one line, never empty."""
+    text = (isinstance(error, OSError) and error.strerror) or str(error) or type(error).__name__
+    return " ".join(text.split())
+
+
 def _one_line(text: str) -> str:
     """Text without line breaks, cut where it is longer than anybody reads."""
     line = " ".join(part.strip() for part in text.splitlines())

@@ -49,8 +49,9 @@ JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
 
 
 MORE = {"estimate": ("split", "hybrid", "warnings"), "simulate": ("simulation",),
-        "report": ("report",), "dataset": ("study/datasets",),
+        "report": ("report",), "catalogue": ("catalogue",), "dataset": ("study/datasets",),
         "benchmark": ("study/accuracy", "study/stability"), "fit": ("plates",),
+        "sensitivity": ("sensitivity",),
         "bag": ("bags",), "node": ("node",)}
 """Pages that say more about a command."""
 

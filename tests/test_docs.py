@@ -19,7 +19,9 @@ README = "README.md"
 COMMAND_LINE = "docs/command_line.md"
 LIBRARY = "docs/library.md"
 REPORT = "docs/report.md"
-PAGES = (README, COMMAND_LINE, LIBRARY, REPORT)
+CATALOGUE = "docs/catalogue.md"
+DESIGN = "docs/design.md"
+PAGES = (README, COMMAND_LINE, LIBRARY, REPORT, CATALOGUE, DESIGN)
 """Whose lines and code are run here; `tests/ros` runs those of the node."""
 
 STUDY = ("dataset", "benchmark")
@@ -71,7 +73,8 @@ def test_pages_have_code_to_run():
     assert len(blocks(README, "python")) == 1
     assert len(blocks(LIBRARY, "python")) == 6
     commands = {line.split()[1] for line in lines_without_ros()}
-    assert commands == {"shapes", "estimate", "simulate", "flips", "report", "animate"}
+    assert commands == {"shapes", "estimate", "simulate", "catalogue", "flips", "report",
+                        "animate", "compare"}
 
 
 def test_readme_takes_two_minutes():
@@ -205,7 +208,7 @@ def test_every_interface_is_in_the_page_of_the_node():
 def test_every_decision_has_a_room_a_date_and_a_state():
     page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
     rooms = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
-    assert len(rooms) == 14
+    assert len(rooms) == 15
     for room in rooms:
         title, *paragraphs = room.strip().split("\n\n")
         decisions = [one for one in paragraphs if not one.startswith("- ")]

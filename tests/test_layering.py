@@ -23,9 +23,10 @@ FLOORS = (
     {"resting"},
     {"estimators", "simulation", "shapes"},
     {"planning", "plates"},
+    {"design"},
     {"recording"},
-    {"plots"},
-    {"report"},
+    {"batch", "plots"},
+    {"catalogue", "report"},
     {"ros", "study", "commands", "cli", "__main__"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
@@ -42,7 +43,7 @@ ROOMS_OF = {
     "numpy": set(FLOOR),
     "numba": {"kernels"},
     "llvmlite": {"kernels"},
-    "scipy": {"statistics", "mesh", "resting", "shapes", "plates", "study"},
+    "scipy": {"statistics", "mesh", "resting", "shapes", "plates", "design", "study"},
     "trimesh": {"mesh", "shapes", "study"},
     "cascadio": {"mesh"},
     "manifold3d": {"mesh", "resting", "shapes"},
@@ -53,10 +54,10 @@ ROOMS_OF = {
     "zstandard": {"recording"},
     "matplotlib": {"plots"},
     "PIL": {"plots"},
-    "jinja2": {"report"},
+    "jinja2": {"catalogue", "report"},
     "rclpy": {"ros"},
-    "dask": {"study"},
-    "distributed": {"study"},
+    "distributed": {"batch"},
+    "pyarrow": {"catalogue"},
     "mujoco": {"study"},
 }
 """Where a library may be imported; one that is missing here, only in `ros`."""

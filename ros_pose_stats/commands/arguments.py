@@ -120,21 +120,36 @@ def read_unit(text: str) -> str:
 def add_file_options(command: argparse.ArgumentParser) -> None:
     """Add the part file, its unit, the centre of mass and the mass."""
     command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
-    command.add_argument("--unit", type=read_unit, choices=UNITS,
-                         help="unit of the file, in any spelling (default: what the file "
-                         "declares, else m; auto: what it declares, else a guess from the size)")
+    add_unit_option(command)
     command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
                          help="centre of mass in the file's unit (default: uniform density)")
     heavy = command.add_mutually_exclusive_group()
     heavy.add_argument("--mass", type=float, metavar="KG", help="mass in kilograms (default: 1)")
-    heavy.add_argument("--density", type=float, metavar="KG_M3",
-                       help="density in kilograms a cubic metre, for the mass of the volume that "
-                       "the mesh encloses")
+    add_density_option(heavy)
+
+
+def add_unit_option(command: argparse.ArgumentParser) -> None:
+    """Add the unit of files."""
+    command.add_argument("--unit", type=read_unit, choices=UNITS,
+                         help="unit of the file, in any spelling (default: what the file "
+                         "declares, else m; auto: what it declares, else a guess from the size)")
+
+
+def add_density_option(command: argparse._ActionsContainer) -> None:
+    """Add the density."""
+    command.add_argument("--density", type=float, metavar="KG_M3",
+                         help="density in kilograms a cubic metre, for the mass of the volume "
+                         "that the mesh encloses")
 
 
 def add_part_options(command: argparse.ArgumentParser) -> None:
-    """Add the part file, what is known about it, and the cluster tolerance."""
+    """Add the part file, what is known about it, and what counts as a pose."""
     add_file_options(command)
+    add_pose_options(command)
+
+
+def add_pose_options(command: argparse.ArgumentParser) -> None:
+    """Add what counts as a pose, and as round."""
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="least rise of the centre of mass out of a pose, as a "
                          "share of its height there; what is shallower belongs to the pose next "

@@ -37,7 +37,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         examples=("ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
                   "-o clamp.html",
                   "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0,1 --rate 60 "
-                  "--kick 0.02 --cycle-time 0.5 -o clamp.html"))
+                  "--kick 0.02 --cycle-time 0.5 -o clamp.html",
+                  "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
+                  "-o clamp.html"))
     add_part_options(command)
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the page to write, FILE.html")
@@ -57,6 +59,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          "which kick feeds fastest")
     command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
                          help="seconds from one kick to the next (default: %(default)s)")
+    command.add_argument("--changes", action="store_true",
+                         help="with --wanted: the page says which changes of the part raise the "
+                         "accepted share, as the command sensitivity does")
     command.add_argument("--drops", type=read_count, metavar="N",
                          help="number of drops of the simulation (default: as many as bring the "
                          "error over the poses within a point, at most 10000)")
@@ -78,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
 
         part = load_named_part(options)
     feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
-                    options.cycle_time)
+                    options.cycle_time, options.changes)
     with stop_on_interrupt() as interrupted:
         findings = investigate(
             part, drops=options.drops, seed=options.seed, restitution=options.restitution,
@@ -118,6 +123,7 @@ def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) ->
     asked += ["--rate", repr(options.rate)] if options.rate is not None else []
     asked += (["--kick", repr(options.kick), "--cycle-time", repr(options.cycle_time)]
               if options.kick is not None else [])
+    asked += ["--changes"] if options.changes else []
     page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
     return tuple(shlex.join(["ros_pose_stats", *words])
                  for words in (page, ["simulate", *named, *drops]))

@@ -101,6 +101,22 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
     return path
 
 
+@contextmanager
+def needing(package: str) -> Iterator[None]:
+    """Import something that needs a package which not everybody has installed.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be imported.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise RequestError(f"the package {package}", f"none that can be imported ({error})",
+                           f"install it with `pip install {package}`") from error
+
+
 def print_json(values: Any) -> None:
     """Print one object or list on a line; NaN and infinity are refused."""
     json.dump(values, sys.stdout, allow_nan=False)

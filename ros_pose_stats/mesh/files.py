@@ -83,14 +83,36 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     RequestError
         If `unit` is not a unit, or asked to be guessed and no unit gives a usual size.
     """
-    guess = isinstance(unit, str) and unit.strip().lower() == AUTO
-    length = None if unit is None or guess else metres_per_unit(unit)
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
     path = Path(file)
+    return parse_mesh(path, read_bytes(path), unit)
+
+
+def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> FileMesh:
+    """Vertices and triangles of what a mesh file holds.
+
+    Parameters
+    ----------
+    path : Path
+        For the format, and for messages.
+    content : bytes
+        As from `read_bytes`.
+    unit : str or float, optional
+        As for `read_mesh`.
+
+    Raises
+    ------
+    MeshFileError
+        If it is damaged, or holds no triangles.
+    RequestError
+        As `read_mesh`.
+    """
+    guess = isinstance(unit, str) and unit.strip().lower() == AUTO
+    length = None if unit is None or guess else metres_per_unit(unit)
     suffix = path.suffix.lower()
-    data = _plain(path, suffix, _bytes_of(path))
+    data = _plain(path, suffix, content)
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
@@ -118,8 +140,14 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     return FileMesh(vertices, triangles, 1.0, "assumed")
 
 
-def _bytes_of(path: Path) -> bytes:
-    """Read the whole file; an error names the reason in one line."""
+def read_bytes(path: Path) -> bytes:
+    """Read a whole mesh file.
+
+    Raises
+    ------
+    MeshFileError
+        If it is missing, empty or of an unknown format.
+    """
     if path.is_dir():
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
     if path.suffix.lower() not in SUFFIXES:

@@ -163,6 +163,27 @@ def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
     return center
 
 
+def check_offset(offset: ArrayLike) -> NDArray[np.float64]:
+    """Check by how much a centre of mass is to be shifted.
+
+    Parameters
+    ----------
+    offset : (3,) array_like
+        Metres, part frame.
+
+    Raises
+    ------
+    MassPropertiesError
+        If it is not three finite numbers.
+    """
+    step = _numbers(offset, "a shift of the centre of mass of three numbers in metres")
+    if step.shape != (3,) or not np.isfinite(step).all():
+        raise MassPropertiesError(
+            "a shift of the centre of mass of three finite numbers in metres", f"{step.tolist()}",
+            "0, 0, 0 leaves it where it is")
+    return step
+
+
 def _given_inertia(inertia: ArrayLike, mass: float | None) -> NDArray[np.float64] | None:
     tensor = _numbers(inertia, "an inertia tensor of 3 x 3 numbers in kg m²")
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all():

@@ -16,8 +16,8 @@ from ..text import length_in_words
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import checked_mesh, coordinate_rounding
 from .files import FileMesh, UnitSource, read_mesh
-from .hull import keep_hull
-from .mass_properties import GivenProperties, check_given, checked_mass
+from .hull import Hull, hull_of_part, keep_hull
+from .mass_properties import GivenProperties, check_given, check_offset, checked_mass
 from .surface import Surface, beyond_hull, surface_of
 from .units import METRES_PER_UNIT, likely_unit, metres_per_unit
 from .vectors import lengths
@@ -176,17 +176,52 @@ def _mass_properties(given: GivenProperties, surface: Surface
                                       "give the mass instead, or export the mesh closed")
         kilograms = checked_mass(given.density * surface.solid.volume)
     if given.center_of_mass is not None:
-        _check_inside(given.center_of_mass, surface)
+        _check_inside(given.center_of_mass, surface.vertices, surface.hull)
         center = given.center_of_mass
     uniform = surface.solid.inertia * (kilograms / surface.solid.volume)
     return kilograms, center, uniform if given.inertia is None else given.inertia
 
 
-def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
+def shift_center(part: Part, offset: ArrayLike) -> Part:
+    """The same part with its centre of mass somewhere else, as a filling or an insert moves it.
+
+    Mesh, mass, and the inertia about the centre of mass stay, and so does the convex hull, which
+    is not computed again.
+
+    Parameters
+    ----------
+    part : Part
+    offset : (3,) array_like
+        From the old centre of mass to the new one, metres, part frame.
+
+    Returns
+    -------
+    Part
+        With a digest of its own; `part` itself where the offset is zero.
+
+    Raises
+    ------
+    MassPropertiesError
+        If the offset is not three finite numbers, or leads out of the convex hull.
+    """
+    step = check_offset(offset)
+    if not step.any():
+        return part
+    center, hull = part.center_of_mass + step, hull_of_part(part)
+    _check_inside(center, part.surface_vertices, hull)
+    shifted = Part(part.part_id, part.vertices, part.triangles, part.surface_vertices,
+                   part.surface_triangles, part.mass, center, part.inertia, part.warnings,
+                   part.rounding)
+    keep_hull(shifted, hull)
+    return shifted
+
+
+def _check_inside(center: NDArray[np.float64], vertices: NDArray[np.float64],
+                  hull: Hull) -> None:
     """Refuse a centre of mass on or outside the convex hull."""
-    beyond = beyond_hull(center, surface.hull)
+    beyond = beyond_hull(center, hull)
     # The square of a distance from far outside may be beyond float64.
-    radius = surface.hull.scale if beyond > surface.hull.scale else _reach(center, surface)
+    radius = hull.scale if beyond > hull.scale else _reach(center, vertices)
     if beyond < -ON_HULL * radius:
         return
     place = f"{center.tolist()} m"
@@ -196,9 +231,9 @@ def _check_inside(center: NDArray[np.float64], surface: Surface) -> None:
                               "check its unit, and that it is in the mesh's own frame")
 
 
-def _reach(center: NDArray[np.float64], surface: Surface) -> float:
+def _reach(center: NDArray[np.float64], vertices: NDArray[np.float64]) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
-    return float(lengths(surface.vertices - center).max())
+    return float(lengths(vertices - center).max())
 
 
 def _unit_warning(vertices: NDArray[np.float64], unit: float, source: UnitSource
@@ -225,7 +260,7 @@ def _unit_warning(vertices: NDArray[np.float64], unit: float, source: UnitSource
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],
                      surface: Surface) -> tuple[str, ...]:
     """Warn about an inertia that no material inside the convex hull can have."""
-    reach = _reach(center, surface)
+    reach = _reach(center, surface.vertices)
     limit = mass * reach * reach
     largest = float(principal_axes(inertia)[0][-1])
     if largest <= limit * (1.0 + TRIANGLE_INEQUALITY):

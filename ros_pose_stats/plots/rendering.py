@@ -65,8 +65,8 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     triangles : (t, 3, 3) array
         Corners in the plate frame, metres, counter-clockwise seen from outside.
     view : View
-    color : (3,) array
-        Of the part, 0 to 1.
+    color : (3,) or (t, 3) array
+        Of the part, or of each triangle, 0 to 1.
 
     Returns
     -------
@@ -86,7 +86,8 @@ def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.ui
     parts = int(seen.sum())
     nearest[plate], depth[plate] = parts, level[plate]
     bright = _brightness(normals[seen])
-    shades = np.concatenate([bright[:, None] * color, np.full((1, 3), PLATE), np.ones((1, 3))])
+    colors = np.broadcast_to(color, (len(triangles), 3))[seen]
+    shades = np.concatenate([bright[:, None] * colors, np.full((1, 3), PLATE), np.ones((1, 3))])
     picture = shades[np.where(nearest < 0, parts + 1, nearest)]
     lit = triangles[normals[:, 2] > 1e-9] * (1.0, 1.0, 0.0) @ frame + shift
     picture[plate & (nearest_triangles(lit, wide, high)[0] >= 0)] *= SHADOW / PLATE

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..design.effects import Sensitivity
+from ..design.sensitivity import sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
@@ -22,6 +24,9 @@ from ..simulation.simulate import simulate
 from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
 from ..statistics.pose_shares import pose_shares
 from .words import said_once
+
+CHECK_DROPS = 500
+"""Most drops of each part that check a change of it."""
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
@@ -43,12 +48,15 @@ class Feeder:
         Of kicks of parts that lie wrong, metres; None where it does not kick.
     cycle_time : float
         Seconds from one kick to the next.
+    changes : bool
+        Whether to find out which changes of the part raise the accepted share.
     """
 
     wanted: tuple[int, ...]
     rate: float | None = None
     kick_height: float | None = None
     cycle_time: float = 1.0
+    changes: bool = False
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped.
@@ -58,7 +66,8 @@ class Feeder:
         RequestError
             If there is no such pose, or a number is out of its range.
         """
-        if self.wanted or self.rate is not None or self.kick_height is not None:
+        if (self.wanted or self.changes or self.rate is not None
+                or self.kick_height is not None):
             check_wanted(self.wanted, poses)
         if self.rate is not None:
             check_rate(self.rate)
@@ -95,6 +104,8 @@ class Findings:
         What it gets by kicking them, from several heights, with that of the feeder among them.
     target_error : float
         That the drops were to reach; 0 where their number was given.
+    sensitivity : Sensitivity or None
+        What changes of the part do to the accepted share.
     """
 
     part: Part
@@ -107,6 +118,7 @@ class Findings:
     afresh: Feeding | None
     sweep: KickSweep | None
     target_error: float
+    sensitivity: Sensitivity | None = None
 
     @property
     def kicked(self) -> KickFeeding | None:
@@ -173,8 +185,14 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     combined = hybrid_statistics(simulated, pose_prior(resting, scene))
     graph = with_shares(splitting_graph(resting), simulated.poses)
+    changes = None
+    if asked.changes and not (should_stop is not None and should_stop()):
+        changes = sensitivity(part, asked.wanted, drops=CHECK_DROPS, seed=simulated.seed,
+                              restitution=restitution, drop_height=drop_height,
+                              cluster_tolerance=cluster_tolerance, round_sides=round_sides,
+                              workers=workers, should_stop=should_stop)
     return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
-                    asked, afresh, sweep, target)
+                    asked, afresh, sweep, target, changes)
 
 
 def _sweep(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,

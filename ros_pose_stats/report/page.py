@@ -12,7 +12,9 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from ..plots.files import png_bytes, svg_bytes
+from ..design.describe import JUDGED, name_feature, name_step
+from ..plots.changes import changes_figure
+from ..plots.files import figure_png, png_bytes, svg_bytes
 from ..plots.kicks import kick_figure
 from ..plots.poses import pose_pictures
 from ..plots.reachable import reachable_figure, telling_energies
@@ -41,6 +43,9 @@ LIMITS = {
 }
 MOST_FEEDERS, MOST_NAMED = 12, 24
 """Most rows about the feeder, and characters that name the poses of a group."""
+
+MOST_EFFECTS = 12
+"""Changes of the part that are listed, those beyond their error."""
 
 ROUNDING = 1e-9
 
@@ -78,7 +83,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
         kicks=None if findings.sweep is None else _svg_text(kick_figure(findings.sweep)),
-        graph=_graph(findings),
+        graph=_graph(findings), changes=_changes(findings),
         spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script(),
@@ -129,6 +134,20 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
             "splitting": _svg_text(splitting_figure(root, findings.simulated.poses)),
             "reachable": _svg_text(
                 reachable_figure(findings.sphere, root, telling_energies(root)))}
+
+
+def _changes(findings: Findings) -> dict[str, Any] | None:
+    """What changes of the part do: a picture, and the greatest effects in words."""
+    found = findings.sensitivity
+    if found is None:
+        return None
+    clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
+    return {"picture": _address("png", figure_png(changes_figure(found))), "found": found,
+            "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
+                      else 1.0) for one in clear],
+            "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
+                (one for one in found.effects if one.check is not None),
+                key=lambda one: -one.change)], "judged": JUDGED}
 
 
 def _svg_text(figure: Figure) -> str:

@@ -30,6 +30,8 @@ WORDS = {
                        "Material counts twice, which moves the centre of mass. Unite the bodies."),
     "INERTIA_SUSPECT": ("The given inertia is too large for this part",
                         "Check its unit: kg m² is meant."),
+    "COM_SHIFTED": ("The centre of mass is shifted",
+                    "As the question asked: for a filling or an insert that the mesh lacks."),
     "CLUSTERED": ("Some poses stand for many facets",
                   "A curve in the mesh is made of flat facets. They are taken as one pose."),
     "MARGINAL_POSE": ("A pose hardly holds",

@@ -152,10 +152,18 @@ def convex_body(part: Part, round_sides: int) -> ConvexBody:
     return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
 
 
+def keep_body(part: Part, body: ConvexBody, round_sides: int) -> None:
+    """Store a body that was made on another way, for `convex_body` to return."""
+    if round_sides:
+        part.keep(body, _reshaped, round_sides)
+    else:
+        part.keep(body, _build)
+
+
 def _build(part: Part) -> ConvexBody:
     """Body of the file's own hull."""
     qhull, points, scale = _hull_points(part)
-    arrays, tolerance = _polyhedron(points, *_triangles(qhull), part.rounding / scale)
+    arrays, tolerance = polyhedron(points, *_triangles(qhull), part.rounding / scale)
     return ConvexBody(scale, points, arrays, tolerance, (), np.full(len(arrays.area), -1), 0)
 
 
@@ -170,7 +178,7 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     qhull = hull_of_part(part).qhull
     rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
     if rounding > part.rounding / scale:
-        arrays, tolerance = _polyhedron(points, *_triangles(qhull), rounding)
+        arrays, tolerance = polyhedron(points, *_triangles(qhull), rounding)
     groups = find_groups(part, points, arrays, scale, rounding, round_sides)
     outline = reshape(points, arrays, groups, round_sides)
     thin_out(outline, arrays, round_sides)
@@ -186,7 +194,7 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     if not outline.keeps.any():  # all are new, and none is rounded
         rounding = part.rounding / scale
     try:
-        arrays, tolerance = _polyhedron(scaled, *hull_of_corners(scaled), rounding)
+        arrays, tolerance = polyhedron(scaled, *hull_of_corners(scaled), rounding)
     except MeshError:  # the centre of mass is closer to the surface than a facet is to its arc
         return plain
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
@@ -212,7 +220,7 @@ def _triangles(qhull: Facets) -> tuple[Index, Index]:
     return number[qhull.simplices], qhull.neighbors.astype(np.int64)
 
 
-def _polyhedron(points: Array, triangles: Index, neighbors: Index, rounding: float
+def polyhedron(points: Array, triangles: Index, neighbors: Index, rounding: float
                 ) -> tuple[BodyArrays, float]:
     """Merge coplanar triangles; where no polyhedron remains, repeat with smaller tolerances."""
     moment, _ = principal_axes(scatter(points))

@@ -33,6 +33,11 @@ CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
 
 
+SAME_HEIGHT, SAME_SIDE = 0.01, 0.996
+"""Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
+another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class RestingPoses:
     """Stable poses of a part at one cluster tolerance, in the order of their `index`.
@@ -101,6 +106,20 @@ class RestingPoses:
         """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
         return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
 
+    def is_numbered_like(self, other: RestingPoses) -> bool:
+        """Whether poses of the same part, its round surfaces divided otherwise, have one number.
+
+        They must come in the same groups, as high, and on the same side where they do not roll:
+        about the axis of a roll any facet may be the lowest.
+        """
+        if len(self.poses) != len(other.poses):
+            return False
+        return all(
+            (one.group, one.rolls) == (same.group, same.rolls)
+            and abs(one.height - same.height) <= SAME_HEIGHT * one.height
+            and (one.rolls or float(one.down @ same.down) >= SAME_SIDE)
+            for one, same in zip(self.poses, other.poses, strict=True))
+
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name
         tree = self.equilibria.arrays.tree
         return split_probabilities(self.body.arrays, tree, self.clusters.split, of_R)
@@ -155,6 +174,22 @@ def resting_poses(part: Part,
     return part.prepare(_find, scene.cluster_tolerance, scene.round_sides)
 
 
+def bare_poses(part: Part, cluster_tolerance: float, round_sides: int) -> RestingPoses:
+    """The same without records of the poses, symmetry and margins: all that `split` asks for.
+
+    It is made anew at each call, or taken from what `resting_poses` keeps.
+    """
+    if are_found(part, cluster_tolerance, round_sides):
+        return resting_poses(part, cluster_tolerance, round_sides)
+    found = equilibria(part, round_sides)
+    return RestingPoses(found, clusters(found, cluster_tolerance), (),
+                        _scaled_inertia(part, found))
+
+
+def _scaled_inertia(part: Part, found: Equilibria) -> Array:
+    return part.inertia / (part.mass * found.body.radius * found.body.radius)
+
+
 def are_found(part: Part, cluster_tolerance: float, round_sides: int) -> bool:
     """Whether `resting_poses` would answer at once."""
     return part.has_prepared(_find, cluster_tolerance, round_sides)
@@ -164,7 +199,7 @@ def _find(part: Part, cluster_tolerance: float, round_sides: int) -> RestingPose
     found = equilibria(part, round_sides)
     grouped = clusters(found, cluster_tolerance)
     return RestingPoses(found, grouped, _records(part, found, grouped),
-                        part.inertia / (part.mass * found.body.radius * found.body.radius))
+                        _scaled_inertia(part, found))
 
 
 def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePose, ...]:

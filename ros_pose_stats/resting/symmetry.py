@@ -60,10 +60,10 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
     alone = np.arange(poses)
     if poses == 1 or found.order.shape[0] > MOST_FACES:
         return alone
-    kind = _kinds(found)
+    kind = kinds_of(found)
     if not len(_shared(kind, pose)):
         return alone
-    frames = lru_cache(maxsize=None)(partial(_frame, found))
+    frames = lru_cache(maxsize=None)(partial(frame_of, found))
     if _hopeless(part, frames, kind, pose):
         return alone
     trial = surface()
@@ -83,7 +83,7 @@ def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int],
     for face, other in _pairs(kind, pose):
         if face != other and orbit[face] == orbit[other]:
             continue
-        for rotation in _candidates(frames, face, other):
+        for rotation in candidates(frames, face, other):
             if trial.effort > MOST_EFFORT:
                 return orbit
             if trial.holds(rotation):
@@ -114,12 +114,12 @@ def _hopeless(part: Part, frames: Callable[[int], Frame], kind: Index, pose: Ind
     for looked_at, (face, other) in enumerate(_pairs(kind, pose)):
         if looked_at == FEW_PAIRS:
             return False
-        if any(keeps_inertia(part, rotation) for rotation in _candidates(frames, face, other)):
+        if any(keeps_inertia(part, rotation) for rotation in candidates(frames, face, other)):
             return False
     return True
 
 
-def _kinds(found: Equilibria) -> Index:
+def kinds_of(found: Equilibria) -> Index:
     """Stable faces that agree in height, area, solid angle and number of corners."""
     arrays, faces = found.body.arrays, found.faces
     corners = (arrays.face_start[faces + 1] - arrays.face_start[faces]).astype(np.float64)
@@ -147,7 +147,7 @@ def _pairs(kind: Index, pose: Index) -> Iterator[tuple[int, int]]:
             yield listed[0], other
 
 
-def _candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
+def candidates(frames: Callable[[int], Frame], face: int, other: int) -> Iterator[Array]:
     """Rotations but the identity that take one contact polygon to the other, corner to corner."""
     here, there = frames(face), frames(other)
     size = [np.sqrt((frame[0] ** 2).sum(axis=1)) for frame in (here, there)]
@@ -169,7 +169,7 @@ def _axes(normal: Array, along: Array) -> Array:
     return np.array([normal, along, (y * w - z * v, z * u - x * w, x * v - y * u)])
 
 
-def _frame(found: Equilibria, stable: int) -> Frame:
+def frame_of(found: Equilibria, stable: int) -> Frame:
     """Corners about the foot of the centre of mass, and the face's normal."""
     face = found.faces[stable]
     normal = found.body.arrays.normal[face]

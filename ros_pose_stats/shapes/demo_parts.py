@@ -13,11 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import trimesh
-from numpy.typing import NDArray
-from trimesh.exchange.stl import export_stl
 
 from ..errors import MeshFileError
+from ..mesh.stl import stl_bytes
 from ..whole_files import write_file
 from . import closed_forms
 from .closed_forms import Surface
@@ -127,7 +125,7 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{name}.stl" for name in DEMO_PARTS]
         for path, make in zip(paths, DEMO_PARTS.values(), strict=True):
-            write_file(path, _stl_bytes(*make()))
+            write_file(path, stl_bytes(*make()))
         return paths
     except OSError as error:
         raise MeshFileError(
@@ -135,8 +133,3 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
             f"{folder} ({error.strerror or error})",
             "name another directory or change its permissions",
         ) from error
-
-
-def _stl_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> bytes:
-    """Binary STL of a surface, vertices as they are."""
-    return export_stl(trimesh.Trimesh(vertices, triangles, process=False))

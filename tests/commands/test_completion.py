@@ -74,7 +74,7 @@ class TestBash:
         names = [one.words[-1] for one in WHOLE.commands]
         assert complete("") == names
         assert complete("es") == ["estimate"]
-        assert complete("co") == ["compile", "completion"]
+        assert complete("co") == ["compare", "compile", "completion"]
         assert complete("benchmark", "") == ["table", "prisms", "chart", "stability", "plates",
                                               "figures"]
         assert complete("--v") == ["--version"]

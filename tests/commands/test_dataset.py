@@ -254,7 +254,8 @@ def test_the_schema_names_its_origin(whole, tmp_path):
 
 def test_a_cluster_without_dask_is_refused(monkeypatch, capsys, tmp_path):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "ros_pose_stats.study.dataset.cluster", raising=False)
+    for room in ("study.dataset", "batch"):
+        monkeypatch.delitem(sys.modules, f"ros_pose_stats.{room}.cluster", raising=False)
     assert cli.main(["dataset", "--scheduler", "tcp://127.0.0.1:1", "-o",
                      str(tmp_path / "a.npz")]) == 2
     assert "pip install distributed" in capsys.readouterr().err

@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import DatasetError
 from ..arguments import read_count
 from ..progress_bar import ProgressBar, duration
 from ..running import (
     INTERRUPTED,
     announce_slow_start,
     end_on_interrupt,
+    needing,
     print_json,
     stop_on_interrupt,
 )
@@ -102,11 +102,9 @@ def _maker(options: argparse.Namespace) -> Maker:
         from ...study.dataset import on_threads
 
         return on_threads(options.workers)
-    try:
+    with needing("distributed"):
         from ...study.dataset.cluster import on_cluster
-    except ImportError as error:
-        raise DatasetError("dask.distributed", f"none that can be imported ({error})",
-                           "install it with `pip install distributed`") from error
+
     return on_cluster(options.scheduler)
 
 

@@ -7,15 +7,15 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RequestError
-from .drop_runs import load_part_and_kernels
-from .progress_bar import ProgressBar
-from .running import INTERRUPTED, output_file, print_json, stop_on_interrupt
+from ...errors import RequestError
+from ..drop_runs import load_part_and_kernels
+from ..progress_bar import ProgressBar
+from ..running import INTERRUPTED, output_file, print_json, stop_on_interrupt
 
 if TYPE_CHECKING:
-    from ..planning.kick_sweep import KickSweep
-    from ..records import PoseStatistics
-    from ..statistics.feeding import Feeding
+    from ...planning.kick_sweep import KickSweep
+    from ...records import PoseStatistics
+    from ...statistics.feeding import Feeding
 
 
 def sweep(options: argparse.Namespace) -> int:
@@ -26,10 +26,10 @@ def sweep(options: argparse.Namespace) -> int:
                            "them")
     picture = None if options.png is None else output_file(options.png, (".png",))
     part = load_part_and_kernels(options)
-    from ..planning.kick_sweep import SWEEP_FLIPS, sweep_kicks
-    from ..simulation.flips import check_kick
-    from ..simulation.simulate import simulate
-    from ..statistics.feeding import check_cycle_time, check_rate
+    from ...planning.kick_sweep import SWEEP_FLIPS, sweep_kicks
+    from ...simulation.flips import check_kick
+    from ...simulation.simulate import simulate
+    from ...statistics.feeding import check_cycle_time, check_rate
 
     for height in options.sweep:
         check_kick(height)
@@ -53,9 +53,9 @@ def sweep(options: argparse.Namespace) -> int:
         if stopped:
             print(f"interrupted after {len(found.kicks) if found else 0} kick heights")
     if picture is not None and found is not None and found.kicks:
-        from ..plots.files import figure_png
-        from ..plots.kicks import kick_figure
-        from ..whole_files import write_file
+        from ...plots.files import figure_png
+        from ...plots.kicks import kick_figure
+        from ...whole_files import write_file
 
         write_file(picture, figure_png(kick_figure(found)))
     return INTERRUPTED if stopped else 0
@@ -77,7 +77,7 @@ def _plain(fresh: PoseStatistics, found: KickSweep | None) -> dict[str, Any]:
 
 
 def _table(fresh: PoseStatistics, found: KickSweep) -> list[str]:
-    from ..text import Column, columns, listed, millimetres
+    from ...text import Column, columns, listed, millimetres
 
     best, near = found.best, {one.kick_height for one in found.near_best}
     heads = [Column("kick height", "mm"), Column("accepted a minute"), Column("flips a part"),

@@ -6,17 +6,17 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from ..errors import RequestError
-from ..records.scene import DEFAULT_DROPS
-from .arguments import JoinIndices, add_part_options, add_scene_options, read_count, read_indices
-from .drop_runs import load_part_and_kernels
+from ...errors import RequestError
+from ...records.scene import DEFAULT_DROPS
+from ..arguments import JoinIndices, add_part_options, add_scene_options, read_count, read_indices
+from ..drop_runs import load_part_and_kernels
+from ..progress_bar import ProgressBar
+from ..running import INTERRUPTED, print_json, stop_on_interrupt
 from .flip_sweep import show_bounded, sweep, write_feeding
-from .progress_bar import ProgressBar
-from .running import INTERRUPTED, print_json, stop_on_interrupt
 
 if TYPE_CHECKING:
-    from ..records import FlipStatistics, Part, PoseStatistics
-    from ..statistics.feeding import Feeding
+    from ...records import FlipStatistics, Part, PoseStatistics
+    from ...statistics.feeding import Feeding
 
 DEFAULT_RATE = 60.0
 DEFAULT_FLIPS = 2000
@@ -73,8 +73,8 @@ def run(options: argparse.Namespace) -> int:
     if options.png is not None:
         raise RequestError("--png with --sweep", "--png alone", "add --sweep and --wanted")
     part = load_part_and_kernels(options)
-    from ..simulation.flips import simulate_flips
-    from ..simulation.simulate import simulate
+    from ...simulation.flips import simulate_flips
+    from ...simulation.simulate import simulate
 
     fresh: PoseStatistics | None = None
     merging = {"cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides}
@@ -105,8 +105,8 @@ def run(options: argparse.Namespace) -> int:
 def _feedings(options: argparse.Namespace, found: FlipStatistics,
               fresh: PoseStatistics) -> dict[str, Feeding]:
     """What a feeder gets, both ways."""
-    from ..statistics.feeding import drop_afresh, flip_wrong_ones
-    from ..statistics.pose_shares import pose_shares
+    from ...statistics.feeding import drop_afresh, flip_wrong_ones
+    from ...statistics.pose_shares import pose_shares
 
     dropped = pose_shares(fresh)
     return {"dropped_again": drop_afresh(dropped, options.wanted, options.rate),
@@ -115,7 +115,7 @@ def _feedings(options: argparse.Namespace, found: FlipStatistics,
 
 
 def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[str]:
-    from ..text import Column, columns, millimetres, percent
+    from ...text import Column, columns, millimetres, percent
 
     settled = found.counts.sum(axis=1)
     heads = [Column("out of"), *(Column(f"{pose.index}") for pose in found.poses), Column("error")]

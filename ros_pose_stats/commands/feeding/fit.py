@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from .arguments import UNITS, read_count, read_unit
-from .progress_bar import ProgressBar
-from .running import (
+from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ..arguments import UNITS, read_count, read_unit
+from ..progress_bar import ProgressBar
+from ..running import (
     INTERRUPTED,
     announce_slow_start,
     end_on_interrupt,
@@ -19,7 +19,7 @@ from .running import (
 )
 
 if TYPE_CHECKING:
-    from ..plates import CountedPart, PartEvidence, PlateFit, PlateProfile
+    from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
 
 TABLES = (".csv", ".tsv", ".txt")
 
@@ -61,11 +61,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Fit, write the plate and print."""
     with announce_slow_start(), end_on_interrupt():
-        from ..kernels.compilation import prepare_kernels
-        from ..plates import fit_plate, profile_of, refuse_name, write_profile
-        from ..plates.profile import refuse_foreign
-        from ..simulation.request import drop_request
-        from ..whole_files import refuse_unwritable
+        from ...kernels.compilation import prepare_kernels
+        from ...plates import fit_plate, profile_of, refuse_name, write_profile
+        from ...plates.profile import refuse_foreign
+        from ...simulation.request import drop_request
+        from ...whole_files import refuse_unwritable
 
         file = Path(options.plates)
         refuse_name(options.plate)
@@ -95,8 +95,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[str]]:
-    from ..mesh.parts import load_part
-    from ..plates import count_part, read_count_rows
+    from ...mesh.parts import load_part
+    from ...plates import count_part, read_count_rows
 
     tables = [Path(name) for name in options.counts if Path(name).suffix.lower() in TABLES]
     bags = [Path(name) for name in options.counts if Path(name) not in tables]
@@ -106,7 +106,7 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
                for table in tables for part, counts in read_count_rows(table).items()]
     if not bags:
         return counted, []
-    from .bags.plate_counts import counts_on_plate
+    from ..bags.plate_counts import counts_on_plate
 
     with ProgressBar(sys.stderr) as bar:
         recorded, notes = counts_on_plate(bags, options.plate, bar.show_bytes)
@@ -116,7 +116,7 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
 def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
     from math import isnan
 
-    from ..text import Column, columns, interval, length_in_words, percent, several
+    from ...text import Column, columns, interval, length_in_words, percent, several
 
     heads = [Column("part", left=True), Column("counted"), Column("error", "points"),
              Column("if left out", "points"), Column("alone: restitution", "%"),
@@ -132,9 +132,20 @@ def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
             f"{several(len(found.parts), 'part')}",
             "restitution {:.2f} ({:.2f} to {:.2f}), ".format(*found.restitution)
             + "drop height {} ({} to {}); 90 % intervals".format(*height),
+            *_rolling_lines(found),
             f"expected error on another part: {percent(found.plate_error)} points; {fits}", "",
             *columns(heads, rows),
             "error: of the part's shares in this scene, and in the one that the others ask for"]
+
+
+def _rolling_lines(found: PlateFit) -> list[str]:
+    """What round parts told; nothing where none were counted."""
+    from ...plates.round_parts import UNTOLD_SIDES
+
+    if found.round_sides == UNTOLD_SIDES:
+        return []
+    return ["round parts roll as on {} sides a turn ({} to {} are not excluded)".format(
+        *found.round_sides)]
 
 
 def _evidence(part: PartEvidence) -> dict[str, Any]:

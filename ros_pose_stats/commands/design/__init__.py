@@ -1,0 +1,1 @@
+"""Commands for whoever changes a part: `compare` and `sensitivity`."""

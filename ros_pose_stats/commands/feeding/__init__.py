@@ -1,0 +1,1 @@
+"""Commands about a plate and what a feeder does on it: `fit` and `flips`."""

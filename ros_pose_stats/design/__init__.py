@@ -1,0 +1,1 @@
+"""Changing a part: variants side by side, and which change feeds better."""

@@ -1,0 +1,76 @@
+"""Features that the part's own rotations carry into each other."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..resting.rotations import proper_rotations
+from .changes import DesignSpace
+from .features import EDGE, FACE
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SAME_PLACE: Final = 1e-3
+"""Features that a rotation leaves this far apart, in radii, are not the same."""
+
+SAME_DOWN: Final = 0.999
+"""Cosine of the angle of two directions down that are one."""
+
+
+def feature_images(space: DesignSpace) -> tuple[Array, Index]:
+    """The part's rotations (k, 3, 3) and where each takes every feature, (k, n).
+
+    Axes stay themselves; rotations that do not take faces to faces and edges to edges are left
+    out.
+    """
+    kinds = space.kinds
+    anchor = np.array([one.anchor for one in space.features])
+    size = np.array([one.size for one in space.features])
+    held, images = [], []
+    for rotation in proper_rotations(space.part, space.resting.equilibria):
+        image = np.arange(len(kinds))
+        for kind in (FACE, EDGE):
+            mine = np.flatnonzero(kinds == kind)
+            if not len(mine):
+                continue
+            apart = np.linalg.norm((anchor[mine] @ rotation.T)[:, None] - anchor[mine][None],
+                                   axis=2) + np.abs(size[mine][:, None] - size[mine][None])
+            image[mine] = np.where(apart.min(axis=1) < SAME_PLACE, mine[apart.argmin(axis=1)], -1)
+        if image.min() >= 0:
+            held.append(rotation)
+            images.append(image)
+    return np.array(held), np.array(images)
+
+
+def alike(space: DesignSpace, kept: NDArray[np.bool_]) -> Index:
+    """First feature (n,) of those that do the same to the share of the wanted poses.
+
+    Parameters
+    ----------
+    space : DesignSpace
+    kept : (P,) array of bool
+        The wanted poses. Only rotations count that take wanted poses to wanted ones.
+    """
+    rotations, images = feature_images(space)
+    downs = np.array([pose.down for pose in space.resting.poses])
+    keeps = []
+    for rotation in rotations:
+        near = (downs @ rotation.T) @ downs.T
+        keeps.append((near.max(axis=1) > SAME_DOWN).all()
+                     and bool((kept[near.argmax(axis=1)] == kept).all()))
+    return first_of_orbits(images[np.array(keeps, dtype=np.bool_)])
+
+
+def first_of_orbits(images: Index) -> Index:
+    """First feature (n,) of those that images (k, n) join."""
+    count = images.shape[1]
+    rows = np.tile(np.arange(count), len(images))
+    graph = coo_array((np.ones(rows.size), (rows, images.ravel())), shape=(count, count))
+    _, orbit = connected_components(graph, directed=False)
+    return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)

@@ -1,0 +1,241 @@
+"""A part with some of its features changed, made from what is known about the part before.
+
+The outer shape is that of the convex hull: faces are moved by moving their planes, edges cut by
+planes across the bisector, and what does not move is taken over. The mass follows: stretching
+carries the material along, and a sliver that is added or cut off has the part's mean density, its
+mass over the volume of its hull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
+from ..kernels.mesh.measures import solid_moments
+from ..mesh.hull import hull_of_corners
+from ..mesh.vectors import lengths
+from ..records import Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ..resting.convex_body import ConvexBody, keep_body, polyhedron
+from ..resting.half_spaces import corners_of_planes, fan_triangles, plane_of_face
+from ..resting.poses import RestingPoses, resting_poses
+from .features import EDGE, FACE, KINDS, Feature, find_features
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FEWEST_OF_A_STRIP: Final = 5
+"""Planes of one chamfer from which on it is a cone that the part may roll on."""
+
+
+class Moments(NamedTuple):
+    """Mass, first moment (3,) and second moment (3, 3) about one point."""
+
+    mass: float
+    first: Array
+    second: Array
+
+
+class Planes(NamedTuple):
+    """Planes that bound a body: outward normals (K, 3) and distances (K,) from its centre before.
+
+    `strip` (K,) numbers the facets of round surfaces, -1 for others; `origin` (K,) is the face of
+    the body before, -1 for a chamfer.
+    """
+
+    normals: Array
+    distances: Array
+    strip: Index
+    origin: Index
+
+
+class ChangedPart(NamedTuple):
+    """A changed part.
+
+    Attributes
+    ----------
+    part : Part
+        Its convex hull with its mass properties, in the frame of the part before.
+    origin : (F,) array
+        Face of the body before that each face of its body was; -1 for a chamfer.
+    """
+
+    part: Part
+    origin: Index
+
+
+class DesignSpace:
+    """A part and all that can be changed on it.
+
+    Parameters
+    ----------
+    part : Part
+    cluster_tolerance, round_sides
+        As for `estimate`.
+
+    Attributes
+    ----------
+    resting : RestingPoses
+        Of the part as it is.
+    features : tuple of Feature
+    """
+
+    def __init__(self, part: Part, cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                 round_sides: int = DEFAULT_ROUND_SIDES) -> None:
+        self.part = part
+        self.cluster_tolerance, self.round_sides = cluster_tolerance, round_sides
+        self.resting: RestingPoses = resting_poses(part, cluster_tolerance, round_sides)
+        self.features: tuple[Feature, ...] = find_features(self.resting)
+
+    @property
+    def body(self) -> ConvexBody:
+        """Body of the part as it is."""
+        return self.resting.body
+
+    @cached_property
+    def kinds(self) -> Index:
+        """Kind (n,) of each feature, as a number: `CENTRE`, `STRETCH`, `FACE` or `EDGE`."""
+        return np.array([KINDS.index(one.kind) for one in self.features])
+
+    @cached_property
+    def _corners(self) -> Array:
+        return np.ascontiguousarray(self.body.points[np.unique(self.body.arrays.corner)])
+
+    @cached_property
+    def _hull(self) -> tuple[Index, Index]:
+        return hull_of_corners(self._corners)
+
+    @cached_property
+    def _moments(self) -> Moments:
+        return _moments_of(self._corners, self._hull[0])
+
+    def change(self, steps: ArrayLike) -> ChangedPart:
+        """Make the part with changed features.
+
+        Parameters
+        ----------
+        steps : (n,) array
+            Of each of the `features`: metres, of stretching a fraction. Faces move outward; edges
+            are cut so far from the edge on both sides, or from where it would be were it not
+            rounded.
+
+        Raises
+        ------
+        MeshError
+            If no body remains around its centre of mass.
+        """
+        values = np.asarray(steps, dtype=np.float64)
+        shift, stretch = values[:3] / self.body.radius, 1.0 + values[3:6]
+        corners, hull = self._corners * stretch, self._hull
+        planes, kinds = self._planes(values, stretch), self.kinds
+        reshaped = bool(values[kinds >= FACE].any())
+        if values[kinds == FACE].any():
+            corners = corners_of_planes(planes.normals, planes.distances, corners)
+        cut = np.flatnonzero((kinds == EDGE) & (values > 0.0)).tolist()
+        for edge in cut:
+            planes = _cut(planes, corners, self.features[edge].pairs,
+                          float(values[edge]) / self.body.radius)
+        if cut:
+            corners = corners_of_planes(planes.normals, planes.distances, corners)
+        if reshaped:
+            hull = hull_of_corners(corners)
+        mass, center, inertia = self._mass(
+            np.diag(stretch), _moments_of(corners, hull[0]) if reshaped else None)
+        body, plane = self._body(corners, hull, center + shift, planes)
+        return ChangedPart(self._part(corners, body, mass, center + shift, inertia),
+                           planes.origin[plane])
+
+    def change_one(self, number: int, step: float) -> ChangedPart:
+        """Make the part with one changed feature; see `change`."""
+        steps = np.zeros(len(self.features))
+        steps[number] = step
+        return self.change(steps)
+
+    def _planes(self, values: Array, stretch: Array) -> Planes:
+        """Planes of the faces, stretched and moved."""
+        arrays = self.body.arrays
+        normals = arrays.normal / stretch
+        size = lengths(normals)
+        distances = arrays.distance / size
+        for feature, value in zip(self.features, values.tolist(), strict=True):
+            if feature.kind == "face":
+                distances[feature.planes] += value / self.body.radius
+        return Planes(normals / size[:, None], distances, self.body.run_of_face,
+                      np.arange(self.body.faces))
+
+    def _mass(self, linear: Array, after: Moments | None) -> tuple[float, Array, Array]:
+        """Mass, centre of mass and central inertia, in masses and radii before."""
+        inertia = self.resting.inertia
+        second = linear @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ linear
+        mass = 1.0
+        center: Array = np.zeros(3)
+        if after is not None:
+            before, grown = self._moments, float(np.linalg.det(linear))
+            density = 1.0 / (before.mass * grown)
+            mass += density * (after.mass - grown * before.mass)
+            if mass <= 0.0:
+                raise MeshError("a part of which something is left", "one that was cut away",
+                                "change the part less")
+            center = density * (after.first - grown * linear @ before.first) / mass
+            second = second + density * (after.second - grown * linear @ before.second @ linear)
+            second -= mass * np.outer(center, center)
+        return mass, center, np.trace(second) * np.eye(3) - second
+
+    def _body(self, corners: Array, hull: tuple[Index, Index], center: Array, planes: Planes
+              ) -> tuple[ConvexBody, Index]:
+        """The body about its centre of mass, and the plane of each of its faces."""
+        before = self.body
+        points = corners - center
+        farthest = float(lengths(points).max())
+        points /= farthest
+        points.flags.writeable = False
+        arrays, tolerance = polyhedron(points, *hull, self.part.rounding / before.radius)
+        plane = plane_of_face(arrays, planes.normals)
+        runs = tuple(replace(run, center=(run.center - center) / farthest,
+                             radius=run.radius / farthest) for run in before.runs)
+        return ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
+                          planes.strip[plane], before.rounded), plane
+
+    def _part(self, corners: Array, body: ConvexBody, mass: float, center: Array, inertia: Array
+              ) -> Part:
+        """The hull as a part, with its body, which is not to be rounded once more."""
+        before, radius = self.part, self.body.radius
+        vertices = before.center_of_mass + radius * corners
+        fans = fan_triangles(body.arrays)
+        part = Part(before.part_id, vertices, fans.astype(np.uint32), vertices, fans,
+                    before.mass * mass, before.center_of_mass + radius * center,
+                    inertia * (before.mass * radius * radius), before.warnings, before.rounding)
+        keep_body(part, body, self.round_sides)
+        return part
+
+
+def _cut(planes: Planes, corners: Array, pairs: Index, leg: float) -> Planes:
+    """Add the planes of a chamfer, so far from the edge on both of its faces."""
+    across = planes.normals[pairs[:, 0]] + planes.normals[pairs[:, 1]]
+    size = lengths(across)
+    across /= size[:, None]
+    # The sine of half the angle by which the edge turns; size is twice its cosine.
+    depth = leg * np.sqrt(np.maximum(1.0 - 0.25 * size * size, 0.0))
+    reach = (corners @ across.T).max(axis=0) - depth
+    strip = planes.strip.max() + 1 if len(pairs) >= FEWEST_OF_A_STRIP else -1
+    return Planes(np.concatenate((planes.normals, across)), np.append(planes.distances, reach),
+                  np.append(planes.strip, np.full(len(pairs), strip)),
+                  np.append(planes.origin, np.full(len(pairs), -1)))
+
+
+def _moments_of(corners: Array, triangles: Index) -> Moments:
+    """Of the inside of a hull, at density one."""
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    middle = corners.mean(axis=0)
+    inward = (np.cross(b - a, c - a) * (a - middle)).sum(axis=1) < 0.0
+    outward = triangles.copy()
+    outward[inward] = outward[inward][:, ::-1]
+    volume, x, y, z, xx, yy, zz, xy, xz, yz = solid_moments(
+        np.ascontiguousarray(corners), outward).tolist()
+    return Moments(volume, np.array([x, y, z]),
+                   np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))

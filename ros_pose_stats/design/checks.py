@@ -1,0 +1,97 @@
+"""Changes checked by drops of the part before and after, from the same starts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from ..simulation.request import DropRequest
+from ..statistics.paired_counts import PairedDifference
+from .changes import ChangedPart
+from .effects import Effect
+from .paired_drops import PairedDrops, begin_pairs, drop_more
+from .shares import WantedShare
+
+LOOKS: Final = (62, 125, 250, 500, 1000, 2000, 4000)
+"""Drops after which the signs and the clock are looked at."""
+
+FEW, PATIENCE = 250, 4.0
+"""Drops until which so many times the time is granted."""
+
+SETTLED: Final = 0.01
+"""Chance of a wrong sign below which a check needs no more drops."""
+
+
+def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: DropRequest,
+                 seconds: float | None, on_progress: Callable[[float], object],
+                 should_stop: Callable[[], bool], *, until_settled: bool = False
+                 ) -> tuple[PairedDrops, list[PairedDifference]]:
+    """Drop a part and what was made of it from the same starts.
+
+    Parameters
+    ----------
+    changed : sequence of ChangedPart
+        The part as it is first.
+    model : WantedShare
+    asked : DropRequest
+        With the most drops.
+    seconds : float or None
+        After which no more drops are begun, of few four times that; None for no bound.
+    on_progress : callable
+        Takes the share done.
+    should_stop : callable
+    until_settled : bool
+        Whether to end where the signs of all changes are certain.
+
+    Returns
+    -------
+    PairedDrops
+    list of PairedDifference
+        Of the share of the wanted poses, from the first to each of the others.
+    """
+    parts, begin = [one.part for one in changed], time.perf_counter()
+    pairs = begin_pairs(parts, model.scene, asked.seed)
+    for wanted in sorted({min(one, asked.drops) for one in (*LOOKS, asked.drops)}):
+        pairs = drop_more(pairs, parts, wanted, workers=asked.workers, should_stop=should_stop)
+        found = compare_with_first(pairs, changed, model)
+        on_progress(wanted / asked.drops)
+        # The next look takes as long again as all before. Few drops settle nothing.
+        patience = PATIENCE if pairs.drops < FEW else 1.0
+        late = seconds is not None and (
+            2.0 * (time.perf_counter() - begin) > patience * seconds)
+        settled = until_settled and all(one.p_value < SETTLED for one in found)
+        if late or settled or should_stop():
+            break
+    return pairs, found
+
+
+def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], model: WantedShare,
+                  asked: DropRequest, seconds: float | None,
+                  on_progress: Callable[[float], object], should_stop: Callable[[], bool]
+                  ) -> tuple[tuple[Effect, ...], int]:
+    """Drop the part before and after some changes; see `drop_changed`.
+
+    Returns
+    -------
+    tuple of Effect
+        The same with their checks.
+    int
+        Drops of each part.
+    """
+    pairs, found = drop_changed(changed, model, asked, seconds, on_progress, should_stop,
+                                until_settled=True)
+    return tuple(replace(effect, check=one) for effect, one in zip(effects, found, strict=True)
+                 ), pairs.drops
+
+
+def compare_with_first(pairs: PairedDrops, changed: Sequence[ChangedPart], model: WantedShare
+                       ) -> list[PairedDifference]:
+    """Change of the wanted share from the first part to each of the others."""
+    accepted = [np.flatnonzero(model.accepted(resting, one.origin)).tolist()
+                for resting, one in zip(pairs.resting, changed, strict=True)]
+    return [pairs.difference(0, accepted[0], place, accepted[place])
+            for place in range(1, len(changed))]

@@ -1,0 +1,134 @@
+"""Variants of a part side by side: which poses correspond, and whether they differ."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+from ..errors import RequestError
+from ..records import DropScene, Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records.statistics import DEFAULT_PLATE_ERROR
+from ..resting.poses import resting_poses
+from ..simulation.request import drop_request
+from ..statistics.feeding import check_wanted
+from .comparison import ONE_POINT, Comparison
+from .correspondence import find_correspondence
+from .paired_drops import begin_pairs, drop_more
+from .verdicts import compare_pairs
+
+FIRST_LOOK: Final = 1250
+"""Drops of each variant before the first look; each look has twice as many as the one before."""
+
+MOST_DROPS: Final = 20_000
+"""Drops of each variant, if nothing ends them before: differences are known to a point then."""
+
+MOST_VARIANTS: Final = 26
+
+
+def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
+            restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+            drop_height: float | None = None, workers: int | None = None,
+            on_progress: Callable[[int, int], object] | None = None,
+            should_stop: Callable[[], bool] | None = None, *,
+            cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+            round_sides: int = DEFAULT_ROUND_SIDES,
+            plate_error: float = DEFAULT_PLATE_ERROR) -> Comparison:
+    """Compare the first variant of a part with each of the others, dropped from the same starts.
+
+    Drops end where each of the others is found to differ as a plate will show, in the share that a
+    feeder accepts if one is asked for; where all differences are known to a point (half of their
+    90 % intervals); or at the most drops.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        2 to 26.
+    wanted : sequence of int
+        Poses of the first variant that a feeder accepts; none asks for no feeder.
+    drops : int
+        The most of each variant, 1 to 1e9.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1.
+    seed : int, optional
+        0 to 2^64 - 1; drop k of all variants depends on seed and k alone. Default: a fresh one.
+    drop_height : float, optional
+        Height of the centre of mass at release, metres, the same for all variants. Default: 20
+        radii of the first one.
+    workers : int, optional
+        Threads; default: all cores.
+    on_progress : callable, optional
+        Takes the number of drops done, and the most of them, of all variants.
+    should_stop : callable, optional
+        After True the comparison ends with the drops done by then.
+    cluster_tolerance, round_sides
+        As for `simulate`.
+    plate_error : float
+        Of a single share on the plate, a fraction from 0 to 1.
+
+    Returns
+    -------
+    Comparison
+        The same for the same request, whatever the workers.
+
+    Raises
+    ------
+    RequestError
+        If there is one part only, or no such pose, or a number is out of its range.
+    MeshError
+        If the hull of a part does not enclose its centre of mass.
+    """
+    begin = time.perf_counter()
+    if not 2 <= len(parts) <= MOST_VARIANTS:
+        raise RequestError(f"2 to {MOST_VARIANTS} variants to compare", f"{len(parts)}",
+                           "give the files of the variants, the one to compare with first")
+    if not 0.0 <= plate_error <= 1.0:
+        raise RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
+                           "0.05 is a plate that nobody has counted on")
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    asked = drop_request(drops, secrets.randbits(32) if seed is None else seed, 0.0, workers,
+                         "random", None)
+    resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
+    if wanted:
+        check_wanted(wanted, len(resting[0].poses))
+    matches = [find_correspondence(resting[0], other) for other in resting[1:]]
+    pairs = begin_pairs(parts, scene, asked.seed)
+    turns = [None, *(match.turn for match in matches)]
+    sizes = looks(asked.drops)
+    for number, size in enumerate(sizes):
+        pairs = drop_more(pairs, parts, size, turns, asked.workers,
+                          _told(on_progress, pairs.drops * len(parts), sizes[-1] * len(parts)),
+                          should_stop)
+        found = compare_pairs(parts, pairs, matches, tuple(dict.fromkeys(map(int, wanted))),
+                              sizes[number] / sum(sizes), plate_error)
+        if pairs.drops < size or found.is_settled or found.half_width <= ONE_POINT:
+            break
+    return replace(found, seconds=time.perf_counter() - begin)
+
+
+def looks(drops: int) -> list[int]:
+    """Numbers of drops at which the verdict is looked at, rising.
+
+    A look has a share of the 5 % in proportion to its drops, so that all looks together are wrong
+    in no more than 5 % (the sum of the chances bounds that of any of them).
+    """
+    sizes = [drops]
+    while sizes[-1] >= 2 * FIRST_LOOK:
+        sizes.append(sizes[-1] // 2)
+    return sizes[::-1]
+
+
+def _told(on_progress: Callable[[int, int], object] | None, before: int, most: int
+          ) -> Callable[[int, int], object] | None:
+    if on_progress is None:
+        return None
+    return partial(_tell, on_progress, before, most)
+
+
+def _tell(on_progress: Callable[[int, int], object], before: int, most: int, done: int,
+          _: int) -> None:
+    on_progress(before + done, most)

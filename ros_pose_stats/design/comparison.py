@@ -1,0 +1,228 @@
+"""What a comparison of variants found: shares, differences, verdicts, and what a feeder gets.
+
+How the chances come about is in `verdicts`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+from ..records import DropScene, Part, PoseStatistics
+from ..records.statistics import plain_number
+from ..statistics.feeding import Bounded, Feeding
+from ..statistics.paired_counts import PairedDifference
+from ..version import VERSION
+from .correspondence import Correspondence, MatchedPoses
+
+DIFFERENT: Final = "different"
+ALIKE: Final = "no difference seen"
+
+LEVEL: Final = 0.05
+"""Chance that variants which do not differ are called different."""
+
+ONE_POINT: Final = 0.01
+
+
+class ShareDifference(NamedTuple):
+    """One share in two variants.
+
+    Attributes
+    ----------
+    first, second : Bounded
+        The shares with their 90 % intervals.
+    difference : PairedDifference
+        Second less first, by the joint counts.
+    file_error : float
+        Standard deviation of what the facets of the files add to the difference.
+    plate_error : float
+        The same of the plate.
+    chance : float
+        That the drops differ this much by chance alone, for all differences and looks together.
+    chance_on_plate : float
+        That they do by chance and by the files, together likewise, or that this difference is one
+        of the plate, whichever is the larger.
+    """
+
+    first: Bounded
+    second: Bounded
+    difference: PairedDifference
+    file_error: float
+    plate_error: float
+    chance: float = 1.0
+    chance_on_plate: float = 1.0
+
+    @property
+    def model_error(self) -> float:
+        """Standard deviation of what files and plate add to the difference."""
+        return math.hypot(self.file_error, self.plate_error)
+
+    @property
+    def by_chance(self) -> str:
+        """Verdict where only the chance of the drops counts."""
+        return DIFFERENT if self.chance <= LEVEL else ALIKE
+
+    @property
+    def on_plate(self) -> str:
+        """Verdict with the error of model and plate."""
+        return DIFFERENT if self.chance_on_plate <= LEVEL else ALIKE
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval of the difference."""
+        return 0.5 * (self.difference.high - self.difference.low)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "probability": [self.first.value, self.second.value],
+            "probability_low": [self.first.low, self.second.low],
+            "probability_high": [self.first.high, self.second.high],
+            "difference": plain_number(self.difference.value),
+            "difference_low": self.difference.low, "difference_high": self.difference.high,
+            "standard_error": plain_number(self.difference.standard_error),
+            "model_error": self.model_error,
+            "p_value": self.chance, "p_value_with_model_error": self.chance_on_plate,
+            "by_chance_alone": self.by_chance, "with_model_error": self.on_plate}
+
+
+class PoseComparison(NamedTuple):
+    """A pose of the first variant beside that of another; see `MatchedPoses`."""
+
+    poses: MatchedPoses
+    share: ShareDifference
+
+
+class FeederComparison(NamedTuple):
+    """What a feeder gets that accepts the same poses of both.
+
+    Attributes
+    ----------
+    poses : MatchedPoses
+        Those accepted in each.
+    lost : tuple of int
+        Wanted poses of the first variant that have no partner in the second.
+    share : ShareDifference
+        Of the accepted parts.
+    feeding : (Feeding, Feeding)
+        Parts that lie wrong are dropped again.
+    """
+
+    poses: MatchedPoses
+    lost: tuple[int, ...]
+    share: ShareDifference
+    feeding: tuple[Feeding, Feeding]
+
+
+@dataclass(frozen=True, eq=False)
+class VariantComparison:
+    """The first variant beside another one.
+
+    Attributes
+    ----------
+    second : int
+        Which variant, from 1 on.
+    correspondence : Correspondence
+    poses : tuple of PoseComparison
+        Pairs first, the most probable ones first; then poses without a partner.
+    feeder : FeederComparison or None
+    """
+
+    second: int
+    correspondence: Correspondence
+    poses: tuple[PoseComparison, ...]
+    feeder: FeederComparison | None
+
+    @property
+    def shares(self) -> list[ShareDifference]:
+        """All that is tested."""
+        own = [one.share for one in self.poses]
+        return own if self.feeder is None else [*own, self.feeder.share]
+
+    @property
+    def by_chance(self) -> str:
+        """Whether any share differs by more than chance."""
+        return DIFFERENT if any(one.by_chance == DIFFERENT for one in self.shares) else ALIKE
+
+    @property
+    def on_plate(self) -> str:
+        """Whether any share differs by more than chance and the error of model and plate."""
+        return DIFFERENT if any(one.on_plate == DIFFERENT for one in self.shares) else ALIKE
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Variants of a part side by side.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+    found : tuple of PoseStatistics
+        Of each variant, from the drops from which all came to rest.
+    variants : tuple of VariantComparison
+        The first variant beside each of the others.
+    scene : DropScene
+    seed : int
+    wanted : tuple of int
+    plate_error : float
+    seconds : float
+    """
+
+    parts: tuple[Part, ...]
+    found: tuple[PoseStatistics, ...]
+    variants: tuple[VariantComparison, ...]
+    scene: DropScene
+    seed: int
+    wanted: tuple[int, ...]
+    plate_error: float
+    seconds: float = math.nan
+
+    @property
+    def drops(self) -> int:
+        """Of each variant."""
+        return self.found[0].drops
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether every other variant differs from the first on a plate, for a feeder if asked."""
+        asked = [one if one.feeder is None else one.feeder.share for one in self.variants]
+        return all(one.on_plate == DIFFERENT for one in asked)
+
+    @property
+    def half_width(self) -> float:
+        """Half of the widest interval of a difference."""
+        return max(share.half_width for one in self.variants for share in one.shares)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values under the keys of the JSON contract."""
+        first = self.found[0]
+        return {
+            "scene": first.scene, "restitution": first.restitution,
+            "drop_height": first.drop_height, "cluster_tolerance": first.cluster_tolerance,
+            "round_sides": first.round_sides, "seed": self.seed, "drops": self.drops,
+            "unsettled": first.unsettled, "plate_error": self.plate_error,
+            "seconds": plain_number(self.seconds), "version": VERSION,
+            "wanted": list(self.wanted),
+            "variants": [one.as_dict() for one in self.found],
+            "comparisons": [_as_dict(one) for one in self.variants]}
+
+
+def _as_dict(one: VariantComparison) -> dict[str, Any]:
+    match = one.correspondence
+    entry: dict[str, Any] = {
+        "first": 0, "second": one.second,
+        "matched_by": "orientation and footprint" if match.by_orientation
+        else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
+        "same_body": match.same_body,
+        "by_chance_alone": one.by_chance, "with_model_error": one.on_plate,
+        "poses": [{"first": list(pose.poses.first), "second": list(pose.poses.second),
+                   **pose.share.as_dict()} for pose in one.poses]}
+    if one.feeder is not None:
+        entry["feeder"] = {
+            "first": list(one.feeder.poses.first), "second": list(one.feeder.poses.second),
+            "without_partner": list(one.feeder.lost), **one.feeder.share.as_dict(),
+            "passes": [plain_number(way.passes.value) for way in one.feeder.feeding],
+            "passes_low": [plain_number(way.passes.low) for way in one.feeder.feeding],
+            "passes_high": [plain_number(way.passes.high) for way in one.feeder.feeding]}
+    return entry

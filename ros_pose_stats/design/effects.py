@@ -1,0 +1,111 @@
+"""What a change of one feature does to the share of the wanted poses, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from ..records import DropScene
+from ..statistics.paired_counts import PairedDifference
+from ..version import VERSION
+from .changes import DesignSpace
+from .features import Feature
+
+SCATTER: Final = 0.005
+SCATTER_OF_CUT: Final = 0.012
+SCATTER_OF_SLOPE: Final = 0.2
+SCATTER_OF_UNEVEN: Final = 0.5
+"""Root mean square difference of estimated and dropped changes by one step: of any, of a cut edge,
+as a share of the change, and as a share of its unevenness (docs/study/design.md)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """What a change of one feature does to the share of the wanted poses.
+
+    Attributes
+    ----------
+    feature : Feature
+    number : int
+        Of the feature.
+    alike : tuple of int
+        Numbers of the features that do the same by the part's symmetry, this one first.
+    slope, error : float
+        Change of the share a metre, or a unit of stretching, and its standard error.
+    step : float
+        The change that helps, metres or a fraction; of an edge, that which it can be given.
+    change : float
+        Estimated change of the share by that step.
+    lost : tuple of int
+        Wanted poses that are gone after that step.
+    check : PairedDifference or None
+        The same change by drops; None where it was not checked.
+    """
+
+    feature: Feature
+    number: int
+    alike: tuple[int, ...]
+    slope: float
+    error: float
+    step: float
+    change: float
+    lost: tuple[int, ...] = ()
+    check: PairedDifference | None = None
+
+    @property
+    def helps(self) -> bool:
+        """Whether the step raises the share."""
+        return self.change > 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """What changes of a part do to the share of its wanted poses.
+
+    Attributes
+    ----------
+    space : DesignSpace
+    wanted : tuple of int
+    scene : DropScene
+        With the drop height in metres.
+    method : str
+        The estimator.
+    share, expected_error : float
+        Estimate for the part as it is, and its error.
+    effects : tuple of Effect
+        The greatest first, by what their step changes.
+    drops, seed : int
+        Of each check.
+    seconds : float
+    version : str
+    """
+
+    space: DesignSpace
+    wanted: tuple[int, ...]
+    scene: DropScene
+    method: str
+    share: float
+    expected_error: float
+    effects: tuple[Effect, ...]
+    drops: int
+    seed: int
+    seconds: float
+    version: str = VERSION
+
+
+def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:
+    """Standard error of the change by one step.
+
+    Parameters
+    ----------
+    slope : float
+        Estimated change by one step.
+    uneven : float
+        Half of how far the changes by two steps are from a line: a share that bends or jumps
+        within a step has no single slope.
+    cut : bool
+        Whether an edge is cut, which the estimator knows least.
+    """
+    return math.hypot(SCATTER_OF_CUT if cut else SCATTER,
+                      SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)

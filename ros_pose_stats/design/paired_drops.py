@@ -1,0 +1,205 @@
+"""Variants of a part dropped from the same starts, so that the chance they share cancels.
+
+Drop k of every variant begins with the same direction down, in the part's own frame; where a
+variant is turned in the frame of its file, so is the direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RequestError
+from ..mesh.vectors import turn_vectors
+from ..records import DropScene, Part
+from ..resting.poses import RestingPoses, resting_poses
+from ..simulation.chunks import DropWorkers
+from ..simulation.drop_body import drop_body
+from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, release_height
+from ..simulation.request import drop_request
+from ..simulation.starts import random_starts
+from ..statistics.paired_counts import PairedDifference, paired_difference
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+UNSETTLED = -1
+
+
+@dataclass(frozen=True, eq=False)
+class PairedDrops:
+    """Outcomes of the same starts for several variants.
+
+    Attributes
+    ----------
+    scene : DropScene
+        With the drop height in metres, the same for all.
+    seed : int
+    resting : tuple of RestingPoses
+        Of each of the V variants.
+    outcome : (V, n) array of int
+        `index` of the pose in which a variant came to rest from each start; -1 where it did not.
+    touched : tuple of int
+        Starts from which each variant was released touching the plate; empty before the first.
+    """
+
+    scene: DropScene
+    seed: int
+    resting: tuple[RestingPoses, ...]
+    outcome: Index
+    touched: tuple[int, ...] = ()
+
+    @property
+    def drops(self) -> int:
+        """Starts so far."""
+        return int(self.outcome.shape[1])
+
+    @property
+    def settled(self) -> NDArray[np.bool_]:
+        """Starts (n,) from which every variant came to rest; only these count."""
+        return np.asarray((self.outcome != UNSETTLED).all(axis=0))
+
+    def counts(self, variant: int) -> Index:
+        """How often a variant came to rest in each of its poses (P,)."""
+        return np.bincount(self.outcome[variant, self.settled],
+                           minlength=len(self.resting[variant].poses))
+
+    def is_in(self, variant: int, poses: Sequence[int]) -> NDArray[np.bool_]:
+        """From which of the settled starts a variant came to rest in one of some poses."""
+        wanted = np.zeros(len(self.resting[variant].poses), dtype=np.bool_)
+        wanted[list(poses)] = True
+        return np.asarray(wanted[self.outcome[variant, self.settled]])
+
+    def difference(self, first: int, poses: Sequence[int], second: int,
+                   others: Sequence[int]) -> PairedDifference:
+        """Share of the `others` of variant `second` less that of the `poses` of `first`.
+
+        Its standard error is that of the joint counts: what both have in common cancels.
+        """
+        return paired_difference(self.is_in(first, poses), self.is_in(second, others))
+
+
+def begin_pairs(parts: Sequence[Part], scene: DropScene, seed: int) -> PairedDrops:
+    """Variants that are to be dropped together, before the first drop.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        At least one.
+    scene : DropScene
+        Without a drop height all are released at the same one: 20 radii of the first.
+    seed : int
+        0 to 2^64 - 1. Drop k depends on the seed and k alone, and the first variant's are those
+        that `simulate` makes of it.
+
+    Raises
+    ------
+    RequestError, MeshError
+        If there is no part, or the hull of one does not enclose its centre of mass.
+    """
+    if not parts:
+        raise RequestError("at least one part to drop", "none", "give a part")
+    resting = tuple(resting_poses(part, scene.cluster_tolerance, scene.round_sides)
+                    for part in parts)
+    common = replace(scene, drop_height=release_height(scene, resting[0].body.radius))
+    return PairedDrops(common, seed, resting, np.zeros((len(parts), 0), dtype=np.int64))
+
+
+def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
+              turns: Sequence[Array | None] | None = None, workers: int | None = None,
+              on_progress: Callable[[int, int], object] | None = None,
+              should_stop: Callable[[], bool] | None = None) -> PairedDrops:
+    """Drop all variants from the next starts.
+
+    Parameters
+    ----------
+    pairs : PairedDrops
+        From `begin_pairs` of these parts, or from here.
+    parts : sequence of Part
+    drops : int
+        How many starts there are to be in the end; the answer does not depend on the steps.
+    turns : sequence of (3, 3) array or None, optional
+        For each variant the rotation from the first one's frame to its own; None, also for all,
+        where the frames are the same.
+    workers : int, optional
+        Threads; default: all cores.
+    on_progress : callable, optional
+        Takes the number of drops done, and of all in this call.
+    should_stop : callable, optional
+        After True the starts that all variants have been dropped from by then are kept.
+
+    Raises
+    ------
+    RequestError
+        If a number is out of its range.
+    """
+    asked = drop_request(drops, pairs.seed, 0.0, workers, "random", None)
+    done, more = pairs.drops, asked.drops - pairs.drops
+    if more <= 0:
+        return pairs
+    directions = random_starts(asked.seed, done, more)
+    rows: list[tuple[Index, NDArray[np.bool_]]] = []
+    for place, part in enumerate(parts):
+        turn = None if turns is None else turns[place]
+        rows.append(_outcomes(
+            part, pairs.scene, directions if turn is None else turn_vectors(directions, turn.T),
+            asked.workers, should_stop,
+            None if on_progress is None else _part_of_all(on_progress, place, len(parts), more)))
+        if rows[-1][0].size < more:
+            break
+    kept = min(poses.size for poses, _ in rows) if len(rows) == len(parts) else 0
+    if not kept:
+        return pairs
+    added: Index = np.stack([poses[:kept] for poses, _ in rows])
+    before = pairs.touched or (0,) * len(parts)
+    return replace(pairs, outcome=np.concatenate((pairs.outcome, added), axis=1), touched=tuple(
+        count + int(touched[:kept].sum())
+        for count, (_, touched) in zip(before, rows, strict=True)))
+
+
+def drop_together(parts: Sequence[Part], drops: int, scene: DropScene, seed: int,
+                  workers: int | None = None) -> PairedDrops:
+    """Drop variants of a part, in the same frame, from the same starts.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+    drops : int
+        Of each.
+    scene, seed
+        As for `begin_pairs`.
+    workers : int, optional
+        Threads; default: all cores.
+    """
+    return drop_more(begin_pairs(parts, scene, seed), parts, drops, workers=workers)
+
+
+def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
+              should_stop: Callable[[], bool] | None,
+              on_drops: Callable[[int], object] | None) -> tuple[Index, NDArray[np.bool_]]:
+    """Pose (n,) from each direction, and whether it was released touching; fewer after a stop."""
+    body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
+    rules = drop_rules(scene, body.radius)
+
+    def drop(first: int, count: int) -> DropOutcomes:
+        return compute_drops(body, rules, directions[first:first + count])
+
+    at_work = DropWorkers(drop, len(directions), workers, should_stop or (lambda: False))
+    found: list[Index] = [np.zeros(0, dtype=np.int64)]
+    touched: list[NDArray[np.bool_]] = [np.zeros(0, dtype=np.bool_)]
+    done = 0
+    for outcomes in at_work.outcomes_in_order():
+        found.append(outcomes.pose)
+        touched.append(outcomes.touched)
+        done += outcomes.pose.size
+        if on_drops is not None:
+            on_drops(done)
+    return np.concatenate(found), np.concatenate(touched)
+
+
+def _part_of_all(told: Callable[[int, int], object], place: int, variants: int,
+                 more: int) -> Callable[[int], object]:
+    return lambda done: told(place * more + done, variants * more)

@@ -1,0 +1,160 @@
+"""How the share of wanted poses changes with each thing that can be changed on a part.
+
+Derivatives come from the fast estimator, fitted over steps to both sides; those that matter most
+are checked by drops of the part before and after from the same starts.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Final
+
+import numpy as np
+
+from ..errors import MeshError, RequestError
+from ..estimators import estimate
+from ..methods import AUTO
+from ..records import DropScene, Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..simulation.request import drop_request
+from .alike import alike
+from .changes import DesignSpace
+from .checks import check_effects
+from .effects import Effect, Sensitivity, effect_error
+from .shares import WantedShare
+
+STEP: Final = 0.05
+"""Of the radius, and of stretching as a fraction: a change that a designer would make. What less
+does is lost in the estimator's own unevenness (docs/study/design.md)."""
+
+CHECKS: Final = 5
+CHECK_DROPS: Final = 2000
+"""Effects that are checked, and the most drops of each part."""
+
+CHECK_SECONDS: Final = 1.0
+"""Time after which no further drops are begun, where their number was not given."""
+
+def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
+                checks: int = CHECKS, drops: int | None = None, seed: int | None = None,
+                restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
+                cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+                round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+                on_progress: Callable[[float], object] | None = None,
+                should_stop: Callable[[], bool] | None = None) -> Sensitivity:
+    """How the share of wanted poses changes with centre of mass, proportions, faces and edges.
+
+    Parameters
+    ----------
+    part : Part
+    wanted : sequence of int
+        Indices of the accepted poses.
+    step : float, optional
+        Change that is meant, metres; default: a twentieth of the radius. Stretching is by the
+        same share of the radius.
+    checks : int
+        Effects that are checked by drops, those that raise the share most.
+    drops : int, optional
+        Most drops of each part for a check; fewer where all signs are settled before. Default:
+        2 000, and no more are begun after a second; with a number and a seed the same
+        request gives the same counts.
+    seed : int, optional
+        Of the drops; default: a fresh one.
+    restitution, drop_height, cluster_tolerance, round_sides, workers
+        As for `simulate`.
+    on_progress : callable, optional
+        Takes the share done, 0 to 1.
+    should_stop : callable, optional
+        After True what is known by then is returned.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range or there is no such pose.
+    """
+    begin = time.perf_counter()
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    asked = drop_request(CHECK_DROPS if drops is None else drops, seed, 0.0, workers, "random",
+                         None)
+    space = DesignSpace(part, cluster_tolerance, round_sides)
+    model = WantedShare(space, wanted, scene)
+    reach = check_step(STEP * space.body.radius if step is None else step, space.body.radius)
+    told = estimate(part, AUTO, restitution=restitution, drop_height=model.scene.drop_height,
+                    cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    stop, progress = should_stop or (lambda: False), on_progress or (lambda done: None)
+    effects = _effects(space, model, reach, asked.workers,
+                       lambda share: progress(0.5 * share), stop)
+    best = sorted((one for one in effects if one.helps), key=lambda one: -one.change)[:checks]
+    dropped = 0
+    if best and not stop():
+        changed = [space.change_one(one.number, one.step) for one in best]
+        checked, dropped = check_effects(
+            best, [space.change_one(0, 0.0), *changed], model, asked,
+            CHECK_SECONDS if drops is None else None,
+            lambda share: progress(0.5 + 0.5 * share), stop)
+        known = {one.number: one for one in checked}
+        effects = [known.get(one.number, one) for one in effects]
+    return Sensitivity(space, tuple(np.flatnonzero(model.kept).tolist()), model.scene,
+                       told.method, sum(pose.probability for pose in told.poses
+                                        if model.kept[pose.index]),
+                       told.expected_error, tuple(effects), dropped, asked.seed,
+                       time.perf_counter() - begin)
+
+
+def check_step(step: float, radius: float) -> float:
+    """Refuse a step that no small change is.
+
+    Raises
+    ------
+    RequestError
+        If it is not above 0 and at most half a radius.
+    """
+    if not 0.0 < step <= 0.5 * radius:
+        raise RequestError(f"a step above 0 and at most {500.0 * radius:.3g} mm, half the part's "
+                           "radius", f"{1e3 * step:.3g} mm", "leave it out for a twentieth of "
+                           "the radius")
+    return step
+
+
+def _effects(space: DesignSpace, model: WantedShare, reach: float, workers: int,
+             progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Effect]:
+    first = alike(space, model.kept)
+    numbers = np.unique(first)
+    base = model.estimate(space.change_one(0, 0.0))
+    done = 0
+
+    def one(number: int) -> Effect | None:
+        nonlocal done
+        if stop():
+            return None
+        same = tuple(np.flatnonzero(first == number).tolist())
+        found = _effect(space, model, base, same, reach)
+        done += 1
+        progress(done / len(numbers))
+        return found
+
+    with ThreadPoolExecutor(workers) as pool:
+        found = [effect for effect in pool.map(one, numbers.tolist())
+                 if effect is not None]
+    return sorted(found, key=lambda effect: (-abs(round(effect.change, 9)), effect.number))
+
+
+def _effect(space: DesignSpace, model: WantedShare, base: float, same: tuple[int, ...],
+            reach: float) -> Effect | None:
+    """Effect of the first of some features alike; None where no body remains after the step."""
+    number = same[0]
+    feature = space.features[number]
+    unit = reach if feature.is_length else reach / space.body.radius
+    sides = (0.5, 1.0) if feature.only_forward else (-1.0, 1.0)
+    try:
+        after = [space.change_one(number, side * unit) for side in sides]
+    except MeshError:
+        return None
+    other, change = (model.estimate(one) - base for one in after)
+    slope = change if feature.only_forward else 0.5 * (change - other)
+    uneven = 0.5 * abs(change - 2.0 * other if feature.only_forward else change + other)
+    place = 0 if other > change and not feature.only_forward else 1
+    error = effect_error(slope, uneven, cut=feature.only_forward)
+    return Effect(feature, number, same, slope / unit, error / unit,
+                  sides[place] * unit, (other, change)[place], model.lost(after[place]))

@@ -1,0 +1,81 @@
+"""The share of wanted poses of a changed part, and which of its poses are the ones before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimators.expected import best_method
+from ..estimators.registry import ESTIMATORS
+from ..records import DropScene
+from ..records.scene import DEFAULT_DROP_RADII
+from ..resting.poses import RestingPoses, bare_poses
+from ..statistics.feeding import check_wanted
+from .changes import ChangedPart, DesignSpace
+from .features import pose_of_faces
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class WantedShare:
+    """The share of some poses of a part, by the fast estimator, whatever is changed on it.
+
+    Parameters
+    ----------
+    space : DesignSpace
+    wanted : sequence of int
+        Indices of the poses that are accepted.
+    scene : DropScene
+        A part that is changed is released from the height of the one before.
+
+    Raises
+    ------
+    RequestError
+        If there is no such pose.
+    """
+
+    def __init__(self, space: DesignSpace, wanted: Sequence[int], scene: DropScene) -> None:
+        height = scene.drop_height or DEFAULT_DROP_RADII * space.body.radius
+        self.scene = DropScene(scene.restitution, height, scene.cluster_tolerance,
+                               scene.round_sides)
+        self._function = ESTIMATORS[best_method(scene.restitution)].function
+        self.kept = check_wanted(wanted, len(space.resting.poses))
+        self._pose, self._rests = pose_of_faces(space.resting)
+        self._downs = np.array([pose.down for pose in space.resting.poses])
+
+    def estimate(self, changed: ChangedPart) -> float:
+        """Share of the wanted poses of a changed part, 0 to 1."""
+        resting = bare_poses(changed.part, self.scene.cluster_tolerance, self.scene.round_sides)
+        share = self._function(resting, self.scene)
+        return float(share[self.accepted(resting, changed.origin)].sum())
+
+    def lost(self, changed: ChangedPart) -> tuple[int, ...]:
+        """Wanted poses that a changed part has no more."""
+        resting = bare_poses(changed.part, self.scene.cluster_tolerance, self.scene.round_sides)
+        there = self.poses_before(resting, changed.origin)
+        return tuple(np.setdiff1d(np.flatnonzero(self.kept), there).tolist())
+
+    def accepted(self, resting: RestingPoses, origin: Index) -> NDArray[np.bool_]:
+        """Which poses (P,) of a changed part are wanted."""
+        before = self.poses_before(resting, origin)
+        return np.asarray((before >= 0) & self.kept[before])
+
+    def poses_before(self, resting: RestingPoses, origin: Index) -> Index:
+        """Pose of the part before that each pose (P,) of a changed part is; -1 for a new one.
+
+        A pose is the one that rests on the same face. Where a pose has lost its face, as on a
+        surface of many facets, it is the nearest of those that now rest on a face that led to it.
+        """
+        lowest = resting.equilibria.faces[resting.clusters.lowest]
+        face = origin[lowest]
+        there = face >= 0
+        before = np.where(there & self._rests[face], self._pose[face], -1)
+        led = np.where(there & (before < 0), self._pose[face], -1)
+        downs = resting.body.arrays.normal[lowest]
+        for pose in np.setdiff1d(led[led >= 0], before).tolist():
+            some = np.flatnonzero(led == pose)
+            before[some[(downs[some] @ self._downs[pose]).argmax()]] = pose
+        return np.asarray(before)

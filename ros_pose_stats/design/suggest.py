@@ -1,0 +1,188 @@
+"""A combination of changes, within bounds, that raises the share of wanted poses.
+
+The estimator chooses, and some drops between cutting edges and leaving them; drops that had no
+say tell what was gained. What is judged is the
+outer shape and the centre of mass, not whether the part can be made.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..records import DropScene, Part
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..simulation.request import SEEDS, DropRequest, drop_request
+from ..statistics.intervals import jeffreys_interval
+from ..statistics.paired_counts import PairedDifference
+from ..version import VERSION
+from .changes import ChangedPart, DesignSpace
+from .checks import drop_changed
+from .climb import MOST_STEPS, Climb
+from .effects import effect_error
+from .features import EDGE
+from .shares import WantedShare
+from .tied_steps import check_within, outline_move
+
+Array = NDArray[np.float64]
+
+CHOOSING_DROPS: Final = 500
+"""That choose between a suggestion with cut edges and one without."""
+
+GAIN_DROPS: Final = 4000
+GAIN_SECONDS: Final = 5.0
+"""Drops that tell the gain, and the time after which no more are begun."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bounded:
+    """A share by drops with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """A change of a part that raises the share of its wanted poses.
+
+    Attributes
+    ----------
+    space : DesignSpace
+    wanted : tuple of int
+    scene : DropScene
+        With the drop height in metres.
+    within : float
+        Bound of what is moved, metres.
+    steps : (n,) array
+        Of each feature, metres or a fraction; all 0 where nothing was found.
+    taken : tuple of tuples of int
+        Features that were changed, those tied together in one, the one that gains most first.
+    changed : ChangedPart
+        The part after.
+    outline : float
+        How far its outline moved, metres.
+    before, after : float
+        Estimated shares.
+    gain_error : float
+        Standard error of the estimated gain.
+    lost : tuple of int
+        Wanted poses that are gone.
+    gain : PairedDifference
+        By drops, from the same starts, none of which chose the change.
+    dropped_before, dropped_after : Bounded
+        Shares by these drops.
+    drops, seed : int
+    seconds : float
+    version : str
+    """
+
+    space: DesignSpace
+    wanted: tuple[int, ...]
+    scene: DropScene
+    within: float
+    steps: Array
+    taken: tuple[tuple[int, ...], ...]
+    changed: ChangedPart
+    outline: float
+    before: float
+    after: float
+    gain_error: float
+    lost: tuple[int, ...]
+    gain: PairedDifference
+    dropped_before: Bounded
+    dropped_after: Bounded
+    drops: int
+    seed: int
+    seconds: float
+    version: str = VERSION
+
+
+def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | None = None,
+            seed: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+            drop_height: float | None = None,
+            cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
+            round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+            on_progress: Callable[[float], object] | None = None,
+            should_stop: Callable[[], bool] | None = None) -> Suggestion:
+    """Combine changes of a part, within bounds, so that it comes to rest as wanted more often.
+
+    Parameters
+    ----------
+    part : Part
+    wanted : sequence of int
+        Indices of the accepted poses.
+    within : float
+        How far the outline, and the centre of mass in it, may move, metres. A symmetric part
+        stays as symmetric as it is.
+    drops : int, optional
+        Of the part before and after. Default: 4 000, and no more are begun after five seconds.
+    seed, restitution, drop_height, cluster_tolerance, round_sides, workers
+        As for `simulate`.
+    on_progress : callable, optional
+        Takes the share done, 0 to 1.
+    should_stop : callable, optional
+        After True the best change by then is returned.
+
+    Raises
+    ------
+    RequestError
+        If a value is out of its range or there is no such pose.
+    """
+    begin = time.perf_counter()
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    asked = drop_request(GAIN_DROPS if drops is None else drops, seed, 0.0, workers, "random",
+                         None)
+    space = DesignSpace(part, cluster_tolerance, round_sides)
+    model = WantedShare(space, wanted, scene)
+    check_within(within, space.body.radius)
+    stop = should_stop or (lambda: False)
+    progress = on_progress or (lambda done: None)
+    climb = _choose(_climbs(space, model, within, progress, stop), space, model, asked, stop)
+    after = space.change(climb.steps)
+    parts = [space.change_one(0, 0.0), after]
+    pairs, gains = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
+                                lambda share: progress(0.5 + 0.5 * share), stop)
+    shares = [_share(pairs.is_in(place, np.flatnonzero(
+        model.accepted(resting, one.origin)).tolist()))
+        for place, (resting, one) in enumerate(zip(pairs.resting, parts, strict=True))]
+    gained = climb.share - climb.base
+    return Suggestion(
+        space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
+        climb.taken, after, outline_move(space, after), climb.base, climb.share,
+        effect_error(gained, 0.0), model.lost(after), gains[0],
+        shares[0], shares[1], pairs.drops, asked.seed, time.perf_counter() - begin)
+
+
+def _climbs(space: DesignSpace, model: WantedShare, within: float,
+            progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Climb]:
+    """The best by the estimator, and where that cuts edges the best that does not."""
+    found = [Climb(space, model, within)]
+    found[0].climb(lambda taken: progress(0.3 * taken / MOST_STEPS), stop)
+    if found[0].steps[space.kinds == EDGE].any() and not stop():
+        found.append(Climb(space, model, within, edges=False))
+        found[1].climb(lambda taken: progress(0.3 + 0.1 * taken / MOST_STEPS), stop)
+    return found
+
+
+def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: DropRequest,
+            stop: Callable[[], bool]) -> Climb:
+    """That which does better in drops, of a seed of their own; what cut edges do is least sure."""
+    if len(climbs) == 1 or stop():
+        return climbs[0]
+    apart = replace(asked, drops=CHOOSING_DROPS, seed=(asked.seed + 1) % SEEDS)
+    _, gains = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
+                            lambda share: None, stop)
+    return climbs[int(gains[0].value > 0.0)]
+
+
+def _share(is_in: NDArray[np.bool_]) -> Bounded:
+    count, total = int(is_in.sum()), is_in.size
+    low, high = jeffreys_interval(count, total)
+    return Bounded(count / total if total else float("nan"), float(low), float(high))

@@ -1,0 +1,169 @@
+"""A part coloured by what changes of it do: where to add, and where to take away."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from ..design.describe import name_step
+from ..design.effects import Effect, Sensitivity
+from ..mesh.decimation import visible_triangles
+from ..resting.convex_body import ConvexBody
+from ..text import listed
+from .rendering import View, rendered, view_axes
+from .style import INK, REFERENCE, new_figure
+
+Array = NDArray[np.float64]
+
+ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
+PLAIN = np.array([0.86, 0.86, 0.86])
+FAINTEST: Final = 0.35
+"""Strength of the colour of an effect that is hardly above its error."""
+
+SIDES: Final = (("as in the part frame, from above", np.ones(3)),
+                ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
+"""How the part is shown, with the light from above each time."""
+
+STRIP: Final = 0.035
+"""Width of the strips along an edge that is to be cut, in radii."""
+
+ON_FACE, SAME_NORMAL = 0.01, 0.998
+"""A triangle this close to a face of the hull, in radii, and as steep, is coloured like it."""
+
+PIXELS, LISTED = 620, 4
+
+
+def changes_figure(found: Sensitivity) -> Figure:
+    """Draw a part from two sides.
+
+    Blue are faces that are better moved out, orange faces that are better moved in and edges that
+    are better cut; the stronger, the more a step gains. Effects within their error are left grey.
+    The arrow leads the centre of mass to where it is better.
+    """
+    figure = new_figure(9.0, 5.6)
+    space, colors = found.space, _face_colors(found)
+    triangles = visible_triangles(space.part) - space.part.center_of_mass
+    body = space.body
+    shades = colors[_faces_of(triangles, body)]
+    strips = _strips(found)
+    everything = np.concatenate((triangles, strips))
+    paint = np.concatenate((shades, np.broadcast_to(TAKE, (len(strips), 3))))
+    view = View(np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0)
+    for place, (title, turned) in enumerate(SIDES):
+        axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
+        axes.imshow(rendered(everything * turned, view, paint), interpolation="antialiased")
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=10, color=REFERENCE)
+        _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
+    figure.suptitle(
+        f"{space.part.part_id}: wanted poses {listed(found.wanted)}, "
+        f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=INK)
+    figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
+                           Patch(color=tuple(TAKE), label="take away here")],
+                  loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
+    best = sorted((one for one in found.effects if one.helps), key=lambda one: -one.change)
+    figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in best[:LISTED]), fontsize=9,
+                color=INK, va="top")
+    return figure
+
+
+def _line(found: Sensitivity, one: Effect) -> str:
+    text = f"{100.0 * one.change:+.1f} points: {name_step(found.space, one.number, one.step)}"
+    return text if one.check is None else (
+        f"{text} (drops: {100.0 * one.check.low:+.1f} to {100.0 * one.check.high:+.1f})")
+
+
+def _is_clear(one: Effect) -> bool:
+    return one.helps and abs(one.slope) > one.error
+
+
+def _strength(found: Sensitivity, one: Effect) -> float:
+    """Of the colour of an effect, by its share of the largest one of a face or an edge."""
+    largest = max(other.change for other in found.effects
+                  if other.feature.kind in ("face", "edge"))
+    return FAINTEST + (1.0 - FAINTEST) * one.change / largest
+
+
+def _face_colors(found: Sensitivity) -> Array:
+    """Colours (F + 1, 3) of the faces of the hull; the last is that of what lies on none."""
+    space = found.space
+    colors = np.tile(PLAIN, (space.body.faces + 1, 1))
+    for one in found.effects:
+        if one.feature.kind in ("centre", "stretch") or not _is_clear(one):
+            continue
+        color = ADD if one.feature.kind == "face" and one.step > 0.0 else TAKE
+        strength = _strength(found, one)
+        for number in one.alike:
+            colors[space.features[number].planes] = strength * color + (1.0 - strength) * PLAIN
+    return colors
+
+
+def _faces_of(triangles: Array, body: ConvexBody) -> NDArray[np.int64]:
+    """Face of the hull that each triangle (t, 3, 3) lies on; the number of faces for none."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    middle = triangles.mean(axis=1) / body.radius
+    found = np.empty(len(triangles), dtype=np.int64)
+    for begin in range(0, len(triangles), 1000):
+        some = slice(begin, begin + 1000)
+        along = normals[some] @ body.arrays.normal.T
+        off = np.abs(middle[some] @ body.arrays.normal.T - body.arrays.distance)
+        fits = (along > SAME_NORMAL) & (off < ON_FACE)
+        found[some] = np.where(fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1),
+                               body.faces)
+    return found
+
+
+def _strips(found: Sensitivity) -> Array:
+    """Triangles (t, 3, 3) along the edges that are better cut, just above their faces, metres."""
+    body, strips = found.space.body, []
+    for one in found.effects:
+        if one.feature.kind != "edge" or not _is_clear(one):
+            continue
+        for number in one.alike:
+            feature = found.space.features[number]
+            for (first, last), faces in zip(feature.ends, feature.pairs, strict=False):
+                a, b = body.points[first], body.points[last]
+                for face in faces:
+                    normal = body.arrays.normal[face]
+                    across = np.cross(normal, b - a)
+                    across *= STRIP / max(float(np.linalg.norm(across)), 1e-12)
+                    inside = body.polygon(int(face)).mean(axis=0) - a
+                    across *= 1.0 if inside @ across > 0.0 else -1.0
+                    quad = np.array([a, b, b + across, a + across]) + 2e-3 * normal
+                    for corners in ([0, 1, 2], [0, 2, 3]):
+                        strips.append(_outward(quad[corners], normal))
+    return np.array(strips).reshape(-1, 3, 3) * body.radius
+
+
+def _outward(triangle: Array, normal: Array) -> Array:
+    turned = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0]) @ normal
+    return triangle if turned > 0.0 else triangle[::-1]
+
+
+def _gradient(found: Sensitivity) -> Array:
+    """Direction (3,) in which the centre of mass is better moved; zero where none is clear."""
+    slope = np.zeros(3)
+    for one in found.effects:
+        if one.feature.kind == "centre" and abs(one.slope) > one.error:
+            slope[one.feature.axis] = one.slope
+    length = float(np.linalg.norm(slope))
+    return slope / length if length else slope
+
+
+def _draw_arrow(axes: Axes, view: View, direction: Array, radius: float) -> None:
+    if not direction.any():
+        return
+    right, up, _ = view_axes(view)
+    scale = view.pixels[0] / view.width
+    tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
+    middle = 0.5 * np.array(view.pixels)
+    axes.annotate("", (middle + tip).tolist(), middle.tolist(),
+                  arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 2.0,
+                              "mutation_scale": 16})
+    axes.plot(*middle, "o", color=INK, markersize=4)

@@ -1,0 +1,122 @@
+"""Two variants of a part dropped from the same starts: the difference of their shares.
+
+The drops of one start form a pair. Where both parts of a pair come to rest alike it says nothing
+about a difference, so only pairs that part count, and the chance that both have in common is gone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import bdtr, ndtri
+
+from ..errors import RequestError
+from .intervals import DEFAULT_LEVEL
+
+Array = NDArray[np.float64]
+
+
+class PairedDifference(NamedTuple):
+    """How much more often one thing happened than another in the same trials.
+
+    Attributes
+    ----------
+    value : float
+        Share of the second less that of the first; NaN without trials.
+    standard_error : float
+        Of the value.
+    low, high : float
+        90 % interval of the difference, for this one by itself.
+    gained, lost : int
+        Trials in which only the second happened, and only the first.
+    trials : int
+    p_value : float
+        Chance of trials that differ this much if none is more frequent, exact: `gained` of
+        `gained + lost` as in the tosses of a fair coin (McNemar's test).
+    """
+
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    gained: int
+    lost: int
+    trials: int
+    p_value: float
+
+
+def paired_difference(first: ArrayLike, second: ArrayLike,
+                      level: float = DEFAULT_LEVEL) -> PairedDifference:
+    """Compare how often two things happened in the same trials.
+
+    The interval is that of Agresti and Min, "Simple improved confidence intervals for comparing
+    matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is added.
+
+    Parameters
+    ----------
+    first, second : (n,) arrays of bool
+        Whether each happened in a trial.
+    level : float
+        Of the interval, 0 < level < 1.
+
+    Raises
+    ------
+    RequestError
+        If these are not as many trials of each.
+    """
+    one, other = np.asarray(first, dtype=np.bool_), np.asarray(second, dtype=np.bool_)
+    if one.ndim != 1 or one.shape != other.shape:
+        raise RequestError("two equally long rows of outcomes", f"{one.shape} and {other.shape}",
+                           "drop both from the same starts")
+    return difference_of_counts(int((other & ~one).sum()), int((one & ~other).sum()), one.size,
+                                level)
+
+
+def difference_of_counts(gained: int, lost: int, trials: int,
+                         level: float = DEFAULT_LEVEL) -> PairedDifference:
+    """The same from counts of the trials in which only the second or only the first happened."""
+    if trials == 0:
+        return PairedDifference(math.nan, math.nan, -1.0, 1.0, 0, 0, 0, 1.0)
+    z = -float(ndtri(0.5 * (1.0 - level)))
+    middle, spread = _normal(gained + 0.5, lost + 0.5, trials + 2.0)
+    return PairedDifference(
+        (gained - lost) / trials, _normal(gained, lost, trials)[1],
+        max(-1.0, middle - z * spread), min(1.0, middle + z * spread), gained, lost, trials,
+        chance_of_split(gained, lost))
+
+
+def _normal(gained: float, lost: float, trials: float) -> tuple[float, float]:
+    """Difference of the shares and its standard error."""
+    value = (gained - lost) / trials
+    return value, math.sqrt(max(0.0, (gained + lost) / trials - value * value) / trials)
+
+
+def chance_of_split(gained: int, lost: int) -> float:
+    """Two-sided chance that a fair coin splits its tosses at least as unevenly."""
+    if gained + lost == 0:
+        return 1.0
+    return min(1.0, 2.0 * float(bdtr(min(gained, lost), gained + lost, 0.5)))
+
+
+def adjust_together(p_values: ArrayLike) -> Array:
+    """Adjust chances of several tests so that all together are wrong as seldom as one (Holm).
+
+    Parameters
+    ----------
+    p_values : (K,) array
+
+    Returns
+    -------
+    (K,) array
+        A test whose adjusted chance is at most 0.05 stands; with a chance of 95 % none stands
+        wrongly, however the tests hang together (Holm 1979).
+    """
+    chances = np.asarray(p_values, dtype=np.float64)
+    order = np.argsort(chances, kind="stable")
+    steps = np.maximum.accumulate(chances[order] * (chances.size - np.arange(chances.size)))
+    adjusted = np.empty_like(chances)
+    adjusted[order] = np.minimum(steps, 1.0)
+    return adjusted

@@ -1,0 +1,94 @@
+"""`sensitivity`: the table, the JSON object, files, a suggestion, and refusals in one line."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import cli, load_part, sensitivity, shapes
+from ros_pose_stats.design.describe import JUDGED, sensitivity_as_dict
+from tests.bodies import write_stl
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    """A box 20 x 30 x 40, in millimetres."""
+    path = tmp_path_factory.mktemp("parts") / "box.stl"
+    write_stl(path, shapes.box(20.0, 30.0, 40.0))
+    return str(path)
+
+
+def run(capsys, *arguments):
+    status = cli.main(["sensitivity", *map(str, arguments)])
+    return status, *capsys.readouterr()
+
+
+ASKED = ("--unit", "mm", "--wanted", "2,3", "--drops", 200, "--seed", 5)
+
+
+def test_the_object_is_the_library_s(box, capsys):
+    status, out, _ = run(capsys, box, *ASKED, "--json")
+    found = json.loads(out)
+    expected = sensitivity_as_dict(sensitivity(load_part(box, unit="mm"), [2, 3], drops=200,
+                                               seed=5))
+    for name in ("seconds", "part_id"):
+        found.pop(name), expected.pop(name)
+    assert status == 0 and found == json.loads(json.dumps(expected))
+    assert {one["unit"] for one in found["effects"]} == {"m", "1"}
+
+
+def test_the_table(box, capsys):
+    lines = run(capsys, box, *ASKED)[1].splitlines()
+    assert lines[0].startswith("box: wanted poses 2 and 3: ") and lines[-1] == JUDGED
+    # Like faces and edges share rows: three kinds of each, and three axes twice.
+    assert sum(line.endswith(("  mm", "  %")) for line in lines) == 12
+    assert sum("by 1.35 mm" in line or "by 5 % along" in line or "mm towards" in line
+               for line in lines) == 5
+
+
+def test_a_suggestion_with_its_files(box, capsys, tmp_path):
+    from matplotlib.image import imread
+
+    hull, picture = tmp_path / "hull.stl", tmp_path / "changes.png"
+    status, out, _ = run(capsys, box, *ASKED, "--suggest", "--within", 1, "--stl", hull, "--png",
+                         picture, "--json")
+    found = json.loads(out)["suggestion"]
+    assert status == 0 and found["within"] == 1e-3 and found["judged"] == JUDGED
+    assert found["estimate"]["gain"] > 0.0
+    part = load_part(hull, unit="mm")
+    np.testing.assert_allclose(part.surface_vertices.max(axis=0),
+                               -part.surface_vertices.min(axis=0), atol=1e-8)
+    size = np.ptp(part.surface_vertices, axis=0)
+    assert np.abs(size - (0.02, 0.03, 0.04)).max() <= 2e-3 * (1.0 + 1e-5)
+    assert imread(picture).shape == (840, 1350, 4)
+    words = run(capsys, box, *ASKED, "--suggest", "--within", 1)[1]
+    assert "suggestion, outline and centre of mass moved by at most 1 mm:" in words
+    assert "stretched by" in words and "by drops: " in words
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (("--wanted", 9), "wanted poses out of 0 to 5"),
+    (("--wanted", 0, "--suggest"), "--within with --suggest"),
+    (("--wanted", 0, "--within", 1), "--suggest with --within"),
+    (("--wanted", 0, "--suggest", "--within", 0), "a bound above 0"),
+    (("--wanted", 0, "--suggest", "--within", 1, "--stl", "hull.obj"), "ends in .stl"),
+    (("--wanted", 0, "--step", 100), "half the part's radius"),
+    (("--wanted", 0, "--png", "none/"), "ends in .png"),
+])
+def test_refusals(box, capsys, options, words):
+    status, out, err = run(capsys, box, "--unit", "mm", *options)
+    assert (status, out) == (2, "") and words in err and err.count("\n") == 1
+
+
+def test_a_report_has_the_changes(box, capsys, tmp_path):
+    page = tmp_path / "box.html"
+    assert cli.main(["report", box, "--unit", "mm", "--wanted", "2,3", "--changes", "--drops",
+                     "200", "-o", str(page)]) == 0
+    capsys.readouterr()
+    text = page.read_text(encoding="utf-8")
+    assert "Which change of the part feeds better" in text and "add here" in text
+    assert "--changes" in text
+    assert cli.main(["report", box, "--unit", "mm", "--changes", "-o", str(page)]) == 2
+    assert "wanted poses" in capsys.readouterr().err

@@ -1,0 +1,86 @@
+"""Estimated against dropped changes of the wanted share, one feature at a time."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_pose_stats.design.changes import ChangedPart
+from ros_pose_stats.design.checks import compare_with_first
+from ros_pose_stats.design.effects import effect_error
+from ros_pose_stats.design.features import CENTRE, EDGE, FACE, STRETCH
+from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
+from ros_pose_stats.design.sensitivity import STEP
+from ros_pose_stats.errors import MeshError
+
+from .bodies import Case
+
+CHOSEN = ((CENTRE, 1), (STRETCH, 1), (FACE, 2), (EDGE, 2))
+"""Features of each kind that are drawn from those of a part."""
+
+MOST_DROPS, FEWEST_DROPS = 3000, 200
+SECONDS = 5.0
+"""Drops of each of two variants, and the time that those of one part may take together."""
+
+
+class Slope(NamedTuple):
+    """A change by one step, a twentieth of the radius, of one feature; shares as fractions.
+
+    `estimated` and `measured` have standard errors; of edges the change is from the part as it
+    is, of all others half of the change between a step to one side and one to the other.
+    """
+
+    family: str
+    number: int
+    kind: str
+    estimated: float
+    error: float
+    measured: float
+    measured_error: float
+    drops: int
+
+
+def measure_slopes(case: Case, workers: int) -> list[Slope]:
+    """Measure some features of a part, drawn at random."""
+    space, model = case.space, case.model
+    drawn = []
+    for kind, count in CHOSEN:
+        mine = np.flatnonzero(space.kinds == kind)
+        drawn += case.draw.choice(mine, min(count, len(mine)), replace=False).tolist()
+    base = space.change_one(0, 0.0)
+    share, drops = model.estimate(base), _affordable(case, base, 2 * len(drawn), workers)
+    found = []
+    for number in drawn:
+        feature = space.features[number]
+        unit = STEP * (space.body.radius if feature.is_length else 1.0)
+        try:
+            half = space.change_one(number, (0.5 if feature.only_forward else -1.0) * unit)
+            full = space.change_one(number, unit)
+        except MeshError:  # a step that leaves no body is no case
+            continue
+        other, change = model.estimate(half) - share, model.estimate(full) - share
+        forward = feature.only_forward
+        slope = change if forward else 0.5 * (change - other)
+        uneven = 0.5 * abs(change - 2.0 * other if forward else change + other)
+        pair = [base if forward else half, full]
+        parts = [one.part for one in pair]
+        dropped = drop_more(begin_pairs(parts, model.scene, case.number), parts, drops,
+                            workers=workers)
+        measured = compare_with_first(dropped, pair, model)[0]
+        scale = 1.0 if forward else 0.5
+        found.append(Slope(case.family, case.number, feature.kind, slope,
+                           effect_error(slope, uneven, cut=forward), scale * measured.value,
+                           scale * max(measured.standard_error, 1.0 / measured.trials),
+                           measured.trials))
+    return found
+
+
+def _affordable(case: Case, base: ChangedPart, variants: int, workers: int) -> int:
+    """Drops of each variant that fit in the time; rolling parts are slow."""
+    trial = 50
+    begin = time.process_time()
+    drop_more(begin_pairs([base.part], case.model.scene, 0), [base.part], trial, workers=workers)
+    seconds = (time.process_time() - begin) / trial
+    return int(min(MOST_DROPS, max(FEWEST_DROPS, SECONDS / (variants * seconds))))
