@@ -14,6 +14,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
+from ros_pose_stats.ros.messages.statistics_messages import is_farewell
+
 from .node import PATIENCE
 
 SERVICES = {
@@ -170,8 +172,10 @@ class Joiner:
             return [message for message in self._all if message.part_id == part_id]
 
     def parts(self):
+        """Parts with a result; for a moment, the farewell of one just forgotten is latched."""
         with self._lock:
-            return {message.part_id for message in self._all}
+            newest = {message.part_id: message for message in self._all}
+        return {part_id for part_id, message in newest.items() if not is_farewell(message)}
 
     def wait(self, part_id, condition=lambda message: True):
         """The first message of a part that fulfils a condition."""

@@ -11,6 +11,7 @@ from ros_pose_stats_msgs.msg import PartMesh, PoseStatistics
 from shape_msgs.msg import Mesh
 
 from ros_pose_stats import shapes
+from ros_pose_stats.ros.messages.statistics_messages import is_farewell
 
 from ..harness.cell import MeshPublisher, cell_of, latched
 from ..harness.client import until
@@ -153,13 +154,19 @@ class TestNewMeshes:
 
     @staticmethod
     def _look_as_late_joiner(client, parts, end):
-        for other in client.good("get_statistics").statistics:
-            if other.part_id not in parts:
-                client.good("forget_part", part_id=other.part_id)
+        others = [one.part_id for one in client.good("get_statistics").statistics
+                  if one.part_id not in parts]
+        for other in others:
+            client.good("forget_part", part_id=other)
         found = {}
+
+        def take(message):
+            if not is_farewell(message):  # latched for a moment
+                found.setdefault(message.part_id, message)
+
         subscription = client.subscribe(
-            PoseStatistics, f"{client.prefix}/pose_statistics",
-            lambda message: found.setdefault(message.part_id, message), latched=True, depth=20)
+            PoseStatistics, f"{client.prefix}/pose_statistics", take, latched=True,
+            depth=len(parts) + len(others))
         until(lambda: set(parts) <= found.keys(), "all parts")
         client.node.destroy_subscription(subscription)
         assert set(found) == set(parts)
