@@ -6,6 +6,7 @@ import os
 import shutil
 
 import pytest
+from pyarrow import parquet
 
 from ros_pose_stats import shapes
 from ros_pose_stats.batch.folder import WorkFolder
@@ -237,7 +238,6 @@ class TestTables:
         assert (folder / "index.html").stat().st_size > 0
 
     def test_parquet_holds_the_same(self, parts, folder):
-        parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `parquet` is missing")
         made = make_catalogue(folder, find_parts([parts]), MM, here(), parquet=True)
         assert {one.suffix for one in made.tables} == {".csv", ".parquet"}
         for name in TABLES:
