@@ -92,7 +92,8 @@ def _rims(body: ConvexBody) -> Iterator[tuple[Array, Index]]:
     A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
     """
     x, y, z = body.arrays.normal.T
-    for number in range(int(body.run_of_face.max(initial=-1)) + 1):
+    # A changed part may have lost all facets of a run.
+    for number in np.unique(body.run_of_face[body.run_of_face >= 0]).tolist():
         first = np.flatnonzero(body.run_of_face == number)
         for run in body.runs:
             along = x * run.axis[0] + y * run.axis[1] + z * run.axis[2]
