@@ -21,7 +21,7 @@ from ..records.statistics import ranked
 from ..resting.poses import RestingPoses, resting_poses
 from ..resting.trust import pose_warnings
 from ..version import VERSION
-from .expected import OUTSIDE, ExpectedError, best_method, expected_error, explain_best
+from .expected import ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator
 from .solid_angles import Array
 
@@ -121,7 +121,7 @@ def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")
-    if expected.outside > OUTSIDE:
+    if expected.unknown:
         warnings.append(
             f"OUTSIDE_FIT: part or scene lie outside of those that {chosen.name} was measured on; "
             f"its error may well be larger than the {100.0 * expected.here:.2g} points expected, "

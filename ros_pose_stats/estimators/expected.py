@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 
 from ..records import DropScene
 from ..resting.poses import RestingPoses
+from ..statistics.errors import root_mean_square
 from ..statistics.intervals import DEFAULT_LEVEL
 from ..statistics.largest import largest_error
 from .fitted_inputs import error_inputs, error_scale, known_answers, single_drop
 from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS, ErrorFit
-from .solid_angles import Array
+from .solid_angles import Array, normalized
 
 UNUSUAL = 2.0
 """Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
@@ -43,6 +44,16 @@ GROWTH = 10.0
 
 OUTSIDE = 0.02
 """Share of the range from which on OUTSIDE_FIT warns."""
+
+LOPSIDED = 50.0
+"""By how much the odds of a pose may grow by rolling, over how far the centre of mass lies beside
+the axis in radii; chosen so that told errors are true (docs/study/lopsided.md)."""
+
+MOST_LOPSIDED = 0.12
+"""Offset in radii beyond which they grow no more."""
+
+RARE = 0.2
+"""Share of a pose below which its odds may grow by more, with the root of the ratio."""
 
 SMALL = 1e-3
 """An error far from the ends of what a probability can be off by."""
@@ -70,6 +81,8 @@ class ExpectedError(NamedTuple):
         Bound that the errors of all poses keep together with 90 % confidence.
     outside : float
         How far part and scene lie beyond those of the fit, in ranges of its inputs.
+    rolled : float
+        Root mean square of what lopsided parts may gain by rolling; `here` has it.
     """
 
     here: float
@@ -79,11 +92,22 @@ class ExpectedError(NamedTuple):
     reach: float = math.nan
     largest: float = math.nan
     outside: float = 0.0
+    rolled: float = 0.0
+
+    @property
+    def unknown(self) -> bool:
+        """Whether nobody has measured how right the method is on such a part or scene."""
+        return self.outside > OUTSIDE or self.rolled > self.measured
+
+    @property
+    def measured(self) -> float:
+        """Root mean square of a part that is not lopsided."""
+        return math.sqrt(max(self.here * self.here - self.rolled * self.rolled, 0.0))
 
     @property
     def unusual(self) -> bool:
         """Whether the methods disagree on this part by far more than they usually do."""
-        return self.here > UNUSUAL * self.usual
+        return self.measured > UNUSUAL * self.usual
 
 
 def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
@@ -113,9 +137,27 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
     here = math.sqrt(square) * (1.0 + GROWTH * outside)
     each = pose_errors(resting, probability, here)
+    by_rolling = rolling_errors(resting, probability)
+    rolled = root_mean_square(by_rolling)
+    if rolled > 0.0:
+        here, each = math.hypot(here, rolled), np.hypot(each, by_rolling)
     return ExpectedError(here, math.sqrt(_usual_square(name, scene.restitution)),
-                         float(np.ptp(known, axis=0).max()), each,
-                         single_reach(fit.scatter), largest_of(each, resting.group, fit), outside)
+                         float(np.ptp(known, axis=0).max()), each, single_reach(fit.scatter),
+                         largest_of(each, resting.group, fit), outside, rolled)
+
+
+def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
+    """Error (P,) of lopsided parts: those that roll with the centre of mass beside the axis.
+
+    Their roll begins with the first impact and lasts: without friction nothing turns a part about
+    the vertical, so it cannot lie down before it has lost that spin. No estimator knows of it.
+    The error is what the probabilities would change by if the odds of poses that roll so grew.
+    """
+    offset = np.minimum(resting.axis_offsets, MOST_LOPSIDED)
+    if not offset.any():
+        return np.zeros(probability.shape)
+    gain = LOPSIDED * offset * np.sqrt(probability * np.maximum(probability, RARE))
+    return np.asarray(np.abs(normalized(probability + gain) - probability))
 
 
 def largest_of(errors: Array, group: NDArray[np.int64], fit: ErrorFit,

@@ -24,7 +24,7 @@ from .margins import spread, tilt_margins
 from .orientation import resting_quaternions, rotation_matrices
 from .surface_trial import SurfaceTrial
 from .symmetry import symmetry_groups
-from .turns import rolling_axes, yaw_symmetries
+from .turns import axis_offsets, rolling_axes, yaw_symmetries
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -105,6 +105,13 @@ class RestingPoses:
     def corner_crowding(self) -> Array:
         """Crowding at each of `CORNER_REACHES`, (2,); see `kernels.features.corner_crowding`."""
         return corner_crowding(self.body.points, self.body.arrays, CORNER_REACHES)
+
+    @cached_property
+    def axis_offsets(self) -> Array:
+        """How far (P,) the centre of mass lies beside the axis of what a pose rolls on, radii."""
+        found = self.equilibria
+        return axis_offsets(self.body, self.clusters.pose[found.rank][found.arrays.basin],
+                            len(self.poses))
 
     def is_numbered_like(self, other: RestingPoses) -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.

@@ -35,6 +35,40 @@ SAME_AXIS = 1e-3
 """Sine of the angle within which two axes are one."""
 
 
+LEVEL = 1e-4
+"""Sine of the angle to the axis within which a facet is along it."""
+
+NEAR = 0.05
+"""Share of its radius within which a facet is one of a round surface."""
+
+
+def axis_offsets(body: ConvexBody, pose_of_face: Index, poses: int) -> Array:
+    """How far the centre of mass lies beside the axis of the surface that a pose rests on.
+
+    Parameters
+    ----------
+    body : ConvexBody
+    pose_of_face : (F,) array of int
+        Pose to which each face descends.
+    poses : int
+
+    Returns
+    -------
+    (P,) array
+        In radii, of cylinders that are round all the way; 0 for all other poses.
+    """
+    normal, distance = body.arrays.normal, body.arrays.distance
+    found = np.zeros(poses)
+    for run in body.runs:
+        if run.kind != "round" or not run.full:
+            continue
+        mine = (body.run_of_face >= 0) & (np.abs(normal @ run.axis) < LEVEL)
+        mine &= np.abs(distance - normal @ run.center - run.radius) < NEAR * run.radius
+        beside = float(np.linalg.norm(run.center - (run.center @ run.axis) * run.axis))
+        np.maximum.at(found, pose_of_face[mine], beside)
+    return found
+
+
 def rolling_axes(body: ConvexBody, downs: Array, heights: Array, tolerance: float
                  ) -> tuple[NDArray[np.bool_], Array]:
     """Which poses roll, and about what.

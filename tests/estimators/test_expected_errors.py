@@ -7,7 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from ros_pose_stats import estimate, estimate_all, part_from_mesh, resting_poses
+from ros_pose_stats import (
+    estimate,
+    estimate_all,
+    part_from_mesh,
+    resting_poses,
+    shapes,
+    shift_center,
+    simulate,
+)
 from ros_pose_stats.estimators.expected import expected_error, scatter, single_reach
 from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ERROR_FITS, USUAL_ERRORS
@@ -82,6 +90,33 @@ def test_a_scene_that_nobody_measured_is_told(polyhedron):
 
     assert warned(restitution=0.999) and warned(drop_height=300.0)
     assert not warned(restitution=0.98) and not warned(drop_height=0.1) and not warned()
+
+
+class TestLopsidedParts:
+    """Round parts with the centre of mass beside their axis, which roll for long."""
+
+    DISC = part_from_mesh(*shapes.cylinder(192, 40e-3, 10e-3))
+
+    def error(self, beside):
+        return estimate(shift_center(self.DISC, (beside, 0.0, 0.0)), "split")
+
+    def test_the_bound_holds_what_drops_show(self):
+        part = shift_center(self.DISC, (5e-3, 0.0, 0.0))
+        told, found = estimate(part, "split"), simulate(part, 200, seed=1)
+        away = [abs(one.probability - next(other.probability for other in found.poses
+                                           if other.index == one.index)) for one in told.poses]
+        assert 0.15 < max(away) < told.largest_error
+
+    def test_it_is_told_beside_the_axis_alone(self):
+        found = [self.error(beside) for beside in (0.0, 1e-6, 1e-3, 4e-3)]
+        assert [any(line.startswith("OUTSIDE_FIT: ") for line in one.warnings)
+                for one in found] == [False, False, True, True]
+        assert found[1].expected_error == pytest.approx(found[0].expected_error, rel=0.6)
+        assert found[1].expected_error < found[2].expected_error < found[3].expected_error
+
+    def test_other_parts_have_no_axis(self, polyhedron):
+        assert not resting_poses(polyhedron).axis_offsets.any()
+        assert not resting_poses(self.DISC).axis_offsets.max() > 1e-9
 
 
 @pytest.mark.parametrize("method", ESTIMATORS)
