@@ -14,13 +14,22 @@ from contextlib import suppress
 from typing import Any, Generic
 
 from ..errors import BatchError, RequestError
+from . import worker
 from .in_flight import Made, Piece, in_flight
-from .worker import READY
 
 MOST_WORKERS = 1024
 
 TRIES = 2
 """A process may have died for want of memory, while another was at a large piece."""
+
+
+def command_of(main: Callable[[], None]) -> list[str]:
+    """Command of a process that runs a function of a module, and finds modules as this one does.
+
+    `-m` would search the current folder first, where somebody else's files may lie.
+    """
+    return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!a}; "
+            f"from {main.__module__} import main; main()"]
 
 
 class ProcessDiedError(Exception):
@@ -38,14 +47,13 @@ class WorkerProcess:
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", f"{__package__}.worker"], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE)
+            command_of(worker.main), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
             ready = self._read()
         except ProcessDiedError as error:
             raise BatchError("a process to work in", str(error),
                              "see what it printed above") from error
-        assert ready == READY
+        assert ready == worker.READY
 
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
         """Have a function of a module called there.

@@ -1,9 +1,11 @@
 """Work in processes: all of it comes back, and the death of one harms nobody else."""
 
+import importlib.util
 import math
 import operator
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -42,6 +44,20 @@ def children():
 def test_a_process_calls_functions_one_after_the_other(process):
     assert [process.call(math.factorial, n) for n in range(6)] == [1, 1, 2, 6, 24, 120]
     assert process.call(os.getpid) != os.getpid()
+
+
+def test_no_module_comes_from_where_it_is_started(tmp_path, monkeypatch):
+    """A file beside the parts may have the name of a module that the work needs."""
+    (tmp_path / "queue.py").write_text("import pathlib; pathlib.Path('ran').touch(); 1 / 0")
+    (tmp_path / "sent_along.py").write_text("")
+    monkeypatch.chdir(tmp_path)
+    process = WorkerProcess()
+    try:
+        assert process.call(eval, "__import__('sys').path") == sys.path
+        assert process.call(importlib.util.find_spec, "sent_along") is None
+    finally:
+        process.kill()
+    assert not (tmp_path / "ran").exists()
 
 
 @pytest.mark.parametrize(("ending", "arguments", "told"), [
