@@ -36,6 +36,10 @@ class ProcessDiedError(Exception):
     """A process ended in the middle of a piece; how, in words."""
 
 
+class TookLongError(ProcessDiedError):
+    """A process was ended because its piece took too long."""
+
+
 class WorkerProcess:
     """A process that does one thing at a time.
 
@@ -72,6 +76,34 @@ class WorkerProcess:
         made: Made = self._read()
         return made
 
+    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+        """Have a function of a module called there; the process ends if that takes longer.
+
+        Raises
+        ------
+        TookLongError
+            If it did.
+        ProcessDiedError
+            If the process ended otherwise.
+        """
+        late = threading.Event()
+
+        def end() -> None:
+            late.set()
+            self._process.kill()
+
+        guard = threading.Timer(seconds, end)
+        guard.daemon = True
+        guard.start()
+        try:
+            return self.call(function, *arguments)
+        except ProcessDiedError as error:
+            if late.is_set():
+                raise TookLongError(f"took longer than {seconds:g} s") from error
+            raise
+        finally:
+            guard.cancel()
+
     def kill(self) -> None:
         """End it, whatever it is at."""
         self._process.kill()
@@ -98,7 +130,7 @@ class WorkerProcess:
 
 
 def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made],
-                      stand_in: Callable[[Piece, str], Made], pieces: Sequence[Piece],
+                      stand_in: Callable[[Piece, ProcessDiedError], Made], pieces: Sequence[Piece],
                       should_stop: Callable[[], bool]
                       ) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
@@ -110,7 +142,8 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
     call : callable
         Has a piece done in a process.
     stand_in : callable
-        What comes of a piece whose process died twice, from how it ended.
+        What comes of a piece whose process died twice, or once for taking too long; from the
+        `ProcessDiedError`.
     pieces : sequence of Piece
     should_stop : callable
         Asked some twenty times a second; what is in hand then is given up.
@@ -138,7 +171,7 @@ class _Lanes(Generic[Piece, Made]):
     """A process for each thread that asks."""
 
     def __init__(self, call: Callable[[WorkerProcess, Piece], Made],
-                 stand_in: Callable[[Piece, str], Made]) -> None:
+                 stand_in: Callable[[Piece, ProcessDiedError], Made]) -> None:
         self._call, self._stand_in = call, stand_in
         self._processes: dict[int, WorkerProcess] = {}
         self._ended = False
@@ -153,7 +186,9 @@ class _Lanes(Generic[Piece, Made]):
             except ProcessDiedError as error:
                 died = error
                 self._processes.pop(threading.get_ident()).kill()
-        return self._stand_in(piece, str(died))
+                if isinstance(error, TookLongError):
+                    break
+        return self._stand_in(piece, died)
 
     def end(self) -> None:
         """Kill all processes; no others are started."""

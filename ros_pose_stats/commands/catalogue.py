@@ -111,7 +111,7 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
 
 def _maker(options: argparse.Namespace) -> Maker:
     if options.scheduler is None:
-        from ..catalogue.making import on_processes
+        from ..catalogue.processes import on_processes
 
         return on_processes(options.workers)
     with needing("distributed"):

@@ -13,6 +13,7 @@ import pytest
 
 from ros_pose_stats.batch.processes import (
     ProcessDiedError,
+    TookLongError,
     WorkerProcess,
     check_workers,
     work_in_processes,
@@ -82,7 +83,7 @@ def test_a_piece_that_kills_its_process_costs_no_other():
 
     before = children()
     found = dict(work_in_processes(2, call, lambda piece, how: how, range(20), lambda: False))
-    assert {piece for piece, what in found.items() if what == "ended by SIGABRT"} == deadly
+    assert {piece for piece, how in found.items() if str(how) == "ended by SIGABRT"} == deadly
     assert all(found[n] == math.factorial(n) for n in set(range(20)) - deadly)
     assert children() == before
 
@@ -96,6 +97,21 @@ def test_a_process_that_died_for_another_reason_gets_a_second_try():
 
     assert list(work_in_processes(1, call, lambda *_: None, [4], lambda: False)) == [(4, 24)]
     assert tries == [4, 4]
+
+
+def test_a_piece_that_takes_too_long_is_not_tried_again():
+    tries, before = [], children()
+
+    def call(process, piece):
+        tries.append(piece)
+        return process.call_within(
+            *((0.2, time.sleep, 600.0) if piece == 1 else (60.0, math.factorial, piece)))
+
+    found = dict(work_in_processes(1, call, lambda piece, how: how, range(4), lambda: False))
+    assert [found[n] for n in (0, 2, 3)] == [1, 2, 6]
+    assert isinstance(found[1], TookLongError)
+    assert tries == [0, 1, 2, 3]
+    assert children() == before
 
 
 def test_what_is_in_hand_is_given_up_on_a_stop():

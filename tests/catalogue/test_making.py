@@ -10,7 +10,9 @@ from pyarrow import parquet
 
 from ros_pose_stats import shapes
 from ros_pose_stats.batch.folder import WorkFolder
-from ros_pose_stats.catalogue.making import CLAIM, make_catalogue, on_processes
+from ros_pose_stats.catalogue import processes
+from ros_pose_stats.catalogue.making import CLAIM, make_catalogue
+from ros_pose_stats.catalogue.processes import on_processes
 from ros_pose_stats.catalogue.request import CatalogueRequest, find_parts
 from ros_pose_stats.catalogue.tables import COLUMNS
 from ros_pose_stats.errors import BatchError, MassPropertiesError, RequestError
@@ -109,6 +111,29 @@ class TestTheSameTables:
                 {False, True} if count == 5 else {False})
             assert make_catalogue(folder, find_parts([parts]), request, here()).complete
             assert tables(folder) == tables(whole)
+
+
+class TestPartsThatTakeTooLong:
+    """A limit that nothing can keep stands for a part that never ends."""
+
+    def test_the_row_says_so(self, tmp_path, folder, monkeypatch):
+        parts = find_parts([boxes(tmp_path / "parts", SIZES[:2])])
+        monkeypatch.setattr(processes, "ESTIMATE_SECONDS", 1e-3)
+        made = make_catalogue(folder, parts, MM, on_processes(1))
+        assert made.complete and len(rows_of(folder)) == 2
+        assert set(made.refused.values()) == {
+            "expected a part that is looked at within 0.001 s, got one that takes longer; export "
+            "it in fewer faces"}
+
+    def test_drops_have_a_limit_of_their_own(self, tmp_path, folder, monkeypatch):
+        parts = find_parts([boxes(tmp_path / "parts", SIZES[:1])])
+        monkeypatch.setattr(processes, "DROP_SECONDS", 1e-3)
+        request = CatalogueRequest(DropScene(0.8), "mm", target_error=0.004)
+        made = make_catalogue(folder, parts, request, on_processes(1))
+        (why,) = made.refused.values()
+        assert "expected a part that is dropped within 0.001 s" in why
+        assert "a larger target error" in why
+        assert made.complete
 
 
 class TestFilesThatChange:
