@@ -88,8 +88,12 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
 
 
 def report_name(row: Row) -> str:
-    """File of the report on a part, below the folder of the catalogue."""
-    return f"{REPORTS}/{Path(row['file']).stem}_{row['part_digest'][:8]}.html"
+    """File of the report on a part, below the folder of the catalogue.
+
+    What is not UTF-8 in the part's name is left out, as no link can have it.
+    """
+    stem = Path(row["file"]).stem.encode(errors="ignore").decode()
+    return f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
 
 
 def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
