@@ -14,6 +14,9 @@ from ..mesh.mass_properties import check_given
 from ..records import DropScene
 from ..simulation.request import drop_request
 
+FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
+
 
 @dataclass(frozen=True)
 class CatalogueRequest:
@@ -59,7 +62,8 @@ class PartFile(NamedTuple):
     Attributes
     ----------
     name : str
-        Path as it was given, or below a folder that was given.
+        Path as it was given, or below a folder that was given; `./` before one that a
+        spreadsheet would take for a formula.
     bytes, mtime_ns : int
         Its size and the time of its last change; -1 for a file that cannot be looked at.
     """
@@ -83,12 +87,16 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     RequestError
         If a path or a folder cannot be looked into, or there is no part.
     """
-    names = {str(name) for path in paths for name in _files_of(Path(path))}
+    names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:
         raise RequestError(f"files of parts ({', '.join(SUFFIXES)})",
                            f"none in {', '.join(map(str, paths))}",
                            "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
+
+
+def _no_formula(name: str) -> str:
+    return f"./{name}" if name.startswith(FORMULAS) else name
 
 
 def _files_of(path: Path) -> Iterator[Path]:

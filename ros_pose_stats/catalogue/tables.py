@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -104,9 +105,15 @@ def _pose_values(row: Row) -> Iterator[list[Any]]:
 def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
     # Names of files need not be UTF-8.
     with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([_cell(value) for value in row] for row in rows)
+        stream.write(_line(columns))
+        stream.writelines(_line([_cell(value) for value in row]) for row in rows)
+
+
+def _line(cells: Iterable[Any]) -> str:
+    """A line of a table. Only a writer that ends lines in both signs quotes both within cells."""
+    line = io.StringIO(newline="")
+    csv.writer(line, lineterminator="\r\n").writerow(cells)
+    return line.getvalue().removesuffix("\r\n") + "\n"
 
 
 def _cell(value: Any) -> Any:
