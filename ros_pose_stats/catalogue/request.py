@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from ..errors import RequestError, reason
 from ..mesh.content import SUFFIXES
@@ -80,7 +81,8 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     ----------
     paths : sequence of paths
         Files, taken whatever their kind, and folders: of these and all folders below them the
-        files that end as parts do; no hidden ones.
+        files that end as parts do; no hidden ones. A folder to which several links lead counts
+        once.
 
     Raises
     ------
@@ -106,14 +108,41 @@ def _files_of(path: Path) -> Iterator[Path]:
                                "check the path")
         yield path
         return
-    for folder, below, files in os.walk(path, onerror=_refuse_folder, followlinks=True):
-        below[:] = [name for name in below if not name.startswith(".")]
+    for folder, files in _folders(path):
         for name in files:
             if not name.startswith(".") and name.lower().endswith(SUFFIXES):
                 yield Path(folder, name)
 
 
-def _refuse_folder(error: OSError) -> None:
+def _folders(top: Path) -> Iterator[tuple[str, list[str]]]:
+    """Folders with their files, each once, whatever links lead to it: in circles, say.
+
+    Links come last, so that what lies below the top by itself is named by that path.
+    """
+    seen: set[tuple[int, int]] = set()
+    tops = deque([str(top)])
+    while tops:
+        for folder, below, files in os.walk(tops.popleft(), onerror=_refuse_folder):
+            identity = _identity(folder)
+            if identity in seen:
+                below.clear()
+                continue
+            seen.add(identity)
+            below[:] = sorted(name for name in below if not name.startswith("."))
+            paths = (Path(folder, name) for name in below)
+            tops.extend(str(path) for path in paths if path.is_symlink())
+            yield folder, files
+
+
+def _identity(folder: str) -> tuple[int, int]:
+    try:
+        found = Path(folder).stat()
+    except OSError as error:  # removed just now
+        _refuse_folder(error)
+    return found.st_dev, found.st_ino
+
+
+def _refuse_folder(error: OSError) -> NoReturn:
     raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
                        "check its permissions") from error
 

@@ -284,6 +284,27 @@ class TestWhichFiles:
         (named,) = find_parts([tmp_path / "a" / "letter.txt"])
         assert (named.name, named.bytes) == (str(tmp_path / "a" / "letter.txt"), 0)
 
+    @pytest.mark.parametrize("links", [
+        {"a/self": "."}, {"one": ".", "two": "."}, {"a/up": "..", "a/b/up": "../.."},
+        {"0_first": "a/b"}, {"a/0_first": "b"}, {"a/one": "../z", "a/two": "../z"}])
+    def test_every_folder_is_looked_into_once_whatever_links_to_it(self, tmp_path, links):
+        """A link to a folder above would lead on for ever; where it is, its own path counts."""
+        for folder in ("a/b", "z"):
+            boxes(tmp_path / folder, SIZES[:1])
+        for name, to in links.items():
+            (tmp_path / name).symlink_to(to)
+        assert [one.name for one in find_parts([tmp_path])] == [
+            f"{tmp_path}/a/b/box_0.stl", f"{tmp_path}/z/box_0.stl"]
+
+    def test_a_link_to_a_folder_elsewhere(self, tmp_path):
+        boxes(tmp_path / "elsewhere" / "below", SIZES[:1])
+        (tmp_path / "parts").mkdir()
+        for name in ("b", "a"):
+            (tmp_path / "parts" / name).symlink_to("../elsewhere")
+        (tmp_path / "link").symlink_to("parts")
+        assert [one.name for one in find_parts([tmp_path / "link"])] == [
+            f"{tmp_path}/link/a/below/box_0.stl"]
+
     def test_none_is_refused(self, tmp_path):
         with pytest.raises(RequestError, match="none in"):
             find_parts([tmp_path])
