@@ -11,11 +11,12 @@ from pathlib import Path
 
 from ..batch.folder import WorkFolder
 from ..errors import BatchError, reason
-from .page import PAGE, PageState, write_page
+from ..whole_files import remove_unfinished
+from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .row_log import ROWS, Entry, RowLog
 from .rows import Described, Row
-from .tables import PARTS, POSES, write_tables
+from .tables import TABLES, write_tables
 
 CLAIM = "request.json"
 PICTURES = "pictures"
@@ -120,10 +121,12 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     BatchError
         If the folder is in use, belongs to another request, or cannot be written.
     """
-    ours = (ROWS, PAGE, *(f"{name}.csv" for name in (PARTS, POSES)))
+    ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),
                      lambda: any((folder / name).exists() for name in ours), "a catalogue"),
           RowLog(folder) as log):
+        for place in (folder, folder / CHUNKS):
+            remove_unfinished(place)
         run = _Run(folder, parts, log, on_progress)
         missing = run.missing()
         found = len(parts) - len(missing)

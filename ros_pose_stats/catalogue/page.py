@@ -73,7 +73,8 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
         own = _script_json(list(shown)) if embedded else "[]"
         chunks = [] if embedded else list(_write_chunks(folder, shown))
-        for old in set((folder / CHUNKS).glob("*.js")) - {folder / name for name in chunks}:
+        ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
+        for old in ours - {folder / name for name in chunks}:
             old.unlink()
         write_file(folder / PAGE, _template().render(
             state=state, request=request, version=VERSION, rows=own, chunks=chunks,

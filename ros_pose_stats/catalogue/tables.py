@@ -33,6 +33,8 @@ POSE_COLUMNS: dict[str, type] = {
 """Of `poses.csv`."""
 
 PARTS, POSES = "catalogue", "poses"
+TABLES = tuple(f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet"))
+
 BETWEEN = " | "
 """Between the warnings of a part."""
 
@@ -61,7 +63,8 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
     rows : callable
         Gives all rows from the first one, each time anew.
     parquet : bool
-        Whether to write Parquet files beside the CSV files; that needs pyarrow.
+        Whether to write Parquet files beside the CSV files; that needs pyarrow. Else such of an
+        earlier run are removed, since they would not be the same any more.
 
     Returns
     -------
@@ -80,10 +83,13 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
                 _write_parquet(aside / f"{name}.parquet", columns, values)
 
     try:
-        return write_whole(folder, write)
+        written = write_whole(folder, write)
+        for name in set(TABLES) - {file.name for file in written}:
+            (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise BatchError("a disk that takes the tables", f"{folder} ({reason(error)})",
                          "make room; the same command then goes on from here") from error
+    return written
 
 
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:

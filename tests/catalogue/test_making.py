@@ -180,6 +180,30 @@ class TestWhatLiesInTheFolder:
         assert picture.read_bytes() == content
         assert tables(folder) == whole
 
+    def test_what_a_killed_run_left_half_written_goes(self, parts, whole, folder):
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        for left in (folder / ".unfinished-1", folder / "rows" / ".unfinished-2"):
+            left.mkdir(parents=True)
+            (left / "catalogue.csv").write_text("half a row")
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        assert not list(folder.rglob(".unfinished-*"))
+        assert tables(folder) == whole
+
+    def test_no_parquet_of_an_earlier_run_stays(self, parts, whole, folder):
+        make_catalogue(folder, find_parts([parts]), MM, here(), parquet=True)
+        assert len(list(folder.glob("*.parquet"))) == 2
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        assert not list(folder.glob("*.parquet"))
+        assert tables(folder) == whole
+
+    @pytest.mark.parametrize("name", ["catalogue.parquet", "poses.parquet"])
+    def test_a_parquet_file_of_somebody_else_is_kept(self, parts, folder, name):
+        folder.mkdir()
+        (folder / name).write_text("mine")
+        with pytest.raises(BatchError, match="another one"):
+            make_catalogue(folder, find_parts([parts]), MM, here())
+        assert (folder / name).read_text() == "mine"
+
     def test_another_request_is_refused(self, parts, whole, folder):
         make_catalogue(folder, find_parts([parts]), MM, here())
         for other in (CatalogueRequest(unit="cm"),
