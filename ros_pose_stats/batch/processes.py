@@ -32,6 +32,10 @@ def command_of(main: Callable[[], None]) -> list[str]:
             f"from {main.__module__} import main; main()"]
 
 
+STEP_SECONDS = 1.0
+"""Most of a time limit that is lost each time a run is suspended."""
+
+
 class ProcessDiedError(Exception):
     """A process ended in the middle of a piece; how, in words."""
 
@@ -79,6 +83,8 @@ class WorkerProcess:
     def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
         """Have a function of a module called there; the process ends if that takes longer.
 
+        Time in which this process is suspended does not count.
+
         Raises
         ------
         TookLongError
@@ -86,15 +92,18 @@ class WorkerProcess:
         ProcessDiedError
             If the process ended otherwise.
         """
-        late = threading.Event()
+        done, late = threading.Event(), threading.Event()
 
-        def end() -> None:
+        def guard() -> None:
+            left = seconds
+            while left > 0.0:  # in steps, so that a run that is suspended does not grow old
+                if done.wait(min(left, STEP_SECONDS)):
+                    return
+                left -= STEP_SECONDS
             late.set()
             self._process.kill()
 
-        guard = threading.Timer(seconds, end)
-        guard.daemon = True
-        guard.start()
+        threading.Thread(target=guard, name="time limit", daemon=True).start()
         try:
             return self.call(function, *arguments)
         except ProcessDiedError as error:
@@ -102,7 +111,7 @@ class WorkerProcess:
                 raise TookLongError(f"took longer than {seconds:g} s") from error
             raise
         finally:
-            guard.cancel()
+            done.set()
 
     def kill(self) -> None:
         """End it, whatever it is at."""

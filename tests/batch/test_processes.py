@@ -5,6 +5,7 @@ import math
 import operator
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -112,6 +113,28 @@ def test_a_piece_that_takes_too_long_is_not_tried_again():
     assert isinstance(found[1], TookLongError)
     assert tries == [0, 1, 2, 3]
     assert children() == before
+
+
+SUSPENDED = """
+import time
+from ros_pose_stats.batch.processes import WorkerProcess
+process = WorkerProcess()
+print("started", flush=True)
+process.call_within(2.0, time.sleep, 0.5)
+process.kill()
+print("in time", flush=True)
+"""
+
+
+def test_a_run_that_is_suspended_takes_no_time():
+    """By Ctrl-Z, say, and with all its processes."""
+    running = subprocess.Popen([sys.executable, "-c", SUSPENDED], stdout=subprocess.PIPE,
+                               text=True, start_new_session=True)
+    assert running.stdout.readline() == "started\n"
+    os.killpg(running.pid, signal.SIGSTOP)
+    time.sleep(3.0)
+    os.killpg(running.pid, signal.SIGCONT)
+    assert running.communicate()[0] == "in time\n"
 
 
 def test_what_is_in_hand_is_given_up_on_a_stop():
