@@ -27,6 +27,7 @@ from .commands.design import compare, sensitivity
 from .commands.feeding import fit, flips
 from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
+from .text import printable
 from .version import VERSION
 
 INTERRUPTED = 130
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PoseStatsError as refusal:
-        print(f"ros_pose_stats: {refusal}", file=sys.stderr)
+        print(f"ros_pose_stats: {printable(str(refusal))}", file=sys.stderr)  # it names files
         return REFUSED
     except KeyboardInterrupt:
         print("ros_pose_stats: interrupted", file=sys.stderr)

@@ -36,7 +36,7 @@ def columns(heads: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]
 
 
 def printable(text: str) -> str:
-    """Text of a bag without line ends and other characters that would disturb a terminal."""
+    """Text from outside without line ends and other characters that would disturb a terminal."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)
 
 

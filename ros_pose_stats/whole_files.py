@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -45,6 +46,15 @@ def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
 def write_file(file: Path, data: bytes) -> None:
     """Write one file, whole or not at all, and create its folder."""
     write_whole(file.parent, lambda aside: (aside / file.name).write_bytes(data))
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what `write_whole` had begun there when its process was killed.
+
+    Only for whoever knows that nobody else is writing there.
+    """
+    for left in folder.glob(f"{PREFIX}*"):
+        shutil.rmtree(left, ignore_errors=True)  # leftovers do no harm
 
 
 def write_json(file: Path, values: Any) -> None:

@@ -14,8 +14,8 @@ from contextlib import suppress
 from typing import Any, Generic
 
 from ..errors import BatchError, RequestError
+from . import worker
 from .in_flight import Made, Piece, in_flight
-from .worker import READY
 
 MOST_WORKERS = 1024
 
@@ -23,8 +23,25 @@ TRIES = 2
 """A process may have died for want of memory, while another was at a large piece."""
 
 
+def command_of(main: Callable[[], None]) -> list[str]:
+    """Command of a process that runs a function of a module, and finds modules as this one does.
+
+    `-m` would search the current folder first, where somebody else's files may lie.
+    """
+    return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!a}; "
+            f"from {main.__module__} import main; main()"]
+
+
+STEP_SECONDS = 1.0
+"""Most of a time limit that is lost each time a run is suspended."""
+
+
 class ProcessDiedError(Exception):
     """A process ended in the middle of a piece; how, in words."""
+
+
+class TookLongError(ProcessDiedError):
+    """A process was ended because its piece took too long."""
 
 
 class WorkerProcess:
@@ -38,14 +55,13 @@ class WorkerProcess:
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", f"{__package__}.worker"], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE)
+            command_of(worker.main), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
             ready = self._read()
         except ProcessDiedError as error:
             raise BatchError("a process to work in", str(error),
                              "see what it printed above") from error
-        assert ready == READY
+        assert ready == worker.READY
 
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
         """Have a function of a module called there.
@@ -63,6 +79,39 @@ class WorkerProcess:
             raise self._died() from error
         made: Made = self._read()
         return made
+
+    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+        """Have a function of a module called there; the process ends if that takes longer.
+
+        Time in which this process is suspended does not count.
+
+        Raises
+        ------
+        TookLongError
+            If it did.
+        ProcessDiedError
+            If the process ended otherwise.
+        """
+        done, late = threading.Event(), threading.Event()
+
+        def guard() -> None:
+            left = seconds
+            while left > 0.0:  # in steps, so that a run that is suspended does not grow old
+                if done.wait(min(left, STEP_SECONDS)):
+                    return
+                left -= STEP_SECONDS
+            late.set()
+            self._process.kill()
+
+        threading.Thread(target=guard, name="time limit", daemon=True).start()
+        try:
+            return self.call(function, *arguments)
+        except ProcessDiedError as error:
+            if late.is_set():
+                raise TookLongError(f"took longer than {seconds:g} s") from error
+            raise
+        finally:
+            done.set()
 
     def kill(self) -> None:
         """End it, whatever it is at."""
@@ -90,7 +139,7 @@ class WorkerProcess:
 
 
 def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made],
-                      stand_in: Callable[[Piece, str], Made], pieces: Sequence[Piece],
+                      stand_in: Callable[[Piece, ProcessDiedError], Made], pieces: Sequence[Piece],
                       should_stop: Callable[[], bool]
                       ) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
@@ -102,7 +151,8 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
     call : callable
         Has a piece done in a process.
     stand_in : callable
-        What comes of a piece whose process died twice, from how it ended.
+        What comes of a piece whose process died twice, or once for taking too long; from the
+        `ProcessDiedError`.
     pieces : sequence of Piece
     should_stop : callable
         Asked some twenty times a second; what is in hand then is given up.
@@ -130,7 +180,7 @@ class _Lanes(Generic[Piece, Made]):
     """A process for each thread that asks."""
 
     def __init__(self, call: Callable[[WorkerProcess, Piece], Made],
-                 stand_in: Callable[[Piece, str], Made]) -> None:
+                 stand_in: Callable[[Piece, ProcessDiedError], Made]) -> None:
         self._call, self._stand_in = call, stand_in
         self._processes: dict[int, WorkerProcess] = {}
         self._ended = False
@@ -145,7 +195,9 @@ class _Lanes(Generic[Piece, Made]):
             except ProcessDiedError as error:
                 died = error
                 self._processes.pop(threading.get_ident()).kill()
-        return self._stand_in(piece, str(died))
+                if isinstance(error, TookLongError):
+                    break
+        return self._stand_in(piece, died)
 
     def end(self) -> None:
         """Kill all processes; no others are started."""

@@ -69,7 +69,3 @@ def main() -> None:
     os.dup2(2, 1)  # whatever prints must not come between the answers
     _answer(answers, READY)
     work(sys.stdin.buffer, answers)
-
-
-if __name__ == "__main__":
-    main()

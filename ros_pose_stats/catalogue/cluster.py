@@ -7,7 +7,8 @@ from collections.abc import Callable, Generator, Sequence
 from ..batch.cluster import WORKER_SECONDS, ClusterWork, work_on_cluster
 from ..batch.processes import ProcessDiedError, WorkerProcess
 from ..errors import PoseStatsError
-from .making import Maker, Piece, died
+from .making import Maker, Piece
+from .processes import describe_within_limit, died
 from .request import CatalogueRequest
 from .rows import Described, content_of, describe_part
 
@@ -72,8 +73,8 @@ def describe_bundle(contents: Contents, request: CatalogueRequest) -> list[Descr
 def _make_here(request: CatalogueRequest, piece: Piece) -> Described:
     process = WorkerProcess()
     try:
-        return process.call(describe_part, piece[0].name, None, request, piece[1])
+        return describe_within_limit(process, request, piece)
     except ProcessDiedError as error:
-        return died(piece, str(error))
+        return died(piece, error)
     finally:
         process.kill()

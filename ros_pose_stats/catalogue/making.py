@@ -10,20 +10,16 @@ from functools import partial
 from pathlib import Path
 
 from ..batch.folder import WorkFolder
-from ..batch.processes import WorkerProcess, check_workers, work_in_processes
 from ..errors import BatchError, reason
-from .page import PAGE, PageState, write_page
+from ..whole_files import remove_unfinished
+from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .row_log import ROWS, Entry, RowLog
-from .rows import Described, Row, describe_part, refused
-from .tables import PARTS, POSES, write_tables
+from .rows import Described, Row
+from .tables import TABLES, write_tables
 
 CLAIM = "request.json"
 PICTURES = "pictures"
-
-MOST_THREADS = 8
-"""Of a process for the drops of its part: the last part, which may be the longest, has the cores
-that the others have left."""
 
 Piece = tuple[PartFile, bool]
 """A file, and whether the part is to be dropped where its estimate is not sure enough."""
@@ -109,7 +105,8 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
         As from `find_parts`.
     request : CatalogueRequest
     maker : callable
-        `on_processes(n)`, or `on_cluster(address)` of `cluster`; the results are the same.
+        `on_processes(n)` of `processes`, or `on_cluster(address)` of `cluster`; the results are
+        the same.
     parquet : bool
         Whether to write the tables as Parquet files, too.
     keep_rows : bool
@@ -124,10 +121,12 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     BatchError
         If the folder is in use, belongs to another request, or cannot be written.
     """
-    ours = (ROWS, PAGE, *(f"{name}.csv" for name in (PARTS, POSES)))
+    ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),
                      lambda: any((folder / name).exists() for name in ours), "a catalogue"),
           RowLog(folder) as log):
+        for place in (folder, folder / CHUNKS):
+            remove_unfinished(place)
         run = _Run(folder, parts, log, on_progress)
         missing = run.missing()
         found = len(parts) - len(missing)
@@ -229,31 +228,3 @@ class _Run:
                              f"{self._folder / name} ({reason(error)})",
                              "make room; the same command then goes on from here") from error
         return name
-
-
-def on_processes(workers: int | None = None) -> Maker:
-    """Parts made by processes of this machine; one that dies costs its own part alone.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Default: all cores.
-    """
-    processes = check_workers(workers)
-    threads = min(processes, MOST_THREADS)
-
-    def make(request: CatalogueRequest, pieces: Sequence[Piece],
-             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
-        def call(process: WorkerProcess, piece: Piece) -> Described:
-            return process.call(describe_part, piece[0].name, None, request, piece[1], threads)
-
-        yield from work_in_processes(processes, call, died, pieces, should_stop)
-
-    return make
-
-
-def died(piece: Piece, how: str) -> Described:
-    """What comes of a part whose process died, from how it ended."""
-    why = (f"the process that looked at it {how}, and so did a second one; export the part anew, "
-           "or in fewer faces")
-    return Described(refused(piece[0].name, why), None, False, 0.0)

@@ -73,7 +73,8 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         shown = (_shown(folder, row, picture, embedded) for row, picture in rows)
         own = _script_json(list(shown)) if embedded else "[]"
         chunks = [] if embedded else list(_write_chunks(folder, shown))
-        for old in set((folder / CHUNKS).glob("*.js")) - {folder / name for name in chunks}:
+        ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
+        for old in ours - {folder / name for name in chunks}:
             old.unlink()
         write_file(folder / PAGE, _template().render(
             state=state, request=request, version=VERSION, rows=own, chunks=chunks,
@@ -88,8 +89,12 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
 
 
 def report_name(row: Row) -> str:
-    """File of the report on a part, below the folder of the catalogue."""
-    return f"{REPORTS}/{Path(row['file']).stem}_{row['part_digest'][:8]}.html"
+    """File of the report on a part, below the folder of the catalogue.
+
+    What is not UTF-8 in the part's name is left out, as no link can have it.
+    """
+    stem = Path(row["file"]).stem.encode(errors="ignore").decode()
+    return f"{REPORTS}/{stem}_{row['part_digest'][:8]}.html"
 
 
 def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:

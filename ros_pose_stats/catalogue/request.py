@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from ..errors import RequestError, reason
-from ..mesh.files import SUFFIXES
+from ..mesh.content import SUFFIXES
 from ..mesh.mass_properties import check_given
 from ..records import DropScene
 from ..simulation.request import drop_request
+
+FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,8 @@ class PartFile(NamedTuple):
     Attributes
     ----------
     name : str
-        Path as it was given, or below a folder that was given.
+        Path as it was given, or below a folder that was given; `./` before one that a
+        spreadsheet would take for a formula.
     bytes, mtime_ns : int
         Its size and the time of its last change; -1 for a file that cannot be looked at.
     """
@@ -76,19 +81,24 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     ----------
     paths : sequence of paths
         Files, taken whatever their kind, and folders: of these and all folders below them the
-        files that end as parts do; no hidden ones.
+        files that end as parts do; no hidden ones. A folder to which several links lead counts
+        once.
 
     Raises
     ------
     RequestError
         If a path or a folder cannot be looked into, or there is no part.
     """
-    names = {str(name) for path in paths for name in _files_of(Path(path))}
+    names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:
         raise RequestError(f"files of parts ({', '.join(SUFFIXES)})",
                            f"none in {', '.join(map(str, paths))}",
                            "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
+
+
+def _no_formula(name: str) -> str:
+    return f"./{name}" if name.startswith(FORMULAS) else name
 
 
 def _files_of(path: Path) -> Iterator[Path]:
@@ -98,14 +108,41 @@ def _files_of(path: Path) -> Iterator[Path]:
                                "check the path")
         yield path
         return
-    for folder, below, files in os.walk(path, onerror=_refuse_folder, followlinks=True):
-        below[:] = [name for name in below if not name.startswith(".")]
+    for folder, files in _folders(path):
         for name in files:
             if not name.startswith(".") and name.lower().endswith(SUFFIXES):
                 yield Path(folder, name)
 
 
-def _refuse_folder(error: OSError) -> None:
+def _folders(top: Path) -> Iterator[tuple[str, list[str]]]:
+    """Folders with their files, each once, whatever links lead to it: in circles, say.
+
+    Links come last, so that what lies below the top by itself is named by that path.
+    """
+    seen: set[tuple[int, int]] = set()
+    tops = deque([str(top)])
+    while tops:
+        for folder, below, files in os.walk(tops.popleft(), onerror=_refuse_folder):
+            identity = _identity(folder)
+            if identity in seen:
+                below.clear()
+                continue
+            seen.add(identity)
+            below[:] = sorted(name for name in below if not name.startswith("."))
+            paths = (Path(folder, name) for name in below)
+            tops.extend(str(path) for path in paths if path.is_symlink())
+            yield folder, files
+
+
+def _identity(folder: str) -> tuple[int, int]:
+    try:
+        found = Path(folder).stat()
+    except OSError as error:  # removed just now
+        _refuse_folder(error)
+    return found.st_dev, found.st_ino
+
+
+def _refuse_folder(error: OSError) -> NoReturn:
     raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
                        "check its permissions") from error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,8 @@ POSE_COLUMNS: dict[str, type] = {
 """Of `poses.csv`."""
 
 PARTS, POSES = "catalogue", "poses"
+TABLES = tuple(f"{name}.{kind}" for name in (PARTS, POSES) for kind in ("csv", "parquet"))
+
 BETWEEN = " | "
 """Between the warnings of a part."""
 
@@ -60,7 +63,8 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
     rows : callable
         Gives all rows from the first one, each time anew.
     parquet : bool
-        Whether to write Parquet files beside the CSV files; that needs pyarrow.
+        Whether to write Parquet files beside the CSV files; that needs pyarrow. Else such of an
+        earlier run are removed, since they would not be the same any more.
 
     Returns
     -------
@@ -79,10 +83,13 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
                 _write_parquet(aside / f"{name}.parquet", columns, values)
 
     try:
-        return write_whole(folder, write)
+        written = write_whole(folder, write)
+        for name in set(TABLES) - {file.name for file in written}:
+            (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise BatchError("a disk that takes the tables", f"{folder} ({reason(error)})",
                          "make room; the same command then goes on from here") from error
+    return written
 
 
 def _tables(rows: Callable[[], Iterable[Row]]) -> dict[str, Table]:
@@ -104,9 +111,15 @@ def _pose_values(row: Row) -> Iterator[list[Any]]:
 def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
     # Names of files need not be UTF-8.
     with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([_cell(value) for value in row] for row in rows)
+        stream.write(_line(columns))
+        stream.writelines(_line([_cell(value) for value in row]) for row in rows)
+
+
+def _line(cells: Iterable[Any]) -> str:
+    """A line of a table. Only a writer that ends lines in both signs quotes both within cells."""
+    line = io.StringIO(newline="")
+    csv.writer(line, lineterminator="\r\n").writerow(cells)
+    return line.getvalue().removesuffix("\r\n") + "\n"
 
 
 def _cell(value: Any) -> Any:

@@ -111,7 +111,7 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
 
 def _maker(options: argparse.Namespace) -> Maker:
     if options.scheduler is None:
-        from ..catalogue.making import on_processes
+        from ..catalogue.processes import on_processes
 
         return on_processes(options.workers)
     with needing("distributed"):
@@ -133,12 +133,12 @@ def _print_words(made: Catalogue, seconds: float) -> None:
     from ..text import printable, several
 
     found = f", {made.found} of them found there" if made.found else ""
-    print(f"{made.page}: {several(made.done, 'part')}{found}, {len(made.refused)} refused, "
-          f"took {seconds:.1f} s")
+    print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "
+                    f"{len(made.refused)} refused, took {seconds:.1f} s"))
     for table in made.tables:
-        print(table)
+        print(printable(str(table)))
     for name, why in list(made.refused.items())[:NAMED]:
-        print(f"refused {printable(name)}: {why}")
+        print(printable(f"refused {name}: {why}"))
     if len(made.refused) > NAMED:
         print(f"and {len(made.refused) - NAMED} more, with reasons in the table")
     if not made.complete:

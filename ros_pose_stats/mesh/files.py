@@ -19,14 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
+from .content import read_bytes
 from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
 from .units import guess_unit, metres_per_unit
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
-
-SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 AUTO: Final = "auto"
 """The unit that asks for a guess."""
@@ -138,30 +137,6 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> F
         extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
         return FileMesh(vertices, triangles, metres_per_unit(guess_unit(extent)), "guessed")
     return FileMesh(vertices, triangles, 1.0, "assumed")
-
-
-def read_bytes(path: Path) -> bytes:
-    """Read a whole mesh file.
-
-    Raises
-    ------
-    MeshFileError
-        If it is missing, empty or of an unknown format.
-    """
-    if path.is_dir():
-        raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
-    if path.suffix.lower() not in SUFFIXES:
-        raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
-                            "export the part as STEP, STL or 3MF")
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
-                            "check the path and its permissions") from error
-    if not data:
-        raise MeshFileError("a mesh file with content", f"{path}, which is empty",
-                            "export it again")
-    return data
 
 
 def _plain(path: Path, suffix: str, data: bytes) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
 import subprocess
 import sys
@@ -52,9 +53,9 @@ def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS
     if found is None or found.origin is None:
         raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
                             "pip install cascadio, or export the part as STL or 3MF")
-    folder = str(Path(found.origin).parents[1])
     # Neither the folder where this runs nor the user's Python settings can change what is loaded.
-    command = [sys.executable, "-I", "-S", str(_PROGRAM), folder]
+    command = [sys.executable, "-I", "-S", str(_PROGRAM), str(Path(found.origin).parents[1]),
+               str(os.getpid())]
     try:
         ran = subprocess.run(command, input=data, capture_output=True, timeout=most_seconds,
                              check=False)

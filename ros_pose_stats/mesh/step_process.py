@@ -7,8 +7,10 @@ core is needed, and that takes a tenth of the time.
 
 from __future__ import annotations
 
+import ctypes
 import importlib.util
 import os
+import signal
 import sys
 
 ANGLE = 0.131
@@ -23,8 +25,13 @@ sides as a rim a thousand times its size, whatever the unit. On circles the angl
 this would divide some of them by 100."""
 
 
-def main(folder: str) -> None:
-    """Convert, with cascadio's package in this folder."""
+PR_SET_PDEATHSIG = 1
+"""Of Linux's `prctl`."""
+
+
+def main(folder: str, parent: int) -> None:
+    """Convert, with cascadio's package in this folder, for a process that is the parent."""
+    end_with(parent)
     answer = os.dup(1)
     os.dup2(2, 1)
     sys.path.insert(0, folder)
@@ -40,5 +47,13 @@ def main(folder: str) -> None:
         output.write(glb)
 
 
+def end_with(parent: int) -> None:
+    """Have this process end when its parent does, even by `kill -9`; a file may take minutes."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it was quicker
+        os._exit(1)
+
+
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], int(sys.argv[2]))

@@ -10,7 +10,9 @@ from pyarrow import parquet
 
 from ros_pose_stats import shapes
 from ros_pose_stats.batch.folder import WorkFolder
-from ros_pose_stats.catalogue.making import CLAIM, make_catalogue, on_processes
+from ros_pose_stats.catalogue import processes
+from ros_pose_stats.catalogue.making import CLAIM, make_catalogue
+from ros_pose_stats.catalogue.processes import on_processes
 from ros_pose_stats.catalogue.request import CatalogueRequest, find_parts
 from ros_pose_stats.catalogue.tables import COLUMNS
 from ros_pose_stats.errors import BatchError, MassPropertiesError, RequestError
@@ -111,6 +113,29 @@ class TestTheSameTables:
             assert tables(folder) == tables(whole)
 
 
+class TestPartsThatTakeTooLong:
+    """A limit that nothing can keep stands for a part that never ends."""
+
+    def test_the_row_says_so(self, tmp_path, folder, monkeypatch):
+        parts = find_parts([boxes(tmp_path / "parts", SIZES[:2])])
+        monkeypatch.setattr(processes, "ESTIMATE_SECONDS", 1e-3)
+        made = make_catalogue(folder, parts, MM, on_processes(1))
+        assert made.complete and len(rows_of(folder)) == 2
+        assert set(made.refused.values()) == {
+            "expected a part that is looked at within 0.001 s, got one that takes longer; export "
+            "it in fewer faces"}
+
+    def test_drops_have_a_limit_of_their_own(self, tmp_path, folder, monkeypatch):
+        parts = find_parts([boxes(tmp_path / "parts", SIZES[:1])])
+        monkeypatch.setattr(processes, "DROP_SECONDS", 1e-3)
+        request = CatalogueRequest(DropScene(0.8), "mm", target_error=0.004)
+        made = make_catalogue(folder, parts, request, on_processes(1))
+        (why,) = made.refused.values()
+        assert "expected a part that is dropped within 0.001 s" in why
+        assert "a larger target error" in why
+        assert made.complete
+
+
 class TestFilesThatChange:
     def test_new_changed_and_removed_ones(self, tmp_path, folder):
         parts = boxes(tmp_path / "parts")
@@ -154,6 +179,30 @@ class TestWhatLiesInTheFolder:
         make_catalogue(folder, find_parts([parts]), MM, here())
         assert picture.read_bytes() == content
         assert tables(folder) == whole
+
+    def test_what_a_killed_run_left_half_written_goes(self, parts, whole, folder):
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        for left in (folder / ".unfinished-1", folder / "rows" / ".unfinished-2"):
+            left.mkdir(parents=True)
+            (left / "catalogue.csv").write_text("half a row")
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        assert not list(folder.rglob(".unfinished-*"))
+        assert tables(folder) == whole
+
+    def test_no_parquet_of_an_earlier_run_stays(self, parts, whole, folder):
+        make_catalogue(folder, find_parts([parts]), MM, here(), parquet=True)
+        assert len(list(folder.glob("*.parquet"))) == 2
+        make_catalogue(folder, find_parts([parts]), MM, here())
+        assert not list(folder.glob("*.parquet"))
+        assert tables(folder) == whole
+
+    @pytest.mark.parametrize("name", ["catalogue.parquet", "poses.parquet"])
+    def test_a_parquet_file_of_somebody_else_is_kept(self, parts, folder, name):
+        folder.mkdir()
+        (folder / name).write_text("mine")
+        with pytest.raises(BatchError, match="another one"):
+            make_catalogue(folder, find_parts([parts]), MM, here())
+        assert (folder / name).read_text() == "mine"
 
     def test_another_request_is_refused(self, parts, whole, folder):
         make_catalogue(folder, find_parts([parts]), MM, here())
@@ -258,6 +307,27 @@ class TestWhichFiles:
             "a/PART.STL", "a/b/box_0.stl", "a/b/box_1.stl"]
         (named,) = find_parts([tmp_path / "a" / "letter.txt"])
         assert (named.name, named.bytes) == (str(tmp_path / "a" / "letter.txt"), 0)
+
+    @pytest.mark.parametrize("links", [
+        {"a/self": "."}, {"one": ".", "two": "."}, {"a/up": "..", "a/b/up": "../.."},
+        {"0_first": "a/b"}, {"a/0_first": "b"}, {"a/one": "../z", "a/two": "../z"}])
+    def test_every_folder_is_looked_into_once_whatever_links_to_it(self, tmp_path, links):
+        """A link to a folder above would lead on for ever; where it is, its own path counts."""
+        for folder in ("a/b", "z"):
+            boxes(tmp_path / folder, SIZES[:1])
+        for name, to in links.items():
+            (tmp_path / name).symlink_to(to)
+        assert [one.name for one in find_parts([tmp_path])] == [
+            f"{tmp_path}/a/b/box_0.stl", f"{tmp_path}/z/box_0.stl"]
+
+    def test_a_link_to_a_folder_elsewhere(self, tmp_path):
+        boxes(tmp_path / "elsewhere" / "below", SIZES[:1])
+        (tmp_path / "parts").mkdir()
+        for name in ("b", "a"):
+            (tmp_path / "parts" / name).symlink_to("../elsewhere")
+        (tmp_path / "link").symlink_to("parts")
+        assert [one.name for one in find_parts([tmp_path / "link"])] == [
+            f"{tmp_path}/link/a/below/box_0.stl"]
 
     def test_none_is_refused(self, tmp_path):
         with pytest.raises(RequestError, match="none in"):

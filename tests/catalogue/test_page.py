@@ -77,8 +77,14 @@ class TestWhatIsWritten:
             patch.setattr(page, "ROWS_A_CHUNK", 2)
             make_catalogue(tmp_path / "out", parts, REQUEST, here())
             assert len(list((tmp_path / "out" / "rows").iterdir())) == 3
+            (tmp_path / "out" / "rows" / "mine.js").write_text("a script of somebody else")
             make_catalogue(tmp_path / "out", parts[:3], REQUEST, here())
-        assert len(list((tmp_path / "out" / "rows").iterdir())) == 2
+        assert sorted(one.name for one in (tmp_path / "out" / "rows").iterdir()) == [
+            "00000.js", "00001.js", "mine.js"]
+
+    def test_a_report_has_a_name_that_a_link_can_have(self):
+        row = {"file": "parts/b\udcf6x\x1b ü?.stl", "part_digest": 64 * "0"}
+        assert page.report_name(row) == "reports/bx\x1b ü?_00000000.html"
 
     def test_a_report_that_was_made_is_linked(self, tmp_path):
         parts = find_parts([boxes(tmp_path / "parts")])

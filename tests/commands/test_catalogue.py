@@ -106,6 +106,22 @@ class TestWhatIsPrinted:
         assert last == "and 2 more, with reasons in the table"
 
 
+    def test_names_that_a_terminal_cannot_take(self, tmp_path, capfd):
+        """Neither in the name of a file nor in the reason, which names it too."""
+        parts = tmp_path / "parts"
+        parts.mkdir()
+        for name in (b"\x1b[31mred.stl", b"b\xf6x.stl"):
+            Path(os.fsdecode(os.fsencode(parts) + b"/" + name)).write_text("no part")
+        folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\x1bout\xff"))
+        assert cli.main(["catalogue", str(parts), "-o", str(folder), "--workers", "1"]) == 0
+        out, err = capfd.readouterr()
+        assert complaints(err) == []
+        assert "\x1b" not in out
+        assert f"refused {parts}/?[31mred.stl: " in out and f"refused {parts}/b?x.stl: " in out
+        assert cli.main(["catalogue", str(folder / "gone"), "-o", str(folder)]) == 2
+        assert "\x1b" not in capfd.readouterr().err
+
+
 class TestRefusals:
     def test_no_parts(self, tmp_path, folder, capsys):
         assert "none in" in refused(capsys, tmp_path, "-o", folder)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -167,3 +170,14 @@ def test_a_missing_file_and_a_directory_are_refused(tmp_path):
     (tmp_path / "folder.stl").mkdir()
     with pytest.raises(MeshFileError, match="got the directory"):
         read_mesh(tmp_path / "folder.stl")
+
+
+@pytest.mark.parametrize(("make", "kind"), [
+    (os.mkfifo, "a pipe"), (lambda path: path.symlink_to(os.devnull), "a device"),
+    (lambda path: socket.socket(socket.AF_UNIX).bind(str(path)), "a socket")])
+def test_what_may_never_end_is_refused(tmp_path, monkeypatch, make, kind):
+    """Reading a pipe waits for whoever writes to it."""
+    monkeypatch.chdir(tmp_path)  # the name of a socket has to be short
+    make(Path("a.stl"))
+    with pytest.raises(MeshFileError, match=f"got a.stl, which is {kind}"):
+        read_mesh("a.stl")

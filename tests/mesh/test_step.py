@@ -5,6 +5,10 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import json
+import os
+import select
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -145,6 +149,40 @@ def test_a_crash_and_a_hang_become_refusals(tmp_path, monkeypatch, capfd, progra
     with pytest.raises(MeshFileError, match=message):
         tessellate_step(Path("a.step"), b"x", most_seconds=0.5)
     assert capfd.readouterr() == ("", "")
+
+
+STARTER = """
+import subprocess
+from pathlib import Path
+from ros_pose_stats.mesh import step
+
+def run(command, **_):
+    running = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    print("started", flush=True)
+    running.wait()
+
+step.subprocess.run = run
+step.tessellate_step(Path("a.step"), b"")
+"""
+
+
+@installed
+def test_a_tessellation_ends_with_whoever_started_it():
+    """By `kill -9`, and in the middle of its work: here it waits for more input."""
+    held, writes = os.pipe()
+    starter = subprocess.Popen([sys.executable, "-c", STARTER], stdin=held,
+                               stdout=subprocess.PIPE)
+    os.close(held)
+    try:
+        assert starter.stdout.readline() == b"started\n"
+        starter.kill()
+        starter.wait()
+        # It has this pipe open, too, as long as it is there.
+        assert select.select([starter.stdout], [], [], 30.0)[0], "it stays"
+        assert starter.stdout.read() == b""
+    finally:
+        os.close(writes)
+        starter.stdout.close()
 
 
 def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pickle
 import subprocess
-import sys
 import threading
 import time
 from contextlib import suppress
 from typing import Any
 
+from ...batch.processes import command_of
 from ...errors import MeshError, PoseStatsError, RequestError
 from ...mesh.patience import TakesLongError, within
 from ...records import DropScene, Part
@@ -58,10 +58,8 @@ class BuildingProcess:
     """
 
     def __init__(self) -> None:
-        program = (f"import sys; sys.path[:] = {sys.path!r}; "
-                   f"from {main.__module__} import main; main()")
         self.process = subprocess.Popen(
-            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            command_of(main), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             start_new_session=True)  # whoever interrupts the node ends it, and this with it
         assert self.process.stdin is not None
         assert self.process.stdout is not None
