@@ -15,7 +15,8 @@ from . import pictures
 from .results import Results, Row, Section, format_cell, load, save
 from .speed import write_speed
 
-STORED = ("core", "start", "drops", "real_files", "expected_errors", "auto", "node", "node_soak")
+STORED = ("core", "start", "drops", "real_files", "catalogues", "expected_errors", "auto", "node",
+          "node_soak")
 FIGURE = pictures.PICTURES["growth"].stem
 
 INTRODUCTION = """# Benchmarks
