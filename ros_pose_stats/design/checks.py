@@ -17,20 +17,19 @@ from .paired_drops import PairedDrops, begin_pairs, drop_more
 from .shares import WantedShare
 
 LOOKS: Final = (62, 125, 250, 500, 1000, 2000, 4000)
-"""Drops after which the signs and the clock are looked at."""
+"""Drops after which the clock is looked at."""
 
 FEW, PATIENCE = 250, 4.0
 """Drops until which so many times the time is granted."""
 
-SETTLED: Final = 0.01
-"""Chance of a wrong sign below which a check needs no more drops."""
-
 
 def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: DropRequest,
                  seconds: float | None, on_progress: Callable[[float], object],
-                 should_stop: Callable[[], bool], *, until_settled: bool = False
-                 ) -> tuple[PairedDrops, list[PairedDifference]]:
+                 should_stop: Callable[[], bool]) -> tuple[PairedDrops, list[PairedDifference]]:
     """Drop a part and what was made of it from the same starts.
+
+    What comes out has no say in when it ends: intervals would be too narrow, and changes too
+    large.
 
     Parameters
     ----------
@@ -44,8 +43,6 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
     on_progress : callable
         Takes the share done.
     should_stop : callable
-    until_settled : bool
-        Whether to end where the signs of all changes are certain.
 
     Returns
     -------
@@ -57,16 +54,14 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
     pairs = begin_pairs(parts, model.scene, asked.seed)
     for wanted in sorted({min(one, asked.drops) for one in (*LOOKS, asked.drops)}):
         pairs = drop_more(pairs, parts, wanted, workers=asked.workers, should_stop=should_stop)
-        found = compare_with_first(pairs, changed, model)
         on_progress(wanted / asked.drops)
-        # The next look takes as long again as all before. Few drops settle nothing.
+        # The next look takes as long again as all before. Few drops say little.
         patience = PATIENCE if pairs.drops < FEW else 1.0
         late = seconds is not None and (
             2.0 * (time.perf_counter() - begin) > patience * seconds)
-        settled = until_settled and all(one.p_value < SETTLED for one in found)
-        if late or settled or should_stop():
+        if late or should_stop():
             break
-    return pairs, found
+    return pairs, compare_with_first(pairs, changed, model)
 
 
 def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], model: WantedShare,
@@ -82,8 +77,7 @@ def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], mod
     int
         Drops of each part.
     """
-    pairs, found = drop_changed(changed, model, asked, seconds, on_progress, should_stop,
-                                until_settled=True)
+    pairs, found = drop_changed(changed, model, asked, seconds, on_progress, should_stop)
     return tuple(replace(effect, check=one) for effect, one in zip(effects, found, strict=True)
                  ), pairs.drops
 

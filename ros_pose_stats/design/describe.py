@@ -34,7 +34,7 @@ def name_feature(space: DesignSpace, number: int) -> str:
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} outward"
     where = ", ".join(f"{1e3 * x:.3g}" for x in np.round(place(space, number), 7))
-    return f"edge at ({where}) mm cut"
+    return f"{'rounded edge' if feature.is_rounded else 'edge'} at ({where}) mm cut"
 
 
 def name_step(space: DesignSpace, number: int, step: float) -> str:
@@ -48,7 +48,8 @@ def name_step(space: DesignSpace, number: int, step: float) -> str:
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} moved {'in' if step < 0.0 else 'out'} by " \
                f"{length}"
-    return f"{name_feature(space, number)} by {length}"
+    return f"{name_feature(space, number)} by {length}" + (
+        " more than its rounding" if feature.is_rounded else "")
 
 
 def suggested_steps(found: Suggestion) -> list[str]:
@@ -71,7 +72,8 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
             "restitution": found.scene.restitution, "drop_height": found.scene.drop_height,
             "cluster_tolerance": found.scene.cluster_tolerance,
             "round_sides": found.scene.round_sides, "wanted": list(found.wanted),
-            "share": found.share, "expected_error": found.expected_error,
+            "share": found.share, "share_low": found.accepted.low,
+            "share_high": found.accepted.high,
             "effects": [_effect(space, one) for one in found.effects],
             "drops": found.drops, "seed": found.seed, "seconds": found.seconds,
             "warnings": list(space.part.warnings), "version": found.version}
@@ -79,14 +81,15 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
 
 def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:
     """Plain values; lengths in metres, shares as fractions."""
-    return {"within": found.within, "outline": found.outline, "judged": JUDGED,
+    return {"within": found.within, "outline": found.outline, "center_shift": found.center_shift,
+            "judged": JUDGED,
             "steps": [{**_feature(found.space, number), "step": float(found.steps[number])}
                       for number in np.flatnonzero(found.steps).tolist()],
             "estimate": {"before": found.before, "after": found.after,
                          "gain": found.after - found.before, "error": found.gain_error},
             "lost": list(found.lost),
-            "by_drops": {"before": vars(found.dropped_before), "after": vars(found.dropped_after),
-                         "gain": _difference(found.gain)},
+            "by_drops": {"before": found.dropped_before._asdict(),
+                         "after": found.dropped_after._asdict(), "gain": _difference(found.gain)},
             "center_of_mass": found.changed.part.center_of_mass.tolist(),
             "drops": found.drops, "seed": found.seed, "seconds": found.seconds}
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ..records import DropScene
+from ..statistics.feeding import Bounded
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .changes import DesignSpace
@@ -71,8 +72,8 @@ class Sensitivity:
         With the drop height in metres.
     method : str
         The estimator.
-    share, expected_error : float
-        Estimate for the part as it is, and its error.
+    accepted : Bounded
+        Estimated share of the wanted poses of the part as it is.
     effects : tuple of Effect
         The greatest first, by what their step changes.
     drops, seed : int
@@ -85,13 +86,17 @@ class Sensitivity:
     wanted: tuple[int, ...]
     scene: DropScene
     method: str
-    share: float
-    expected_error: float
+    accepted: Bounded
     effects: tuple[Effect, ...]
     drops: int
     seed: int
     seconds: float
     version: str = VERSION
+
+    @property
+    def share(self) -> float:
+        """Estimated share of the wanted poses, without its interval."""
+        return self.accepted.value
 
 
 def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import SEEDS, DropRequest, drop_request
+from ..statistics.feeding import Bounded
 from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
@@ -27,7 +28,7 @@ from .climb import MOST_STEPS, Climb
 from .effects import effect_error
 from .features import EDGE
 from .shares import WantedShare
-from .tied_steps import check_within, outline_move
+from .tied_steps import center_move, check_within, outline_move
 
 Array = NDArray[np.float64]
 
@@ -37,15 +38,6 @@ CHOOSING_DROPS: Final = 500
 GAIN_DROPS: Final = 4000
 GAIN_SECONDS: Final = 5.0
 """Drops that tell the gain, and the time after which no more are begun."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bounded:
-    """A share by drops with its 90 % interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +58,8 @@ class Suggestion:
         Features that were changed, those tied together in one, the one that gains most first.
     changed : ChangedPart
         The part after.
-    outline : float
-        How far its outline moved, metres.
+    outline, center_shift : float
+        How far its outline and its centre of mass moved, metres.
     before, after : float
         Estimated shares.
     gain_error : float
@@ -91,6 +83,7 @@ class Suggestion:
     taken: tuple[tuple[int, ...], ...]
     changed: ChangedPart
     outline: float
+    center_shift: float
     before: float
     after: float
     gain_error: float
@@ -119,8 +112,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     wanted : sequence of int
         Indices of the accepted poses.
     within : float
-        How far the outline, and the centre of mass in it, may move, metres. A symmetric part
-        stays as symmetric as it is.
+        How far the outline, and the centre of mass, may move, metres. A symmetric part stays as
+        symmetric as it is.
     drops : int, optional
         Of the part before and after. Default: 4 000, and no more are begun after five seconds.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
@@ -155,8 +148,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     gained = climb.share - climb.base
     return Suggestion(
         space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
-        climb.taken, after, outline_move(space, after), climb.base, climb.share,
-        effect_error(gained, 0.0), model.lost(after), gains[0],
+        climb.taken, after, outline_move(space, after), center_move(space, after),
+        climb.base, climb.share, effect_error(gained, 0.0), model.lost(after), gains[0],
         shares[0], shares[1], pairs.drops, asked.seed, time.perf_counter() - begin)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import cli, load_part, sensitivity, shapes
+from ros_pose_stats.commands.design.sensitivity import _write_files
 from ros_pose_stats.design.describe import JUDGED, sensitivity_as_dict
 from tests.bodies import write_stl
 
@@ -64,8 +65,13 @@ def test_a_suggestion_with_its_files(box, capsys, tmp_path):
     assert np.abs(size - (0.02, 0.03, 0.04)).max() <= 2e-3 * (1.0 + 1e-5)
     assert imread(picture).shape == (840, 1350, 4)
     words = run(capsys, box, *ASKED, "--suggest", "--within", 1)[1]
-    assert "suggestion, outline and centre of mass moved by at most 1 mm:" in words
+    assert "suggestion within 1 mm; the outline moves by" in words
     assert "stretched by" in words and "by drops: " in words
+
+
+def test_only_files_that_were_written_are_told(tmp_path):
+    """An interrupted run has no suggestion."""
+    assert _write_files({"png": None, "stl": tmp_path / "hull.stl"}, None, None) == []
 
 
 @pytest.mark.parametrize(("options", "words"), [

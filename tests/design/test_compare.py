@@ -25,6 +25,7 @@ from ros_pose_stats.design.paired_drops import PairedDrops
 from ros_pose_stats.design.verdicts import compare_pairs
 from ros_pose_stats.design.words import describe_matching, describe_verdict
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.records.statistics import DEFAULT_PLATE_ERROR
 from ros_pose_stats.statistics.feeding import drop_afresh
 from ros_pose_stats.statistics.pose_shares import pose_shares
 from tests.bodies import moved, random_polyhedron, rotation
@@ -127,6 +128,20 @@ class TestVerdicts:
         (one,) = found.variants
         assert (one.by_chance, one.on_plate) == (DIFFERENT, ALIKE)
         assert "a real plate may not show it" in describe_verdict(found, one)
+
+    def test_a_plate_that_nobody_counted_on_hides_one_point_but_not_four(self):
+        part = part_from_mesh(*random_polyhedron(10, 1))
+        resting = resting_poses(part)
+        match = find_correspondence(resting, resting)
+        verdicts = []
+        for gained in (200, 800):
+            outcome = np.tile(np.arange(20_000) % len(resting.poses), (2, 1))
+            outcome[1, np.flatnonzero(outcome[0] == 1)[:gained]] = 0
+            pairs = PairedDrops(DropScene(drop_height=1.0), 0, (resting, resting), outcome)
+            (one,) = compare_pairs([part, part], pairs, [match], (0,), 0.5,
+                                   DEFAULT_PLATE_ERROR).variants
+            verdicts.append((one.by_chance, one.on_plate))
+        assert verdicts == [(DIFFERENT, ALIKE), (DIFFERENT, DIFFERENT)]
 
     def test_round_parts_are_not_told_apart_by_their_facets(self):
         (one,) = compare(parts_of(*(shapes.prism(sides, 0.01, 0.02) for sides in (60, 96))),

@@ -12,6 +12,7 @@ from ros_pose_stats.design.suggest import suggest
 from ros_pose_stats.design.tied_steps import outline_move, tied_steps
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.resting.rotations import proper_rotations
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
 from tests.design.test_changes import space_of
 
 RIGHT = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
@@ -105,10 +106,16 @@ class TestSuggest:
     def test_it_keeps_the_bound(self, found):
         assert 0.0 < found.outline <= WITHIN * (1.0 + 1e-5)
         assert found.outline == outline_move(found.space, found.changed)
+        moved = found.changed.part.center_of_mass - found.space.part.center_of_mass
+        assert found.center_shift == pytest.approx(np.linalg.norm(moved))
         lengths = np.array([one.is_length for one in found.space.features])
         assert np.abs(found.steps[lengths]).max() <= WITHIN * (1.0 + 1e-9)
         corners = np.abs(found.changed.part.surface_vertices[:, 2]).max()
         assert 11e-3 * (1.0 - 1e-9) <= corners <= 13e-3 * (1.0 + 1e-9)
+
+    def test_the_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
+        clamp = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
+        assert suggest(clamp, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (1.0 + 1e-5)
 
     def test_it_is_told(self, found):
         lines, plain = suggested_steps(found), suggestion_as_dict(found)

@@ -6,7 +6,8 @@ import math
 
 from ...design.describe import JUDGED, name_feature, name_step, suggested_steps
 from ...design.effects import Effect, Sensitivity
-from ...design.suggest import Bounded, Suggestion
+from ...design.suggest import Suggestion
+from ...statistics.feeding import Bounded
 from ...text import Column, columns, listed, several
 
 MOST_ROWS = 30
@@ -26,8 +27,7 @@ def sensitivity_table(found: Sensitivity) -> list[str]:
                      "mm" if one.feature.is_length else "%"])
     hidden = len(found.effects) - len(shown)
     lines = [f"{space.part.part_id}: wanted poses {listed(found.wanted)}: "
-             f"{100.0 * found.share:.1f} % by {found.method}, expected error "
-             f"{100.0 * found.expected_error:.1f} points",
+             f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
              f"released {found.scene.drop_height:.3g} m above a frictionless plate, restitution "
              f"{found.scene.restitution:g}", "", *columns(heads, rows)]
     if hidden:
@@ -67,7 +67,8 @@ def suggestion_table(found: Suggestion) -> list[str]:
     if not steps:
         return [f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"]
     gain = found.gain
-    return [f"suggestion, outline and centre of mass moved by at most {1e3 * found.within:g} mm:",
+    return [f"suggestion within {1e3 * found.within:g} mm; the outline moves by "
+            f"{1e3 * found.outline:.2g} mm, the centre of mass by {1e3 * found.center_shift:.2g}:",
             *(f"  {line}" for line in steps),
             *([f"  wanted pose {listed(found.lost)} is gone"] if found.lost else []),
             f"by estimate: {100.0 * found.before:.1f} -> {100.0 * found.after:.1f} %; it chose "
@@ -80,4 +81,5 @@ def suggestion_table(found: Suggestion) -> list[str]:
 
 
 def _bounded(share: Bounded) -> str:
-    return f"{100.0 * share.value:.1f} %"
+    return (f"{100.0 * share.value:.1f} % [{100.0 * share.low:.1f} to "
+            f"{100.0 * share.high:.1f} %]")
