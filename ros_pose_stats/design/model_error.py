@@ -16,7 +16,7 @@ LEFT: Final = 0.1
 
 KEPT: Final = 0.35
 """Error of a larger difference over the difference. Both cover what rolled dice and simulated
-plates have shown, whose single shares are off by 1 to 9 points: tests/design/test_model_error.py."""
+plates have shown, with single shares off by up to 9 points: tests/design/test_model_error.py."""
 
 EXPORTED: Final = 0.005
 """Standard deviation by which shares of two exports of one round part differ: the drops see the
