@@ -76,7 +76,7 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
             "share_high": found.accepted.high,
             "effects": [_effect(space, one) for one in found.effects],
             "drops": found.drops, "seed": found.seed, "seconds": found.seconds,
-            "warnings": list(space.part.warnings), "version": found.version}
+            "warnings": list(found.warnings), "version": found.version}
 
 
 def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:

@@ -79,6 +79,8 @@ class Sensitivity:
     drops, seed : int
         Of each check.
     seconds : float
+    warnings : tuple of str
+        About the part, the estimate and the wanted poses, each `CODE: sentence`.
     version : str
     """
 
@@ -91,6 +93,7 @@ class Sensitivity:
     drops: int
     seed: int
     seconds: float
+    warnings: tuple[str, ...] = ()
     version: str = VERSION
 
     @property

@@ -21,6 +21,7 @@ from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFA
 from ..simulation.request import drop_request
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_shares import pose_shares
+from ..statistics.wanted_poses import warn_of_alike
 from .alike import alike
 from .changes import DesignSpace
 from .checks import check_effects
@@ -99,7 +100,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     kept = tuple(np.flatnonzero(model.kept).tolist())
     return Sensitivity(space, kept, model.scene, told.method,
                        drop_afresh(pose_shares(told), kept).accepted, tuple(effects), dropped,
-                       asked.seed, time.perf_counter() - begin)
+                       asked.seed, time.perf_counter() - begin,
+                       (*told.warnings, *warn_of_alike(told, kept)))
 
 
 def check_step(step: float, radius: float) -> float:

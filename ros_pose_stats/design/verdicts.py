@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import adjust_together
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
+from ..statistics.wanted_poses import warn_of_alike
 from ..version import VERSION
 from .comparison import (
     Comparison,
@@ -58,6 +60,9 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
     found = tuple(_statistics(part, pairs, place) for place, part in enumerate(parts))
     single = [_compare(pairs, found, place, match, wanted, plate_error)
               for place, match in enumerate(matches, start=1)]
+    accepted = [wanted, *(match.partners(wanted) for match in matches)]
+    found = tuple(replace(one, warnings=(*one.warnings, *warn_of_alike(one, some)))
+                  for one, some in zip(found, accepted, strict=True))
     return Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
                       pairs.seed, wanted, plate_error)
 

@@ -23,6 +23,7 @@ from ..simulation.flips import check_kick
 from ..simulation.simulate import simulate
 from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
 from ..statistics.pose_shares import pose_shares
+from ..statistics.wanted_poses import warn_of_alike
 from .words import said_once
 
 CHECK_DROPS = 500
@@ -134,9 +135,10 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all methods, each once."""
-        return said_once((found.method, found.warnings)
-                         for found in (self.simulated, *self.estimates))
+        """Warnings of all methods, each once, and of the wanted poses."""
+        return (*warn_of_alike(self.simulated, self.feeder.wanted),
+                *said_once((found.method, found.warnings)
+                           for found in (self.simulated, *self.estimates)))
 
 
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,

@@ -59,6 +59,18 @@ def test_the_table(boxes, capsys):
     assert any(line.startswith("accepted, B - A: -") for line in lines)
 
 
+def test_wanted_poses_of_which_symmetry_has_more(boxes, capsys):
+    asked = *boxes, "--unit", "mm", "--drops", 300, "--seed", 5, "--wanted"
+    said = ["WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
+            "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)"]
+    found = strict_json(run(capsys, *asked, "2", "--json")[1])
+    assert [line.partition(" and is")[0] for one in found["variants"]
+            for line in one["warnings"]] == said
+    text = run(capsys, *asked, "2")[1]
+    assert f"A: {said[0]}" in text and f"B: {said[1]}" in text
+    assert "WANTED_ALIKE" not in run(capsys, *asked, "0-1")[1]
+
+
 def test_a_centre_of_mass_for_each(boxes, capsys):
     _, out, _ = run(capsys, boxes[0], boxes[0], "--unit", "mm", *CENTERS, "--drops", 300,
                     "--seed", 1, "--json")

@@ -24,8 +24,8 @@ NOT_RUN = {
 }
 """Commands whose examples are only parsed here, and why."""
 
-ONE_AFTER_ANOTHER = ["shapes", "estimate", "simulate", "catalogue", "flips", "sensitivity",
-                     "report", "animate", "compile", "completion"]
+ONE_AFTER_ANOTHER = ["shapes", "estimate", "simulate", "catalogue", "flips", "compare",
+                     "sensitivity", "report", "animate", "compile", "completion"]
 """The others: the first makes the parts that the others read."""
 
 

@@ -49,6 +49,16 @@ def test_the_table(box, capsys):
                for line in lines) == 5
 
 
+def test_warnings_as_an_estimate_has_them(box, capsys):
+    asked = box, "--wanted", 2, "--checks", 0
+    lines = run(capsys, *asked)[1].splitlines()
+    said = [line.partition(": ")[0] for line in lines if line.partition(": ")[0].isupper()]
+    assert said == ["UNIT_SUSPECT", "WANTED_ALIKE"]
+    assert lines[-2].startswith("computed in ") and lines[-3].startswith("WANTED_ALIKE: pose 3")
+    found = json.loads(run(capsys, *asked, "--json")[1])
+    assert [line.partition(":")[0] for line in found["warnings"]] == said
+
+
 def test_a_suggestion_with_its_files(box, capsys, tmp_path):
     from matplotlib.image import imread
 

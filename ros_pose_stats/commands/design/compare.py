@@ -57,8 +57,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_scene_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
                          default=[], metavar="I",
-                         help="poses of the first variant that a feeder accepts: what it gets of "
-                         "each variant")
+                         help="poses of the first variant that a feeder accepts, for instance 0 1 "
+                         "or 0-3: what it gets of each variant")
     command.add_argument("--plate-error", type=float, default=0.05, metavar="E",
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")

@@ -45,7 +45,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                   "--within 1 --stl changed.stl"))
     add_part_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         required=True, metavar="I", help="indices of the poses that are accepted")
+                         required=True, metavar="I",
+                         help="indices of the poses that are accepted, for instance 0 1 or 0-3")
     command.add_argument("--step", type=float, metavar="MM",
                          help="the change that is meant, in millimetres whatever the unit of the "
                          "file (default: a twentieth of the part's radius)")

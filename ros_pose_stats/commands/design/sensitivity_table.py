@@ -32,7 +32,8 @@ def sensitivity_table(found: Sensitivity) -> list[str]:
              f"{found.scene.restitution:g}", "", *columns(heads, rows)]
     if hidden:
         lines.append(f"... and {several(hidden, 'smaller effect')}; --json lists all")
-    return [*lines, *_checks(found), f"computed in {found.seconds:.1f} s", JUDGED]
+    return [*lines, *_checks(found), "", *found.warnings, f"computed in {found.seconds:.1f} s",
+            JUDGED]
 
 
 def _checks(found: Sensitivity) -> list[str]:
