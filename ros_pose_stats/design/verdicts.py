@@ -36,6 +36,7 @@ from .comparison import (
 from .correspondence import Correspondence, MatchedPoses
 from .model_error import EXPORTED, plate_part
 from .paired_drops import UNSETTLED, PairedDrops
+from .unit_ratios import warn_of_units
 
 
 def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
@@ -115,7 +116,8 @@ def _compare(pairs: PairedDrops, found: Sequence[PoseStatistics], second: int,
         feeder = FeederComparison(kept, lost, share_of(kept), (
             drop_afresh(pose_shares(found[0]), kept.first),
             _feeding(found[second], kept.second)))
-    return VariantComparison(second, match, tuple(poses), feeder)
+    return VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
+        found[0].radius, found[second].radius, second))
 
 
 def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> Feeding:
@@ -154,7 +156,7 @@ def _tested_together(single: Sequence[VariantComparison], look: float
         poses = tuple(pose._replace(share=share)
                       for pose, share in zip(one.poses, judged, strict=False))
         feeder = None if one.feeder is None else one.feeder._replace(share=judged[-1])
-        told.append(VariantComparison(one.second, one.correspondence, poses, feeder))
+        told.append(replace(one, poses=poses, feeder=feeder))
     return tuple(told)
 
 

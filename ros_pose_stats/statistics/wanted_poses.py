@@ -34,7 +34,8 @@ def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ..
     missing = [index for _, outside in split for index in outside]
     told = listed([f"{_named(outside)} look{'s' if len(outside) == 1 else ''} the same as "
                    f"{_named(inside)}" for inside, outside in split])
-    return (f"WANTED_ALIKE: {told} (symmetry) and {'is' if len(missing) == 1 else 'are'} not among the wanted ones"
+    are = "is" if len(missing) == 1 else "are"
+    return (f"WANTED_ALIKE: {told} (symmetry) and {are} not among the wanted ones"
             f"{_shares(found, kept, kept.union(missing))}.",)
 
 

@@ -54,9 +54,22 @@ def test_the_table(boxes, capsys):
     assert status == 0 and error == ""
     assert lines[:2] == ["A flat: 6 stable poses, radius 19.72 mm",
                          "B high: 6 stable poses, radius 21.66 mm"]
-    assert "A and B are different, by more than chance and the error of the model." in lines
+    first = next(line for line in lines if line.startswith("Accepted are "))
+    assert ": difference shown, in the model and on a plate in 1250 drops of each." in first
     assert "1250 drops of each from the same starts, 0 unsettled, seed 5" in lines
-    assert any(line.startswith("accepted, B - A: -") for line in lines)
+    assert lines[lines.index(first) + 1:][-1].startswith("computed in ")
+
+
+def test_another_unit_is_told_before_the_verdict(boxes, capsys, tmp_path):
+    vertices, triangles = shapes.box(20.0, 30.0, 16.0)
+    small = write_stl(tmp_path / "small.stl", (vertices / 25.4, triangles))
+    page = tmp_path / "units.html"
+    lines = run(capsys, boxes[0], small, "--unit", "mm", "--drops", 100, "--seed", 5, "-o",
+                page)[1].splitlines()
+    (warned,) = [k for k, line in enumerate(lines) if line.startswith("UNITS_DIFFER: A is 25.4 ")]
+    assert lines[warned + 1].startswith("A and B: ")
+    text = page.read_text(encoding="utf-8")
+    assert 0 < text.index("Are the files in the same unit?") < text.index('class="lead"')
 
 
 def test_wanted_poses_of_which_symmetry_has_more(boxes, capsys):

@@ -39,9 +39,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command = commands.add_parser(
         "compare", help="set variants of a part side by side and say whether they differ",
         description="Drop variants of a part from the same starts, and say which of their poses "
-        "correspond, how their shares differ from those of the first one, and whether that is "
-        "more than chance and than the error of the model. It ends where the verdict is settled "
-        "or all differences are known to a point.",
+        "correspond, how their shares differ from those of the first one, and whether the "
+        "drops show a difference in the model, and one to expect on a plate. It ends where the "
+        "verdict is settled or all differences are known to a point.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
                   "--com 17 17 0 --com 17 17 2 --wanted 0,1 -o clamps.html",
                   "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))
