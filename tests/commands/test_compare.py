@@ -7,10 +7,12 @@ import pty
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from ros_pose_stats import cli, load_part, shapes
+from ros_pose_stats.commands.design.compare import name_variants
 from ros_pose_stats.commands.design.comparison_table import comparison_table
 from ros_pose_stats.design.compare import compare
 from tests.bodies import write_stl
@@ -98,8 +100,34 @@ def test_the_page(boxes, capsys, tmp_path):
     status, out, _ = run(capsys, *boxes, "--unit", "mm", "--drops", 300, "--seed", 5, "-o", page)
     text = page.read_text(encoding="utf-8")
     assert status == 0 and f"{page}: " in out
-    assert "ros_pose_stats compare flat.stl high.stl --unit mm" in text
+    assert f"ros_pose_stats compare {boxes[0]} {boxes[1]} --unit mm" in text
     assert "--drops 300 --seed 5" in text
+
+
+@pytest.mark.parametrize(("files", "names"), [
+    (("old/box.stl", "new/box.stl"), ["old/box", "new/box"]),
+    (("x/old/box.stl", "y/old/box.stl", "x/old/cup.stl"), ["x/old/box", "y/old/box", "cup"]),
+    (("box.stl", "new/box.stl"), ["./box", "new/box"]),
+    (("box.stl", "box.stl"), ["box", "box"]),
+    (("box.stl", "./box.stl", "new/box.stl"), ["./box", "./box", "new/box"]),
+    (("box.stl", "box.STEP"), ["box.stl", "box.STEP"]),
+    (("old/box.stl", "old/cup.stl"), ["box", "cup"]),
+])
+def test_equal_names_are_told_apart_by_their_folders(files, names):
+    assert name_variants(files) == names
+
+
+def test_files_of_one_name_keep_their_folders(boxes, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder, file in zip(("old", "new"), boxes, strict=True):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "bracket.stl").write_bytes(Path(file).read_bytes())
+    out = run(capsys, "old/bracket.stl", "new/bracket.stl", "--unit", "mm", "--drops", 100,
+              "--seed", 5, "-o", "page.html")[1]
+    assert out.startswith("A old/bracket: ") and "\nB new/bracket: " in out
+    text = Path("page.html").read_text(encoding="utf-8")
+    assert "<title>A old/bracket and B new/bracket</title>" in text
+    assert "compare old/bracket.stl new/bracket.stl --unit mm" in text
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,13 +128,32 @@ def load_variants(options: argparse.Namespace) -> list[Part]:
         raise RequestError(f"--com once, or once for each of {len(options.parts)} variants",
                            f"{len(centers)} times", "repeat it in the order of the files")
     each = centers * len(options.parts) if len(centers) == 1 else centers
-    return [load_part(file, options.unit, center, center_in_unit=True)
-            for file, center in zip(options.parts, each, strict=True)]
+    return [load_part(file, options.unit, center, part_id=name, center_in_unit=True)
+            for file, center, name in zip(options.parts, each, name_variants(options.parts),
+                                          strict=True)]
+
+
+def name_variants(files: Sequence[str]) -> list[str]:
+    """Names of files, with as much of their folders as tells different ones apart."""
+    paths = [Path(file) for file in files]
+    return [_name_apart(path, [other for other in paths if other != path]) for path in paths]
+
+
+def _name_apart(path: Path, others: Sequence[Path]) -> str:
+    if path.stem not in {other.stem for other in others}:
+        return path.stem
+    if path.with_suffix("") in {other.with_suffix("") for other in others}:
+        return str(path)
+    parts = path.with_suffix("").parts
+    for kept in range(2, len(parts) + 1):
+        if parts[-kept:] not in {other.with_suffix("").parts[-kept:] for other in others}:
+            return str(Path(*parts[-kept:]))
+    return f"./{path.with_suffix('')}"
 
 
 def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
     """The command that gives the same answer again."""
-    words = ["ros_pose_stats", "compare", *(Path(file).name for file in options.parts)]
+    words = ["ros_pose_stats", "compare", *options.parts]
     if options.unit is not None:
         words += ["--unit", options.unit]
     for center in options.com:
