@@ -18,6 +18,23 @@ JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass al
           "whether the part can be made or still does its work")
 
 
+def describe_order(found: Sensitivity) -> str:
+    """In which order effects stand: a millimetre and a percent have no common measure."""
+    return (f"in the order of what a step changes, {1e3 * found.step:.3g} mm or "
+            f"{100.0 * found.step / found.space.body.radius:.3g} % of stretching, the most first")
+
+
+def describe_time(found: Sensitivity | Suggestion) -> str:
+    """That time ended the drops, and how to go on; nothing where it did not."""
+    if not found.out_of_time:
+        return ""
+    return (f"time ended the drops after {found.drops} of {found.most_drops}; --drops "
+            f"{found.most_drops} does them all")
+
+
+CONTRADICTED = "drops contradict the estimate"
+
+
 def place(space: DesignSpace, number: int) -> list[float]:
     """Middle (3,) of a feature in the part frame, metres; of axes the centre of mass."""
     anchor = space.features[number].anchor * space.body.radius
@@ -43,8 +60,9 @@ def name_step(space: DesignSpace, number: int, step: float) -> str:
     if feature.kind == "centre":
         return f"centre of mass {length} towards {'-' if step < 0.0 else '+'}{AXES[feature.axis]}"
     if feature.kind == "stretch":
+        longer = abs(step) * float(np.ptp(space.part.surface_vertices[:, feature.axis]))
         return f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along " \
-               f"{AXES[feature.axis]}"
+               f"{AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} moved {'in' if step < 0.0 else 'out'} by " \
                f"{length}"
@@ -73,9 +91,10 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
             "cluster_tolerance": found.scene.cluster_tolerance,
             "round_sides": found.scene.round_sides, "wanted": list(found.wanted),
             "share": found.share, "share_low": found.accepted.low,
-            "share_high": found.accepted.high,
+            "share_high": found.accepted.high, "step": found.step,
             "effects": [_effect(space, one) for one in found.effects],
-            "drops": found.drops, "seed": found.seed, "seconds": found.seconds,
+            "drops": found.drops, "most_drops": found.most_drops,
+            "out_of_time": found.out_of_time, "seed": found.seed, "seconds": found.seconds,
             "warnings": list(found.warnings), "version": found.version}
 
 
@@ -91,7 +110,8 @@ def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:
             "by_drops": {"before": found.dropped_before._asdict(),
                          "after": found.dropped_after._asdict(), "gain": _difference(found.gain)},
             "center_of_mass": found.changed.part.center_of_mass.tolist(),
-            "drops": found.drops, "seed": found.seed, "seconds": found.seconds}
+            "drops": found.drops, "most_drops": found.most_drops,
+            "out_of_time": found.out_of_time, "seed": found.seed, "seconds": found.seconds}
 
 
 def _feature(space: DesignSpace, number: int) -> dict[str, Any]:
@@ -105,7 +125,7 @@ def _feature(space: DesignSpace, number: int) -> dict[str, Any]:
 def _effect(space: DesignSpace, effect: Effect) -> dict[str, Any]:
     return {**_feature(space, effect.number), "alike": len(effect.alike), "slope": effect.slope,
             "error": effect.error, "step": effect.step, "change": effect.change,
-            "lost": list(effect.lost),
+            "lost": list(effect.lost), "contradicted": effect.contradicted,
             "check": None if effect.check is None else _difference(effect.check)}
 
 

@@ -88,19 +88,20 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: progress(0.5 * share), stop)
     best = sorted((one for one in effects if one.helps), key=lambda one: -one.change)[:checks]
-    dropped = 0
+    dropped, out_of_time = 0, False
     if best and not stop():
         changed = [space.change_one(one.number, one.step) for one in best]
-        checked, dropped = check_effects(
+        checked, done = check_effects(
             best, [space.change_one(0, 0.0), *changed], model, asked,
             CHECK_SECONDS if drops is None else None,
             lambda share: progress(0.5 + 0.5 * share), stop)
+        dropped, out_of_time = done.pairs.drops, done.out_of_time
         known = {one.number: one for one in checked}
         effects = [known.get(one.number, one) for one in effects]
     kept = tuple(np.flatnonzero(model.kept).tolist())
     return Sensitivity(space, kept, model.scene, told.method,
-                       drop_afresh(pose_shares(told), kept).accepted, tuple(effects), dropped,
-                       asked.seed, time.perf_counter() - begin,
+                       drop_afresh(pose_shares(told), kept).accepted, reach, tuple(effects),
+                       dropped, asked.seed, asked.drops, out_of_time, time.perf_counter() - begin,
                        (*told.warnings, *warn_of_alike(told, kept)))
 
 

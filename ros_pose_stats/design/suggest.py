@@ -71,6 +71,10 @@ class Suggestion:
     dropped_before, dropped_after : Bounded
         Shares by these drops.
     drops, seed : int
+    most_drops : int
+        That were asked for.
+    out_of_time : bool
+        Whether time ended the drops before that.
     seconds : float
     version : str
     """
@@ -93,6 +97,8 @@ class Suggestion:
     dropped_after: Bounded
     drops: int
     seed: int
+    most_drops: int
+    out_of_time: bool
     seconds: float
     version: str = VERSION
 
@@ -140,8 +146,9 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     climb = _choose(_climbs(space, model, within, progress, stop), space, model, asked, stop)
     after = space.change(climb.steps)
     parts = [space.change_one(0, 0.0), after]
-    pairs, gains = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
-                                lambda share: progress(0.5 + 0.5 * share), stop)
+    done = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
+                        lambda share: progress(0.5 + 0.5 * share), stop)
+    pairs = done.pairs
     shares = [_share(pairs.is_in(place, np.flatnonzero(
         model.accepted(resting, one.origin)).tolist()))
         for place, (resting, one) in enumerate(zip(pairs.resting, parts, strict=True))]
@@ -149,8 +156,9 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     return Suggestion(
         space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
         climb.taken, after, outline_move(space, after), center_move(space, after),
-        climb.base, climb.share, effect_error(gained, 0.0), model.lost(after), gains[0],
-        shares[0], shares[1], pairs.drops, asked.seed, time.perf_counter() - begin)
+        climb.base, climb.share, effect_error(gained, 0.0), model.lost(after),
+        done.differences[0], shares[0], shares[1], pairs.drops, asked.seed, asked.drops,
+        done.out_of_time, time.perf_counter() - begin)
 
 
 def _climbs(space: DesignSpace, model: WantedShare, within: float,
@@ -170,9 +178,9 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     if len(climbs) == 1 or stop():
         return climbs[0]
     apart = replace(asked, drops=CHOOSING_DROPS, seed=(asked.seed + 1) % SEEDS)
-    _, gains = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
-                            lambda share: None, stop)
-    return climbs[int(gains[0].value > 0.0)]
+    done = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
+                        lambda share: None, stop)
+    return climbs[int(done.differences[0].value > 0.0)]
 
 
 def _share(is_in: NDArray[np.bool_]) -> Bounded:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..design.effects import Sensitivity
-from ..design.sensitivity import sensitivity
+from ..design.sensitivity import CHECK_DROPS, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
@@ -25,9 +25,6 @@ from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wa
 from ..statistics.pose_shares import pose_shares
 from ..statistics.wanted_poses import warn_of_alike
 from .words import said_once
-
-CHECK_DROPS = 500
-"""Most drops of each part that check a change of it."""
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.design.describe import sensitivity_as_dict, suggested_steps, suggestion_as_dict
+from ros_pose_stats.design.describe import (
+    name_step,
+    sensitivity_as_dict,
+    suggested_steps,
+    suggestion_as_dict,
+)
 from ros_pose_stats.design.sensitivity import sensitivity
 from ros_pose_stats.design.suggest import suggest
 from ros_pose_stats.design.tied_steps import outline_move, tied_steps
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.resting.rotations import proper_rotations
 from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.statistics.paired_counts import PairedDifference
 from tests.design.test_changes import space_of
 
 RIGHT = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
@@ -81,6 +89,25 @@ def test_the_best_are_checked_and_the_same_request_gives_the_same_counts():
     # 1.645 standard errors for the drops and for the estimate: 3.5 in all for one fixed seed.
     assert best.check.value == pytest.approx(best.change, abs=3.5 * np.hypot(
         best.check.standard_error, best.error * abs(best.step)))
+
+
+@pytest.mark.parametrize(("change", "low", "high", "contradicted"), [
+    (0.04, 0.02, 0.06, False), (0.04, 0.05, 0.09, False), (0.04, 0.01, 0.03, False),
+    (0.04, -0.02, 0.05, False), (0.04, -0.02, 0.03, True), (0.04, -0.03, -0.01, True),
+    (-0.04, -0.02, 0.03, True), (-0.04, -0.03, -0.01, False)])
+def test_drops_contradict_an_estimate_that_they_leave_out_on_the_side_of_zero(
+        of_cube, change, low, high, contradicted):
+    check = PairedDifference(0.5 * (low + high), 0.01, low, high, 30, 20, 1000, 0.5)
+    one = of_cube[1].effects[0]
+    assert not one.contradicted
+    assert replace(one, change=change, check=check).contradicted is contradicted
+
+
+def test_a_stretched_part_is_longer_by_so_many_millimetres():
+    space = space_of(part_from_mesh(*shapes.box(20e-3, 30e-3, 40e-3)))
+    (along_y,) = [number for number, one in enumerate(space.features)
+                  if (one.kind, one.axis) == ("stretch", 1)]
+    assert name_step(space, along_y, -0.05) == "shrunk by 5 % along y (1.5 mm)"
 
 
 WITHIN = 1e-3
