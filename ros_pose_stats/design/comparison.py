@@ -20,7 +20,7 @@ SHOWN: Final = "difference shown"
 NONE_SHOWN: Final = "none shown"
 
 LEVEL: Final = 0.05
-"""Chance that variants which do not differ are called different."""
+"""Chance that a difference is shown between variants that do not differ."""
 
 ONE_POINT: Final = 0.01
 
