@@ -21,7 +21,8 @@ LIBRARY = "docs/library.md"
 REPORT = "docs/report.md"
 CATALOGUE = "docs/catalogue.md"
 DESIGN = "docs/design.md"
-PAGES = (README, COMMAND_LINE, LIBRARY, REPORT, CATALOGUE, DESIGN)
+SENSITIVITY = "docs/sensitivity.md"
+PAGES = (README, COMMAND_LINE, LIBRARY, REPORT, CATALOGUE, DESIGN, SENSITIVITY)
 """Whose lines and code are run here; `tests/ros` runs those of the node."""
 
 STUDY = ("dataset", "benchmark")
@@ -72,9 +73,10 @@ def test_pages_have_code_to_run():
     assert len(shell_lines(COMMAND_LINE)) == 12
     assert len(blocks(README, "python")) == 1
     assert len(blocks(LIBRARY, "python")) == 6
+    assert len(blocks(SENSITIVITY, "python")) == 2
     commands = {line.split()[1] for line in lines_without_ros()}
     assert commands == {"shapes", "estimate", "simulate", "catalogue", "flips", "report",
-                        "animate", "compare"}
+                        "animate", "compare", "sensitivity"}
 
 
 def test_readme_takes_two_minutes():
@@ -176,6 +178,27 @@ def test_documents_name_files_that_exist():
         text = document.read_text(encoding="utf-8")
         for target in re.findall(r"\]\(([^)#:]+)\)", text):
             assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_no_two_pages_have_one_title():
+    titles = [page.read_text(encoding="utf-8").splitlines()[0]
+              for page in (ROOT / "docs").rglob("*.md")]
+    assert len(set(titles)) == len(titles)
+
+
+def test_the_page_on_sensitivity_has_the_figures_of_the_study():
+    study = (ROOT / "docs/study/design.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in study.splitlines()
+            if line.startswith("|")]
+    table = {row[0]: row[1:] for row in rows}
+    cases, clear, right, _, size, apart, _ = table["edge chamfered"]
+    others = [int(table[name][2]) for name in ("centre of mass", "stretching", "resting face")]
+    page = " ".join(text_of(SENSITIVITY).split())
+    for words in (f"{clear} of {cases} changes by a cut edge",
+                  f"these {right} % had the right sign",
+                  f"{min(others)} to {max(others)} % for all other",
+                  f"{size} points, and the estimate was off by {apart}"):
+        assert words in page, words
 
 
 def test_the_page_of_the_node_shows_the_table_of_parameters():

@@ -1,13 +1,11 @@
-"""The notebook in docs is that of its cells, and they run; so does the code of its page."""
+"""The notebook in docs is that of its cells, and they run."""
 
 from __future__ import annotations
 
 import json
-import re
 
 import pytest
 
-from ros_pose_stats.shapes.demo_parts import write_demo_parts
 from tests.clamp_notebook import CELLS, NOTEBOOK, run_code
 
 
@@ -26,13 +24,3 @@ def test_its_cells_run():
     printed = "".join(run_code(text, names)[0] for kind, text in CELLS if kind == "code")
     assert names["best"].gain.low > 0.0
     assert "pose 0 of the hull as it is read again" in printed
-
-
-def test_the_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
-    page = (NOTEBOOK.parent / "sensitivity.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    write_demo_parts(tmp_path / "demo")
-    monkeypatch.chdir(tmp_path)
-    exec(compile(code, "sensitivity.md", "exec"), {})
-    first, second = capsys.readouterr().out.splitlines()
-    assert first.startswith("centre of mass") and second.startswith("[")

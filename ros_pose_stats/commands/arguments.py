@@ -1,7 +1,7 @@
 """Arguments of the commands: the parser, numbers as people type them, options of part and scene.
 
-A count may be typed as 1e5, and poses as 0,1 or 0 1. A refusal is one line, and every help ends
-with an example.
+A count may be typed as 1e5, and poses as 0,1 or 0 1 or 0-3. A refusal is one line, and every help
+ends with an example.
 """
 
 from __future__ import annotations
@@ -50,6 +50,11 @@ class CommandParser(argparse.ArgumentParser):
 MOST_DIGITS = 30
 """Digits of a whole number; no seed has more."""
 
+POSES = "indices of poses, for instance 0,1 or 0 1 or 0-3"
+
+MOST_RANGE = 100_000
+"""Poses of a range; no part has more."""
+
 SHOWN = 60
 """Characters of the refused text that the refusal repeats."""
 
@@ -79,18 +84,31 @@ def read_count(text: str) -> int:
 
 
 def read_indices(text: str) -> list[int]:
-    """Indices of poses, separated by commas or spaces.
+    """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3.
 
     Raises
     ------
     argparse.ArgumentTypeError
-        If one of them is no whole number, or there is none.
+        If one of them is no whole number, a range does not rise, or there is none.
     """
     pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
-    words = [word for piece in pieces for word in piece]
-    if not all(pieces) or not all(word.removeprefix("-").isdecimal() for word in words):
-        raise _refusal("indices of poses, for instance 0,1 or 0 1", text)
-    return [read_count(word) for word in words]
+    if not all(pieces):
+        raise _refusal(POSES, text)
+    return [index for piece in pieces for word in piece for index in _read_range(word, text)]
+
+
+def _read_range(word: str, text: str) -> Sequence[int]:
+    """The indices of a number or a range, as a table or a page writes it."""
+    if word.removeprefix("-").isdecimal():
+        return [read_count(word)]
+    begin, _, end = word.replace("\N{EN DASH}", "-").partition("-")
+    if not (begin.isdecimal() and end.isdecimal()):
+        raise _refusal(POSES, text)
+    found = range(read_count(begin), read_count(end) + 1)
+    # Before it is written out: a range may be longer than the memory.
+    if not found or found[-1] - found[0] >= MOST_RANGE:
+        raise _refusal(f"{POSES}; a range rises and has at most {MOST_RANGE} poses", text)
+    return found
 
 
 class JoinIndices(argparse.Action):

@@ -48,7 +48,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          "with intervals and the splitting graph, as FILE.png")
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
                          default=[], metavar="INDEX",
-                         help="poses that the feeder accepts, separated by spaces or commas: "
+                         help="poses that the feeder accepts, separated by spaces or commas, or a "
+                         "range such as 0-3: "
                          "the page says which share of the parts is accepted")
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
                          help="parts dropped a minute, those sent back included; with --wanted "

@@ -121,8 +121,8 @@ class DesignSpace:
         ----------
         steps : (n,) array
             Of each of the `features`: metres, of stretching a fraction. Faces move outward; edges
-            are cut so far from the edge on both sides, or from where it would be were it not
-            rounded.
+            are cut so far from the edge on both sides; rounded ones so far beyond the chamfer
+            that touches the rounding.
 
         Raises
         ------

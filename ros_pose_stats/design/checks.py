@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -17,20 +17,36 @@ from .paired_drops import PairedDrops, begin_pairs, drop_more
 from .shares import WantedShare
 
 LOOKS: Final = (62, 125, 250, 500, 1000, 2000, 4000)
-"""Drops after which the signs and the clock are looked at."""
+"""Drops after which the clock is looked at."""
 
 FEW, PATIENCE = 250, 4.0
 """Drops until which so many times the time is granted."""
 
-SETTLED: Final = 0.01
-"""Chance of a wrong sign below which a check needs no more drops."""
+
+class CheckDrops(NamedTuple):
+    """Drops of a part and of what was made of it.
+
+    Attributes
+    ----------
+    pairs : PairedDrops
+    differences : list of PairedDifference
+        Of the share of the wanted poses, from the first part to each of the others.
+    out_of_time : bool
+        Whether time ended them before the drops that were asked for.
+    """
+
+    pairs: PairedDrops
+    differences: list[PairedDifference]
+    out_of_time: bool
 
 
 def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: DropRequest,
                  seconds: float | None, on_progress: Callable[[float], object],
-                 should_stop: Callable[[], bool], *, until_settled: bool = False
-                 ) -> tuple[PairedDrops, list[PairedDifference]]:
+                 should_stop: Callable[[], bool]) -> CheckDrops:
     """Drop a part and what was made of it from the same starts.
+
+    What comes out has no say in when it ends: intervals would be too narrow, and changes too
+    large.
 
     Parameters
     ----------
@@ -44,48 +60,38 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
     on_progress : callable
         Takes the share done.
     should_stop : callable
-    until_settled : bool
-        Whether to end where the signs of all changes are certain.
 
-    Returns
-    -------
-    PairedDrops
-    list of PairedDifference
-        Of the share of the wanted poses, from the first to each of the others.
     """
-    parts, begin = [one.part for one in changed], time.perf_counter()
+    parts, begin, late = [one.part for one in changed], time.perf_counter(), False
     pairs = begin_pairs(parts, model.scene, asked.seed)
     for wanted in sorted({min(one, asked.drops) for one in (*LOOKS, asked.drops)}):
         pairs = drop_more(pairs, parts, wanted, workers=asked.workers, should_stop=should_stop)
-        found = compare_with_first(pairs, changed, model)
         on_progress(wanted / asked.drops)
-        # The next look takes as long again as all before. Few drops settle nothing.
+        # The next look takes as long again as all before. Few drops say little.
         patience = PATIENCE if pairs.drops < FEW else 1.0
         late = seconds is not None and (
             2.0 * (time.perf_counter() - begin) > patience * seconds)
-        settled = until_settled and all(one.p_value < SETTLED for one in found)
-        if late or settled or should_stop():
+        if late or should_stop():
             break
-    return pairs, found
+    return CheckDrops(pairs, compare_with_first(pairs, changed, model),
+                      late and pairs.drops < asked.drops)
 
 
 def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], model: WantedShare,
                   asked: DropRequest, seconds: float | None,
                   on_progress: Callable[[float], object], should_stop: Callable[[], bool]
-                  ) -> tuple[tuple[Effect, ...], int]:
+                  ) -> tuple[tuple[Effect, ...], CheckDrops]:
     """Drop the part before and after some changes; see `drop_changed`.
 
     Returns
     -------
     tuple of Effect
         The same with their checks.
-    int
-        Drops of each part.
+    CheckDrops
     """
-    pairs, found = drop_changed(changed, model, asked, seconds, on_progress, should_stop,
-                                until_settled=True)
-    return tuple(replace(effect, check=one) for effect, one in zip(effects, found, strict=True)
-                 ), pairs.drops
+    found = drop_changed(changed, model, asked, seconds, on_progress, should_stop)
+    return tuple(replace(effect, check=one)
+                 for effect, one in zip(effects, found.differences, strict=True)), found
 
 
 def compare_with_first(pairs: PairedDrops, changed: Sequence[ChangedPart], model: WantedShare

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from .changes import DesignSpace
 from .shares import WantedShare
-from .tied_steps import is_forward, outline_move, tied_steps
+from .tied_steps import center_move, is_forward, outline_move, tied_steps
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ LOOKED_AT: Final = 8
 """Steps that are estimated anew after each, those that gained most before."""
 
 SLACK: Final = 1e-6
-"""Share by which the outline may seem to move farther for rounding."""
+"""Share by which outline and centre of mass may seem to move farther for rounding."""
 
 
 class Climb:
@@ -103,11 +103,10 @@ class Climb:
         if np.abs(level).max(initial=0.0) > 1.0 or level[self._forward].min(initial=0.0) < 0.0:
             return -np.inf
         steps = level @ self._tied
-        if np.linalg.norm(steps[:3]) > self._within * (1.0 + SLACK):
-            return -np.inf
         try:
             changed = self._space.change(steps)
-            if outline_move(self._space, changed) > self._within * (1.0 + SLACK):
+            if self._within * (1.0 + SLACK) < max(outline_move(self._space, changed),
+                                                  center_move(self._space, changed)):
                 return -np.inf
             return self._model.estimate(changed)
         except MeshError:

@@ -40,7 +40,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
             plate_error: float = DEFAULT_PLATE_ERROR) -> Comparison:
     """Compare the first variant of a part with each of the others, dropped from the same starts.
 
-    Drops end where each of the others is found to differ as a plate will show, in the share that a
+    Drops end where each of the others is expected to differ on a plate, in the share that a
     feeder accepts if one is asked for; where all differences are known to a point (half of their
     90 % intervals); or at the most drops.
 

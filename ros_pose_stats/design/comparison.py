@@ -16,11 +16,11 @@ from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
 
-DIFFERENT: Final = "different"
-ALIKE: Final = "no difference seen"
+SHOWN: Final = "difference shown"
+NONE_SHOWN: Final = "none shown"
 
 LEVEL: Final = 0.05
-"""Chance that variants which do not differ are called different."""
+"""Chance that a difference is shown between variants that do not differ."""
 
 ONE_POINT: Final = 0.01
 
@@ -59,14 +59,14 @@ class ShareDifference(NamedTuple):
         return math.hypot(self.file_error, self.plate_error)
 
     @property
-    def by_chance(self) -> str:
-        """Verdict where only the chance of the drops counts."""
-        return DIFFERENT if self.chance <= LEVEL else ALIKE
+    def in_model(self) -> str:
+        """Whether the drops show a difference in the model, beyond their chance."""
+        return SHOWN if self.chance <= LEVEL else NONE_SHOWN
 
     @property
     def on_plate(self) -> str:
-        """Verdict with the error of model and plate."""
-        return DIFFERENT if self.chance_on_plate <= LEVEL else ALIKE
+        """Whether a plate is expected to show it, beyond the error of model and plate."""
+        return SHOWN if self.chance_on_plate <= LEVEL else NONE_SHOWN
 
     @property
     def half_width(self) -> float:
@@ -83,8 +83,8 @@ class ShareDifference(NamedTuple):
             "difference_low": self.difference.low, "difference_high": self.difference.high,
             "standard_error": plain_number(self.difference.standard_error),
             "model_error": self.model_error,
-            "p_value": self.chance, "p_value_with_model_error": self.chance_on_plate,
-            "by_chance_alone": self.by_chance, "with_model_error": self.on_plate}
+            "p_value_in_model": self.chance, "p_value_on_plate": self.chance_on_plate,
+            "in_model": self.in_model, "on_plate": self.on_plate}
 
 
 class PoseComparison(NamedTuple):
@@ -127,12 +127,15 @@ class VariantComparison:
     poses : tuple of PoseComparison
         Pairs first, the most probable ones first; then poses without a partner.
     feeder : FeederComparison or None
+    warnings : tuple of str
+        About the two beside each other, each `CODE: sentence`.
     """
 
     second: int
     correspondence: Correspondence
     poses: tuple[PoseComparison, ...]
     feeder: FeederComparison | None
+    warnings: tuple[str, ...] = ()
 
     @property
     def shares(self) -> list[ShareDifference]:
@@ -141,14 +144,14 @@ class VariantComparison:
         return own if self.feeder is None else [*own, self.feeder.share]
 
     @property
-    def by_chance(self) -> str:
-        """Whether any share differs by more than chance."""
-        return DIFFERENT if any(one.by_chance == DIFFERENT for one in self.shares) else ALIKE
+    def in_model(self) -> str:
+        """Whether any share differs in the model, by more than the chance of the drops."""
+        return SHOWN if any(one.in_model == SHOWN for one in self.shares) else NONE_SHOWN
 
     @property
     def on_plate(self) -> str:
-        """Whether any share differs by more than chance and the error of model and plate."""
-        return DIFFERENT if any(one.on_plate == DIFFERENT for one in self.shares) else ALIKE
+        """Whether any share is expected to differ on a plate."""
+        return SHOWN if any(one.on_plate == SHOWN for one in self.shares) else NONE_SHOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +190,7 @@ class Comparison:
     def is_settled(self) -> bool:
         """Whether every other variant differs from the first on a plate, for a feeder if asked."""
         asked = [one if one.feeder is None else one.feeder.share for one in self.variants]
-        return all(one.on_plate == DIFFERENT for one in asked)
+        return all(one.on_plate == SHOWN for one in asked)
 
     @property
     def half_width(self) -> float:
@@ -215,7 +218,7 @@ def _as_dict(one: VariantComparison) -> dict[str, Any]:
         "matched_by": "orientation and footprint" if match.by_orientation
         else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
         "same_body": match.same_body,
-        "by_chance_alone": one.by_chance, "with_model_error": one.on_plate,
+        "in_model": one.in_model, "on_plate": one.on_plate, "warnings": list(one.warnings),
         "poses": [{"first": list(pose.poses.first), "second": list(pose.poses.second),
                    **pose.share.as_dict()} for pose in one.poses]}
     if one.feeder is not None:

@@ -18,6 +18,23 @@ JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass al
           "whether the part can be made or still does its work")
 
 
+def describe_order(found: Sensitivity) -> str:
+    """In which order effects stand: a millimetre and a percent have no common measure."""
+    return (f"in the order of what a step changes, {1e3 * found.step:.3g} mm or "
+            f"{100.0 * found.step / found.space.body.radius:.3g} % of stretching, the most first")
+
+
+def describe_time(found: Sensitivity | Suggestion) -> str:
+    """That time ended the drops, and how to go on; nothing where it did not."""
+    if not found.out_of_time:
+        return ""
+    return (f"time ended the drops after {found.drops} of {found.most_drops}; --drops "
+            f"{found.most_drops} does them all")
+
+
+CONTRADICTED = "drops contradict the estimate"
+
+
 def place(space: DesignSpace, number: int) -> list[float]:
     """Middle (3,) of a feature in the part frame, metres; of axes the centre of mass."""
     anchor = space.features[number].anchor * space.body.radius
@@ -34,7 +51,7 @@ def name_feature(space: DesignSpace, number: int) -> str:
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} outward"
     where = ", ".join(f"{1e3 * x:.3g}" for x in np.round(place(space, number), 7))
-    return f"edge at ({where}) mm cut"
+    return f"{'rounded edge' if feature.is_rounded else 'edge'} at ({where}) mm cut"
 
 
 def name_step(space: DesignSpace, number: int, step: float) -> str:
@@ -43,12 +60,14 @@ def name_step(space: DesignSpace, number: int, step: float) -> str:
     if feature.kind == "centre":
         return f"centre of mass {length} towards {'-' if step < 0.0 else '+'}{AXES[feature.axis]}"
     if feature.kind == "stretch":
+        longer = abs(step) * float(np.ptp(space.part.surface_vertices[:, feature.axis]))
         return f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along " \
-               f"{AXES[feature.axis]}"
+               f"{AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} moved {'in' if step < 0.0 else 'out'} by " \
                f"{length}"
-    return f"{name_feature(space, number)} by {length}"
+    return f"{name_feature(space, number)} by {length}" + (
+        " more than its rounding" if feature.is_rounded else "")
 
 
 def suggested_steps(found: Suggestion) -> list[str]:
@@ -71,24 +90,28 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
             "restitution": found.scene.restitution, "drop_height": found.scene.drop_height,
             "cluster_tolerance": found.scene.cluster_tolerance,
             "round_sides": found.scene.round_sides, "wanted": list(found.wanted),
-            "share": found.share, "expected_error": found.expected_error,
+            "share": found.share, "share_low": found.accepted.low,
+            "share_high": found.accepted.high, "step": found.step,
             "effects": [_effect(space, one) for one in found.effects],
-            "drops": found.drops, "seed": found.seed, "seconds": found.seconds,
-            "warnings": list(space.part.warnings), "version": found.version}
+            "drops": found.drops, "most_drops": found.most_drops,
+            "out_of_time": found.out_of_time, "seed": found.seed, "seconds": found.seconds,
+            "warnings": list(found.warnings), "version": found.version}
 
 
 def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:
     """Plain values; lengths in metres, shares as fractions."""
-    return {"within": found.within, "outline": found.outline, "judged": JUDGED,
+    return {"within": found.within, "outline": found.outline, "center_shift": found.center_shift,
+            "judged": JUDGED,
             "steps": [{**_feature(found.space, number), "step": float(found.steps[number])}
                       for number in np.flatnonzero(found.steps).tolist()],
             "estimate": {"before": found.before, "after": found.after,
                          "gain": found.after - found.before, "error": found.gain_error},
             "lost": list(found.lost),
-            "by_drops": {"before": vars(found.dropped_before), "after": vars(found.dropped_after),
-                         "gain": _difference(found.gain)},
+            "by_drops": {"before": found.dropped_before._asdict(),
+                         "after": found.dropped_after._asdict(), "gain": _difference(found.gain)},
             "center_of_mass": found.changed.part.center_of_mass.tolist(),
-            "drops": found.drops, "seed": found.seed, "seconds": found.seconds}
+            "drops": found.drops, "most_drops": found.most_drops,
+            "out_of_time": found.out_of_time, "seed": found.seed, "seconds": found.seconds}
 
 
 def _feature(space: DesignSpace, number: int) -> dict[str, Any]:
@@ -102,7 +125,7 @@ def _feature(space: DesignSpace, number: int) -> dict[str, Any]:
 def _effect(space: DesignSpace, effect: Effect) -> dict[str, Any]:
     return {**_feature(space, effect.number), "alike": len(effect.alike), "slope": effect.slope,
             "error": effect.error, "step": effect.step, "change": effect.change,
-            "lost": list(effect.lost),
+            "lost": list(effect.lost), "contradicted": effect.contradicted,
             "check": None if effect.check is None else _difference(effect.check)}
 
 

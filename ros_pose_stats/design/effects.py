@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ..records import DropScene
+from ..statistics.feeding import Bounded
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .changes import DesignSpace
@@ -58,6 +59,15 @@ class Effect:
         """Whether the step raises the share."""
         return self.change > 0.0
 
+    @property
+    def contradicted(self) -> bool:
+        """Whether drops leave out the estimated change, and do not show one to the same side."""
+        if self.check is None or math.isnan(self.check.value):
+            return False
+        low, high = self.check.low, self.check.high
+        same_side = low > 0.0 if self.change > 0.0 else high < 0.0
+        return not low <= self.change <= high and not same_side
+
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
@@ -71,13 +81,21 @@ class Sensitivity:
         With the drop height in metres.
     method : str
         The estimator.
-    share, expected_error : float
-        Estimate for the part as it is, and its error.
+    accepted : Bounded
+        Estimated share of the wanted poses of the part as it is.
+    step : float
+        The change that is meant, metres; stretching is by the same share of the radius.
     effects : tuple of Effect
         The greatest first, by what their step changes.
     drops, seed : int
         Of each check.
+    most_drops : int
+        That were asked for.
+    out_of_time : bool
+        Whether time ended the checks before that.
     seconds : float
+    warnings : tuple of str
+        About the part, the estimate and the wanted poses, each `CODE: sentence`.
     version : str
     """
 
@@ -85,13 +103,21 @@ class Sensitivity:
     wanted: tuple[int, ...]
     scene: DropScene
     method: str
-    share: float
-    expected_error: float
+    accepted: Bounded
+    step: float
     effects: tuple[Effect, ...]
     drops: int
     seed: int
+    most_drops: int
+    out_of_time: bool
     seconds: float
+    warnings: tuple[str, ...] = ()
     version: str = VERSION
+
+    @property
+    def share(self) -> float:
+        """Estimated share of the wanted poses, without its interval."""
+        return self.accepted.value
 
 
 def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:

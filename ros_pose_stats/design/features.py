@@ -83,6 +83,11 @@ class Feature:
         return self.kind != "stretch"
 
     @property
+    def is_rounded(self) -> bool:
+        """Whether it is an edge that the part has rounded."""
+        return self.kind == "edge" and bool(self.planes.size)
+
+    @property
     def only_forward(self) -> bool:
         """Whether it can be changed one way only: an edge is cut, not built up."""
         return self.kind == "edge"

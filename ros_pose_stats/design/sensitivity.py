@@ -19,6 +19,9 @@ from ..methods import AUTO
 from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import drop_request
+from ..statistics.feeding import drop_afresh
+from ..statistics.pose_shares import pose_shares
+from ..statistics.wanted_poses import warn_of_alike
 from .alike import alike
 from .changes import DesignSpace
 from .checks import check_effects
@@ -31,7 +34,7 @@ does is lost in the estimator's own unevenness (docs/study/design.md)."""
 
 CHECKS: Final = 5
 CHECK_DROPS: Final = 2000
-"""Effects that are checked, and the most drops of each part."""
+"""Effects that are checked, and the drops of each part."""
 
 CHECK_SECONDS: Final = 1.0
 """Time after which no further drops are begun, where their number was not given."""
@@ -56,9 +59,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     checks : int
         Effects that are checked by drops, those that raise the share most.
     drops : int, optional
-        Most drops of each part for a check; fewer where all signs are settled before. Default:
-        2 000, and no more are begun after a second; with a number and a seed the same
-        request gives the same counts.
+        Drops of each part for a check. Default: 2 000, and no more are begun after a second;
+        with a number and a seed the same request gives the same counts.
     seed : int, optional
         Of the drops; default: a fresh one.
     restitution, drop_height, cluster_tolerance, round_sides, workers
@@ -86,20 +88,21 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: progress(0.5 * share), stop)
     best = sorted((one for one in effects if one.helps), key=lambda one: -one.change)[:checks]
-    dropped = 0
+    dropped, out_of_time = 0, False
     if best and not stop():
         changed = [space.change_one(one.number, one.step) for one in best]
-        checked, dropped = check_effects(
+        checked, done = check_effects(
             best, [space.change_one(0, 0.0), *changed], model, asked,
             CHECK_SECONDS if drops is None else None,
             lambda share: progress(0.5 + 0.5 * share), stop)
+        dropped, out_of_time = done.pairs.drops, done.out_of_time
         known = {one.number: one for one in checked}
         effects = [known.get(one.number, one) for one in effects]
-    return Sensitivity(space, tuple(np.flatnonzero(model.kept).tolist()), model.scene,
-                       told.method, sum(pose.probability for pose in told.poses
-                                        if model.kept[pose.index]),
-                       told.expected_error, tuple(effects), dropped, asked.seed,
-                       time.perf_counter() - begin)
+    kept = tuple(np.flatnonzero(model.kept).tolist())
+    return Sensitivity(space, kept, model.scene, told.method,
+                       drop_afresh(pose_shares(told), kept).accepted, reach, tuple(effects),
+                       dropped, asked.seed, asked.drops, out_of_time, time.perf_counter() - begin,
+                       (*told.warnings, *warn_of_alike(told, kept)))
 
 
 def check_step(step: float, radius: float) -> float:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import SEEDS, DropRequest, drop_request
+from ..statistics.feeding import Bounded
 from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
@@ -27,7 +28,7 @@ from .climb import MOST_STEPS, Climb
 from .effects import effect_error
 from .features import EDGE
 from .shares import WantedShare
-from .tied_steps import check_within, outline_move
+from .tied_steps import center_move, check_within, outline_move
 
 Array = NDArray[np.float64]
 
@@ -37,15 +38,6 @@ CHOOSING_DROPS: Final = 500
 GAIN_DROPS: Final = 4000
 GAIN_SECONDS: Final = 5.0
 """Drops that tell the gain, and the time after which no more are begun."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bounded:
-    """A share by drops with its 90 % interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +58,8 @@ class Suggestion:
         Features that were changed, those tied together in one, the one that gains most first.
     changed : ChangedPart
         The part after.
-    outline : float
-        How far its outline moved, metres.
+    outline, center_shift : float
+        How far its outline and its centre of mass moved, metres.
     before, after : float
         Estimated shares.
     gain_error : float
@@ -79,6 +71,10 @@ class Suggestion:
     dropped_before, dropped_after : Bounded
         Shares by these drops.
     drops, seed : int
+    most_drops : int
+        That were asked for.
+    out_of_time : bool
+        Whether time ended the drops before that.
     seconds : float
     version : str
     """
@@ -91,6 +87,7 @@ class Suggestion:
     taken: tuple[tuple[int, ...], ...]
     changed: ChangedPart
     outline: float
+    center_shift: float
     before: float
     after: float
     gain_error: float
@@ -100,6 +97,8 @@ class Suggestion:
     dropped_after: Bounded
     drops: int
     seed: int
+    most_drops: int
+    out_of_time: bool
     seconds: float
     version: str = VERSION
 
@@ -119,8 +118,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     wanted : sequence of int
         Indices of the accepted poses.
     within : float
-        How far the outline, and the centre of mass in it, may move, metres. A symmetric part
-        stays as symmetric as it is.
+        How far the outline, and the centre of mass, may move, metres. A symmetric part stays as
+        symmetric as it is.
     drops : int, optional
         Of the part before and after. Default: 4 000, and no more are begun after five seconds.
     seed, restitution, drop_height, cluster_tolerance, round_sides, workers
@@ -147,17 +146,19 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     climb = _choose(_climbs(space, model, within, progress, stop), space, model, asked, stop)
     after = space.change(climb.steps)
     parts = [space.change_one(0, 0.0), after]
-    pairs, gains = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
-                                lambda share: progress(0.5 + 0.5 * share), stop)
+    done = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
+                        lambda share: progress(0.5 + 0.5 * share), stop)
+    pairs = done.pairs
     shares = [_share(pairs.is_in(place, np.flatnonzero(
         model.accepted(resting, one.origin)).tolist()))
         for place, (resting, one) in enumerate(zip(pairs.resting, parts, strict=True))]
     gained = climb.share - climb.base
     return Suggestion(
         space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
-        climb.taken, after, outline_move(space, after), climb.base, climb.share,
-        effect_error(gained, 0.0), model.lost(after), gains[0],
-        shares[0], shares[1], pairs.drops, asked.seed, time.perf_counter() - begin)
+        climb.taken, after, outline_move(space, after), center_move(space, after),
+        climb.base, climb.share, effect_error(gained, 0.0), model.lost(after),
+        done.differences[0], shares[0], shares[1], pairs.drops, asked.seed, asked.drops,
+        done.out_of_time, time.perf_counter() - begin)
 
 
 def _climbs(space: DesignSpace, model: WantedShare, within: float,
@@ -177,9 +178,9 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     if len(climbs) == 1 or stop():
         return climbs[0]
     apart = replace(asked, drops=CHOOSING_DROPS, seed=(asked.seed + 1) % SEEDS)
-    _, gains = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
-                            lambda share: None, stop)
-    return climbs[int(gains[0].value > 0.0)]
+    done = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
+                        lambda share: None, stop)
+    return climbs[int(done.differences[0].value > 0.0)]
 
 
 def _share(is_in: NDArray[np.bool_]) -> Bounded:

@@ -67,6 +67,11 @@ def outline_move(space: DesignSpace, changed: ChangedPart) -> float:
     return float(max(beyond, left, 0.0))
 
 
+def center_move(space: DesignSpace, changed: ChangedPart) -> float:
+    """How far the centre of mass has moved, metres, be it by itself or with the outline."""
+    return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
+
+
 def check_within(within: float, radius: float) -> None:
     """Refuse a bound that is none.
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import adjust_together
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
+from ..statistics.wanted_poses import warn_of_alike
 from ..version import VERSION
 from .comparison import (
     Comparison,
@@ -34,6 +36,7 @@ from .comparison import (
 from .correspondence import Correspondence, MatchedPoses
 from .model_error import EXPORTED, plate_part
 from .paired_drops import UNSETTLED, PairedDrops
+from .unit_ratios import warn_of_units
 
 
 def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
@@ -58,6 +61,9 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
     found = tuple(_statistics(part, pairs, place) for place, part in enumerate(parts))
     single = [_compare(pairs, found, place, match, wanted, plate_error)
               for place, match in enumerate(matches, start=1)]
+    accepted = [wanted, *(match.partners(wanted) for match in matches)]
+    found = tuple(replace(one, warnings=(*one.warnings, *warn_of_alike(one, some)))
+                  for one, some in zip(found, accepted, strict=True))
     return Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
                       pairs.seed, wanted, plate_error)
 
@@ -110,7 +116,8 @@ def _compare(pairs: PairedDrops, found: Sequence[PoseStatistics], second: int,
         feeder = FeederComparison(kept, lost, share_of(kept), (
             drop_afresh(pose_shares(found[0]), kept.first),
             _feeding(found[second], kept.second)))
-    return VariantComparison(second, match, tuple(poses), feeder)
+    return VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
+        found[0].radius, found[second].radius, second))
 
 
 def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> Feeding:
@@ -149,7 +156,7 @@ def _tested_together(single: Sequence[VariantComparison], look: float
         poses = tuple(pose._replace(share=share)
                       for pose, share in zip(one.poses, judged, strict=False))
         feeder = None if one.feeder is None else one.feeder._replace(share=judged[-1])
-        told.append(VariantComparison(one.second, one.correspondence, poses, feeder))
+        told.append(replace(one, poses=poses, feeder=feeder))
     return tuple(told)
 
 

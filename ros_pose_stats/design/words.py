@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from string import ascii_uppercase
 
-from ..text import listed, several
-from .comparison import ALIKE, Comparison, VariantComparison
+from ..statistics.feeding import Bounded
+from ..text import listed, ranges, several
+from .comparison import NONE_SHOWN, SHOWN, Comparison, ShareDifference, VariantComparison
 
 
 def letter(variant: int) -> str:
@@ -15,16 +17,58 @@ def letter(variant: int) -> str:
 
 
 def describe_verdict(found: Comparison, one: VariantComparison) -> str:
-    """Whether a variant differs from the first one, and by what that was judged."""
-    both = f"A and {letter(one.second)}"
-    if one.by_chance == ALIKE:
+    """Whether a variant differs from the first one: in what is accepted, else in any pose."""
+    other, drops = letter(one.second), f"{found.drops} drops of each"
+    if one.feeder is not None:
+        share = one.feeder.share
+        return (f"Accepted are {_percent(share.first)} of A and {_percent(share.second)} of "
+                f"{other}, {other} - A {_points(share)}: {name_verdict(share)} in {drops}."
+                f"{_largest(one, 'Of single poses the largest difference')}")
+    verdict = name_verdict(one)
+    if one.in_model == NONE_SHOWN:
         widest = max(share.half_width for share in one.shares)
-        return (f"{both}: no difference seen in {found.drops} drops of each; the widest interval "
-                f"of a difference is {200.0 * widest:.1f} points.")
-    if one.on_plate == ALIKE:
-        return (f"{both} differ by more than chance in the model, but not by more than its error: "
-                f"a real plate may not show it.")
-    return f"{both} are different, by more than chance and the error of the model."
+        return (f"A and {other}: {verdict} in {drops}; the widest interval of a difference is "
+                f"{200.0 * widest:.1f} points.")
+    return f"A and {other}: {verdict}.{_largest(one, 'The largest')}"
+
+
+def name_verdict(judged: ShareDifference | VariantComparison) -> str:
+    """Both verdicts in one phrase."""
+    if judged.on_plate == SHOWN:
+        return "difference shown, in the model and on a plate"
+    if judged.in_model == SHOWN:
+        return "difference shown in the model, none on a plate"
+    return "no difference shown"
+
+
+def _largest(one: VariantComparison, what: str) -> str:
+    """The largest difference of a pose that is shown, on a plate if any is; nothing for none."""
+    shown = ([pose for pose in one.poses if pose.share.on_plate == SHOWN]
+             or [pose for pose in one.poses if pose.share.in_model == SHOWN])
+    if not shown:
+        return ""
+    largest = max(shown, key=lambda pose: abs(pose.share.difference.value))
+    where = "on a plate" if largest.share.on_plate == SHOWN else "in the model"
+    sides = [f"{name_poses(poses)} of {name}" for name, poses in
+             zip(("A", letter(one.second)), largest.poses, strict=True) if poses]
+    alone = "" if largest.poses.is_pair else ", without a partner"
+    return (f" {what} shown {where} is {_points(largest.share)}, of {listed(sides)}{alone}.")
+
+
+def name_poses(poses: Sequence[int]) -> str:
+    """Some poses: pose 4, poses 0-3."""
+    return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
+
+
+def _percent(share: Bounded) -> str:
+    return f"{100.0 * share.value:.1f} %"
+
+
+def _points(share: ShareDifference) -> str:
+    """A signed difference with its interval."""
+    value, low, high = (f"{round(100.0 * one, 1) + 0.0:+.1f}" for one in (
+        share.difference.value, share.difference.low, share.difference.high))
+    return f"{value} points ({low} to {high})"
 
 
 def describe_matching(one: VariantComparison) -> list[str]:

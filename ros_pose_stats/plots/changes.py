@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..design.describe import name_step
 from ..design.effects import Effect, Sensitivity
+from ..design.words import name_poses
 from ..mesh.decimation import visible_triangles
 from ..resting.convex_body import ConvexBody
-from ..text import listed
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, new_figure
 
@@ -37,13 +37,16 @@ ON_FACE, SAME_NORMAL = 0.01, 0.998
 
 PIXELS, LISTED = 620, 4
 
+SHADES: Final = ("the stronger the colour of a face, the more a step gains; strips: edges to cut; "
+                 "grey: no gain beyond the error")
+
 
 def changes_figure(found: Sensitivity) -> Figure:
     """Draw a part from two sides.
 
     Blue are faces that are better moved out, orange faces that are better moved in and edges that
-    are better cut; the stronger, the more a step gains. Effects within their error are left grey.
-    The arrow leads the centre of mass to where it is better.
+    are better cut; the stronger a face, the more a step gains. Effects within their error are left
+    grey. The arrow leads the centre of mass to where it is better.
     """
     figure = new_figure(9.0, 5.6)
     space, colors = found.space, _face_colors(found)
@@ -61,11 +64,12 @@ def changes_figure(found: Sensitivity) -> Figure:
         axes.set_title(title, fontsize=10, color=REFERENCE)
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
-        f"{space.part.part_id}: wanted poses {listed(found.wanted)}, "
+        f"{space.part.part_id}: wanted {name_poses(found.wanted)}, "
         f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=INK)
     figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
                            Patch(color=tuple(TAKE), label="take away here")],
                   loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
+    figure.text(0.26, 0.025, SHADES, fontsize=8, color=REFERENCE)
     best = sorted((one for one in found.effects if one.helps), key=lambda one: -one.change)
     figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in best[:LISTED]), fontsize=9,
                 color=INK, va="top")

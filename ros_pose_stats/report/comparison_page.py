@@ -11,7 +11,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from ..design.comparison import DIFFERENT, Comparison, PoseComparison, VariantComparison
+from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
 from ..design.words import describe_matching, describe_verdict, letter, name_warnings
 from ..plots.beside import pictures_beside
 from ..plots.files import png_bytes
@@ -67,7 +67,7 @@ def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
             "verdict": describe_verdict(found, one), "matching": describe_matching(one),
             "cards": [(pose, [None if each is None else _address(each) for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)],
-            "different": one.on_plate == DIFFERENT}
+            "warnings": [words.in_words(line) for line in one.warnings]}
 
 
 def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
@@ -91,10 +91,9 @@ def _template() -> Template:
 
 def _verdict(pose: PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
-    if pose.share.on_plate == DIFFERENT:
-        return "different"
-    return "different in the model only" if pose.share.by_chance == DIFFERENT else (
-        "no difference seen")
+    if pose.share.on_plate == SHOWN:
+        return SHOWN
+    return "shown in the model only" if pose.share.in_model == SHOWN else NONE_SHOWN
 
 
 def _points(fraction: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..design.effects import Sensitivity
-from ..design.sensitivity import sensitivity
+from ..design.sensitivity import CHECK_DROPS, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
@@ -23,10 +23,8 @@ from ..simulation.flips import check_kick
 from ..simulation.simulate import simulate
 from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
 from ..statistics.pose_shares import pose_shares
+from ..statistics.wanted_poses import warn_of_alike
 from .words import said_once
-
-CHECK_DROPS = 500
-"""Most drops of each part that check a change of it."""
 
 TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
@@ -134,9 +132,10 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of all methods, each once."""
-        return said_once((found.method, found.warnings)
-                         for found in (self.simulated, *self.estimates))
+        """Warnings of all methods, each once, and of the wanted poses."""
+        return (*warn_of_alike(self.simulated, self.feeder.wanted),
+                *said_once((found.method, found.warnings)
+                           for found in (self.simulated, *self.estimates)))
 
 
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,

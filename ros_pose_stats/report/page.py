@@ -12,7 +12,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from ..design.describe import JUDGED, name_feature, name_step
+from ..design.describe import CONTRADICTED, JUDGED, describe_order, name_feature, name_step
 from ..plots.changes import changes_figure
 from ..plots.files import figure_png, png_bytes, svg_bytes
 from ..plots.kicks import kick_figure
@@ -147,7 +147,8 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
                       else 1.0) for one in clear],
             "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
                 (one for one in found.effects if one.check is not None),
-                key=lambda one: -one.change)], "judged": JUDGED}
+                key=lambda one: -one.change)], "judged": JUDGED,
+            "order": describe_order(found), "contradicted": CONTRADICTED}
 
 
 def _svg_text(figure: Figure) -> str:

@@ -79,6 +79,15 @@ class TestWanted:
         assert parsed("report", "part.stl", "-o", "p.html", "--wanted", *words).wanted == [
             0, 1, 12]
 
+    @pytest.mark.parametrize("words", [("0-3",), ("0", "1-3"), ("0-1,2,3-3",), ("0\N{EN DASH}3",)])
+    def test_ranges_as_tables_and_pages_write_them(self, words):
+        assert parsed("sensitivity", "part.stl", "--wanted", *words).wanted == [0, 1, 2, 3]
+
+    @pytest.mark.parametrize("text", ["3-0", "0-999999999999"])
+    def test_a_range_that_is_none_or_fills_the_memory(self, text, capsys):
+        assert "a range rises and has at most 100000 poses" in refused(
+            capsys, "sensitivity", "part.stl", "--wanted", text)
+
     def test_an_option_behind_it_is_none_of_it(self):
         found = parsed("report", "--wanted", "0,1", "-o", "page.html", "part.stl")
         assert (found.wanted, found.part) == ([0, 1], "part.stl")
@@ -86,8 +95,9 @@ class TestWanted:
     def test_none_is_an_empty_list(self):
         assert parsed("report", "part.stl", "-o", "page.html").wanted == []
 
-    @pytest.mark.parametrize("text", ["x", "0;1", "0,,1", ",", "", "0,1.5", "1e0", "nan", ",1"])
+    @pytest.mark.parametrize("text", ["x", "0;1", "0,,1", ",", "", "0,1.5", "1e0", "nan", ",1",
+                                      "0-", "0-1-2", "0-x", "0--1"])
     def test_rubbish_is_refused_with_what_was_expected_and_what_came(self, text, capsys):
         line = refused(capsys, "report", "part.stl", "-o", "p.html", "--wanted", "0", text)
-        expected = "indices of poses, for instance 0,1 or 0 1"
+        expected = "indices of poses, for instance 0,1 or 0 1 or 0-3"
         assert f"--wanted: expected {expected}, got '{text}'" in line

@@ -7,10 +7,12 @@ import pty
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from ros_pose_stats import cli, load_part, shapes
+from ros_pose_stats.commands.design.compare import name_variants
 from ros_pose_stats.commands.design.comparison_table import comparison_table
 from ros_pose_stats.design.compare import compare
 from tests.bodies import write_stl
@@ -54,9 +56,34 @@ def test_the_table(boxes, capsys):
     assert status == 0 and error == ""
     assert lines[:2] == ["A flat: 6 stable poses, radius 19.72 mm",
                          "B high: 6 stable poses, radius 21.66 mm"]
-    assert "A and B are different, by more than chance and the error of the model." in lines
+    first = next(line for line in lines if line.startswith("Accepted are "))
+    assert ": difference shown, in the model and on a plate in 1250 drops of each." in first
     assert "1250 drops of each from the same starts, 0 unsettled, seed 5" in lines
-    assert any(line.startswith("accepted, B - A: -") for line in lines)
+    assert lines[lines.index(first) + 1:][-1].startswith("computed in ")
+
+
+def test_another_unit_is_told_before_the_verdict(boxes, capsys, tmp_path):
+    vertices, triangles = shapes.box(20.0, 30.0, 16.0)
+    small = write_stl(tmp_path / "small.stl", (vertices / 25.4, triangles))
+    page = tmp_path / "units.html"
+    lines = run(capsys, boxes[0], small, "--unit", "mm", "--drops", 100, "--seed", 5, "-o",
+                page)[1].splitlines()
+    (warned,) = [k for k, line in enumerate(lines) if line.startswith("UNITS_DIFFER: A is 25.4 ")]
+    assert lines[warned + 1].startswith("A and B: ")
+    text = page.read_text(encoding="utf-8")
+    assert 0 < text.index("Are the files in the same unit?") < text.index('class="lead"')
+
+
+def test_wanted_poses_of_which_symmetry_has_more(boxes, capsys):
+    asked = *boxes, "--unit", "mm", "--drops", 300, "--seed", 5, "--wanted"
+    said = ["WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
+            "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)"]
+    found = strict_json(run(capsys, *asked, "2", "--json")[1])
+    assert [line.partition(" and is")[0] for one in found["variants"]
+            for line in one["warnings"]] == said
+    text = run(capsys, *asked, "2")[1]
+    assert f"A: {said[0]}" in text and f"B: {said[1]}" in text
+    assert "WANTED_ALIKE" not in run(capsys, *asked, "0-1")[1]
 
 
 def test_a_centre_of_mass_for_each(boxes, capsys):
@@ -73,8 +100,34 @@ def test_the_page(boxes, capsys, tmp_path):
     status, out, _ = run(capsys, *boxes, "--unit", "mm", "--drops", 300, "--seed", 5, "-o", page)
     text = page.read_text(encoding="utf-8")
     assert status == 0 and f"{page}: " in out
-    assert "ros_pose_stats compare flat.stl high.stl --unit mm" in text
+    assert f"ros_pose_stats compare {boxes[0]} {boxes[1]} --unit mm" in text
     assert "--drops 300 --seed 5" in text
+
+
+@pytest.mark.parametrize(("files", "names"), [
+    (("old/box.stl", "new/box.stl"), ["old/box", "new/box"]),
+    (("x/old/box.stl", "y/old/box.stl", "x/old/cup.stl"), ["x/old/box", "y/old/box", "cup"]),
+    (("box.stl", "new/box.stl"), ["./box", "new/box"]),
+    (("box.stl", "box.stl"), ["box", "box"]),
+    (("box.stl", "./box.stl", "new/box.stl"), ["./box", "./box", "new/box"]),
+    (("box.stl", "box.STEP"), ["box.stl", "box.STEP"]),
+    (("old/box.stl", "old/cup.stl"), ["box", "cup"]),
+])
+def test_equal_names_are_told_apart_by_their_folders(files, names):
+    assert name_variants(files) == names
+
+
+def test_files_of_one_name_keep_their_folders(boxes, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder, file in zip(("old", "new"), boxes, strict=True):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "bracket.stl").write_bytes(Path(file).read_bytes())
+    out = run(capsys, "old/bracket.stl", "new/bracket.stl", "--unit", "mm", "--drops", 100,
+              "--seed", 5, "-o", "page.html")[1]
+    assert out.startswith("A old/bracket: ") and "\nB new/bracket: " in out
+    text = Path("page.html").read_text(encoding="utf-8")
+    assert "<title>A old/bracket and B new/bracket</title>" in text
+    assert "compare old/bracket.stl new/bracket.stl --unit mm" in text
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

@@ -48,6 +48,14 @@ def test_feeding(box, capsys):
     assert any(line.strip().startswith("kicked") for line in lines)
 
 
+@pytest.mark.parametrize("way", [("--kick", 0.05), ("--sweep", 0.05)])
+def test_wanted_poses_of_which_symmetry_has_more(box, capsys, way):
+    options = box, "--unit", "mm", *way, "--flips", 20, "--drops", 100, "--seed", 5, "--wanted", 0
+    said = "WANTED_ALIKE: pose 1 looks the same as pose 0"
+    assert said in run(capsys, *options)[1]
+    assert said in json.loads(run(capsys, *options, "--json")[1])["warnings"][-1]
+
+
 class TestSweep:
     OPTIONS = ("--unit", "mm", "--flips", 60, "--drops", 500, "--seed", 5, "--wanted", "0,1")
 

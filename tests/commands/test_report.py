@@ -29,6 +29,7 @@ def test_the_page_and_the_figure_are_written(block, tmp_path, capsys):
     text = page.read_text(encoding="utf-8")
     assert text.startswith("<!DOCTYPE html>")
     assert "accepted parts a minute" in text
+    assert "A wanted pose has others" not in text
     assert figure.read_bytes().startswith(b"\x89PNG")
     assert {file.name for file in page.parent.iterdir()} == {"block.html", "block.png"}
     again = "ros_pose_stats simulate block.stl --unit mm --cluster-tolerance 0.0025"

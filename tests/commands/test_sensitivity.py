@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ros_pose_stats import cli, load_part, sensitivity, shapes
+from ros_pose_stats.commands.design.sensitivity import _write_files
 from ros_pose_stats.design.describe import JUDGED, sensitivity_as_dict
 from tests.bodies import write_stl
 
@@ -41,11 +42,43 @@ def test_the_object_is_the_library_s(box, capsys):
 
 def test_the_table(box, capsys):
     lines = run(capsys, box, *ASKED)[1].splitlines()
-    assert lines[0].startswith("box: wanted poses 2 and 3: ") and lines[-1] == JUDGED
+    assert lines[0].startswith("box: wanted poses 2, 3: ") and lines[-1] == JUDGED
+    assert ("in the order of what a step changes, 1.35 mm or 5 % of stretching, the most first"
+            in lines)
     # Like faces and edges share rows: three kinds of each, and three axes twice.
-    assert sum(line.endswith(("  mm", "  %")) for line in lines) == 12
-    assert sum("by 1.35 mm" in line or "by 5 % along" in line or "mm towards" in line
-               for line in lines) == 5
+    assert sum(line.endswith(("  points per mm", "  points per %")) for line in lines) == 12
+    steps = ("by 1.35 mm", "by 5 % along x (1 mm)", "by 5 % along y (1.5 mm)",
+             "by 5 % along z (2 mm)", "mm towards")
+    assert sum(any(step in line for step in steps) for line in lines) == 5
+
+
+def test_time_that_ends_the_checks_is_told_with_how_to_go_on(box, capsys, monkeypatch):
+    monkeypatch.setattr("ros_pose_stats.design.sensitivity.CHECK_SECONDS", 0.0)
+    monkeypatch.setattr("ros_pose_stats.design.suggest.GAIN_SECONDS", 0.0)
+    asked = box, "--unit", "mm", "--wanted", "2,3", "--suggest", "--within", 1, "--seed", 5
+    lines = run(capsys, *asked)[1].splitlines()
+    assert [line for line in lines if line.startswith("time ended")] == [
+        f"time ended the drops after 62 of {most}; --drops {most} does them all"
+        for most in (2000, 4000)]
+    found = json.loads(run(capsys, *asked, "--json")[1])
+    assert [(one["drops"], one["most_drops"], one["out_of_time"])
+            for one in (found, found["suggestion"])] == [(62, 2000, True), (62, 4000, True)]
+    assert "time ended" not in run(capsys, *asked, "--drops", 70)[1]
+
+
+def test_one_wanted_pose_is_one(box, capsys):
+    assert run(capsys, box, "--unit", "mm", "--wanted", 2, "--checks", 0)[1].startswith(
+        "box: wanted pose 2: ")
+
+
+def test_warnings_as_an_estimate_has_them(box, capsys):
+    asked = box, "--wanted", 2, "--checks", 0
+    lines = run(capsys, *asked)[1].splitlines()
+    said = [line.partition(": ")[0] for line in lines if line.partition(": ")[0].isupper()]
+    assert said == ["UNIT_SUSPECT", "WANTED_ALIKE"]
+    assert lines[-2].startswith("computed in ") and lines[-3].startswith("WANTED_ALIKE: pose 3")
+    found = json.loads(run(capsys, *asked, "--json")[1])
+    assert [line.partition(":")[0] for line in found["warnings"]] == said
 
 
 def test_a_suggestion_with_its_files(box, capsys, tmp_path):
@@ -64,8 +97,13 @@ def test_a_suggestion_with_its_files(box, capsys, tmp_path):
     assert np.abs(size - (0.02, 0.03, 0.04)).max() <= 2e-3 * (1.0 + 1e-5)
     assert imread(picture).shape == (840, 1350, 4)
     words = run(capsys, box, *ASKED, "--suggest", "--within", 1)[1]
-    assert "suggestion, outline and centre of mass moved by at most 1 mm:" in words
+    assert "suggestion within 1 mm; the outline moves by" in words
     assert "stretched by" in words and "by drops: " in words
+
+
+def test_only_files_that_were_written_are_told(tmp_path):
+    """An interrupted run has no suggestion."""
+    assert _write_files({"png": None, "stl": tmp_path / "hull.stl"}, None, None) == []
 
 
 @pytest.mark.parametrize(("options", "words"), [
@@ -89,6 +127,9 @@ def test_a_report_has_the_changes(box, capsys, tmp_path):
     capsys.readouterr()
     text = page.read_text(encoding="utf-8")
     assert "Which change of the part feeds better" in text and "add here" in text
-    assert "--changes" in text
+    assert "--changes" in text and "the stronger the" in text
+    assert "in the order of what a step changes" in text and "points per mm" in text
+    # As many as the command takes.
+    assert "2000 each from the" in text
     assert cli.main(["report", box, "--unit", "mm", "--changes", "-o", str(page)]) == 2
     assert "wanted poses" in capsys.readouterr().err

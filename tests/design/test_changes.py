@@ -7,8 +7,10 @@ import pytest
 
 from ros_pose_stats import estimate, part_from_mesh, shapes
 from ros_pose_stats.design.changes import DesignSpace
+from ros_pose_stats.design.describe import name_step
 from ros_pose_stats.design.shares import WantedShare
 from ros_pose_stats.errors import MeshError
+from ros_pose_stats.mesh.hull import hull_of_corners
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.shapes.demo_parts import clamp
 
@@ -162,3 +164,21 @@ class TestTracking:
         changed = space.change_one(number, 6e-3)
         assert model.lost(changed) == (top.index,)
         assert model.estimate(changed) == 0.0
+
+
+def test_a_rounded_edge_is_cut_from_the_chamfer_that_touches_its_rounding():
+    radius, leg = 4e-3, 1e-3
+    turns = np.linspace(0.0, 0.5 * np.pi, 13) + 0.5 * np.pi * np.arange(4)[:, None]
+    middles = np.array([(16.0, 8.0), (-16.0, 8.0), (-16.0, -8.0), (16.0, -8.0)]) * 1e-3
+    outline = middles[:, None] + radius * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    flat = np.concatenate((outline.reshape(-1, 2), np.zeros((52, 1))), axis=1)
+    corners = np.concatenate((flat, flat + np.array([0.0, 0.0, 30e-3])))
+    space = space_of(part_from_mesh(corners, hull_of_corners(corners)[0]))
+    number = next(k for k, one in enumerate(space.features)
+                  if one.is_rounded and one.anchor[0] > 0.0 and one.anchor[1] > 0.0)
+    assert name_step(space, number, leg).endswith("by 1 mm more than its rounding")
+    after = space.change_one(number, leg).part
+    bisector = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+    touching = 24e-3 / np.sqrt(2.0) + radius
+    assert (after.vertices @ bisector).max() == pytest.approx(touching - leg / np.sqrt(2.0),
+                                                              abs=0.02 * radius)

@@ -18,13 +18,14 @@ from ros_pose_stats import (
     simulate,
 )
 from ros_pose_stats.design.compare import compare, looks
-from ros_pose_stats.design.comparison import ALIKE, DIFFERENT
+from ros_pose_stats.design.comparison import NONE_SHOWN, SHOWN
 from ros_pose_stats.design.correspondence import find_correspondence
 from ros_pose_stats.design.model_error import EXPORTED
 from ros_pose_stats.design.paired_drops import PairedDrops
 from ros_pose_stats.design.verdicts import compare_pairs
 from ros_pose_stats.design.words import describe_matching, describe_verdict
 from ros_pose_stats.errors import RequestError
+from ros_pose_stats.records.statistics import DEFAULT_PLATE_ERROR
 from ros_pose_stats.statistics.feeding import drop_afresh
 from ros_pose_stats.statistics.pose_shares import pose_shares
 from tests.bodies import moved, random_polyhedron, rotation
@@ -50,7 +51,7 @@ class TestNearCube:
     def test_it_is_found_different(self, near_cube):
         found, seconds = near_cube
         (one,) = found.variants
-        assert (one.by_chance, one.on_plate) == (DIFFERENT, DIFFERENT)
+        assert (one.in_model, one.on_plate) == (SHOWN, SHOWN)
         assert seconds < 60.0  # seconds where nothing else runs
 
     def test_by_as_much_as_it_is(self, near_cube):
@@ -71,9 +72,9 @@ class TestNearCube:
         told = near_cube[0].as_dict()
         assert json.loads(json.dumps(told, allow_nan=False)) == told
         (one,) = told["comparisons"]
-        assert one["with_model_error"] == DIFFERENT
-        assert {"difference", "difference_low", "difference_high", "p_value"} <= one["poses"][
-            0].keys()
+        assert one["on_plate"] == SHOWN
+        assert {"difference", "difference_low", "difference_high", "p_value_in_model",
+                "p_value_on_plate"} <= one["poses"][0].keys()
         assert one["feeder"]["first"] == [0]
         assert [len(variant["poses"]) for variant in told["variants"]] == [6, 6]
 
@@ -89,7 +90,7 @@ def count_false_alarms(trials, drops):
             other = moved(other, rotation(seed))
         found = compare(parts_of(surface, other), drops=drops, seed=seed, workers=1,
                         restitution=0.4 + 0.1 * (seed % 5))
-        wrong += found.variants[0].by_chance == DIFFERENT
+        wrong += found.variants[0].in_model == SHOWN
     return wrong
 
 
@@ -115,7 +116,7 @@ def test_independent_drops_of_one_part_are_seldom_called_different():
                                 outcome[:, :size])
             found = compare_pairs([part, part], pairs, [match], (0,),
                                   size / sum(sizes), 0.05)
-            if found.variants[0].by_chance == DIFFERENT:
+            if found.variants[0].in_model == SHOWN:
                 wrong += 1
                 break
     assert wrong / trials <= 0.05 + 3.0 * math.sqrt(0.05 * 0.95 / trials)
@@ -125,8 +126,24 @@ class TestVerdicts:
     def test_a_small_difference_of_the_model_is_none_of_the_plate(self):
         found = compare(parts_of(CUBE, NEAR_CUBE), seed=1, plate_error=0.5)
         (one,) = found.variants
-        assert (one.by_chance, one.on_plate) == (DIFFERENT, ALIKE)
-        assert "a real plate may not show it" in describe_verdict(found, one)
+        assert (one.in_model, one.on_plate) == (SHOWN, NONE_SHOWN)
+        assert describe_verdict(found, one).startswith(
+            "A and B: difference shown in the model, none on a plate. The largest shown in the "
+            "model is ")
+
+    def test_a_plate_that_nobody_counted_on_hides_one_point_but_not_four(self):
+        part = part_from_mesh(*random_polyhedron(10, 1))
+        resting = resting_poses(part)
+        match = find_correspondence(resting, resting)
+        verdicts = []
+        for gained in (200, 800):
+            outcome = np.tile(np.arange(20_000) % len(resting.poses), (2, 1))
+            outcome[1, np.flatnonzero(outcome[0] == 1)[:gained]] = 0
+            pairs = PairedDrops(DropScene(drop_height=1.0), 0, (resting, resting), outcome)
+            (one,) = compare_pairs([part, part], pairs, [match], (0,), 0.5,
+                                   DEFAULT_PLATE_ERROR).variants
+            verdicts.append((one.in_model, one.on_plate))
+        assert verdicts == [(SHOWN, NONE_SHOWN), (SHOWN, SHOWN)]
 
     def test_round_parts_are_not_told_apart_by_their_facets(self):
         (one,) = compare(parts_of(*(shapes.prism(sides, 0.01, 0.02) for sides in (60, 96))),
@@ -137,7 +154,7 @@ class TestVerdicts:
         found = compare(parts_of(clamp(), stretched(clamp(), 1.0, 1.0, 1.4), exported(clamp(), 1)),
                         drops=1000, seed=2)
         assert [one.second for one in found.variants] == [1, 2]
-        assert [one.on_plate for one in found.variants] == [DIFFERENT, ALIKE]
+        assert [one.on_plate for one in found.variants] == [SHOWN, NONE_SHOWN]
         assert len(found.found) == 3
 
     def test_a_wanted_pose_without_a_partner(self):
@@ -154,7 +171,7 @@ class TestVerdicts:
         heavy = shift_center(box, (0.0, 0.0, -0.003))
         below = next(pose.index for pose in simulate(box, 1, seed=1).poses if pose.down[2] < -0.9)
         (one,) = compare([box, heavy], wanted=[below], seed=3).variants
-        assert one.feeder.share.on_plate == DIFFERENT
+        assert one.feeder.share.on_plate == SHOWN
         assert one.feeder.share.difference.low > 0.1
 
 
@@ -204,7 +221,7 @@ class TestDrops:
 
     def test_stopped_before_the_first_drop(self):
         found = compare(parts_of(CUBE, NEAR_CUBE), wanted=[0], seed=1, should_stop=lambda: True)
-        assert found.drops == 0 and found.variants[0].by_chance == ALIKE
+        assert found.drops == 0 and found.variants[0].in_model == NONE_SHOWN
         json.dumps(found.as_dict(), allow_nan=False)
 
 

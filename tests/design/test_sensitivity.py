@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ros_pose_stats import part_from_mesh, shapes
-from ros_pose_stats.design.describe import sensitivity_as_dict, suggested_steps, suggestion_as_dict
+from ros_pose_stats.design.describe import (
+    name_step,
+    sensitivity_as_dict,
+    suggested_steps,
+    suggestion_as_dict,
+)
 from ros_pose_stats.design.sensitivity import sensitivity
 from ros_pose_stats.design.suggest import suggest
 from ros_pose_stats.design.tied_steps import outline_move, tied_steps
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.resting.rotations import proper_rotations
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from ros_pose_stats.statistics.paired_counts import PairedDifference
 from tests.design.test_changes import space_of
 
 RIGHT = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
@@ -82,6 +91,25 @@ def test_the_best_are_checked_and_the_same_request_gives_the_same_counts():
         best.check.standard_error, best.error * abs(best.step)))
 
 
+@pytest.mark.parametrize(("change", "low", "high", "contradicted"), [
+    (0.04, 0.02, 0.06, False), (0.04, 0.05, 0.09, False), (0.04, 0.01, 0.03, False),
+    (0.04, -0.02, 0.05, False), (0.04, -0.02, 0.03, True), (0.04, -0.03, -0.01, True),
+    (-0.04, -0.02, 0.03, True), (-0.04, -0.03, -0.01, False)])
+def test_drops_contradict_an_estimate_that_they_leave_out_on_the_side_of_zero(
+        of_cube, change, low, high, contradicted):
+    check = PairedDifference(0.5 * (low + high), 0.01, low, high, 30, 20, 1000, 0.5)
+    one = of_cube[1].effects[0]
+    assert not one.contradicted
+    assert replace(one, change=change, check=check).contradicted is contradicted
+
+
+def test_a_stretched_part_is_longer_by_so_many_millimetres():
+    space = space_of(part_from_mesh(*shapes.box(20e-3, 30e-3, 40e-3)))
+    (along_y,) = [number for number, one in enumerate(space.features)
+                  if (one.kind, one.axis) == ("stretch", 1)]
+    assert name_step(space, along_y, -0.05) == "shrunk by 5 % along y (1.5 mm)"
+
+
 WITHIN = 1e-3
 
 
@@ -105,10 +133,16 @@ class TestSuggest:
     def test_it_keeps_the_bound(self, found):
         assert 0.0 < found.outline <= WITHIN * (1.0 + 1e-5)
         assert found.outline == outline_move(found.space, found.changed)
+        moved = found.changed.part.center_of_mass - found.space.part.center_of_mass
+        assert found.center_shift == pytest.approx(np.linalg.norm(moved))
         lengths = np.array([one.is_length for one in found.space.features])
         assert np.abs(found.steps[lengths]).max() <= WITHIN * (1.0 + 1e-9)
         corners = np.abs(found.changed.part.surface_vertices[:, 2]).max()
         assert 11e-3 * (1.0 - 1e-9) <= corners <= 13e-3 * (1.0 + 1e-9)
+
+    def test_the_centre_of_mass_that_moves_with_the_outline_keeps_it_too(self):
+        clamp = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
+        assert suggest(clamp, [0], WITHIN, drops=10, seed=1).center_shift <= WITHIN * (1.0 + 1e-5)
 
     def test_it_is_told(self, found):
         lines, plain = suggested_steps(found), suggestion_as_dict(found)

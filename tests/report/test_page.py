@@ -147,6 +147,11 @@ def test_the_feeder_is_told_rates_passes_and_that_each_drop_is_fresh(read):
     assert "ros_pose_stats report block.stl --drops 300" in words
 
 
+def test_wanted_poses_of_which_symmetry_has_more():
+    words = " ".join(Reader(report_page(block((0,), 60.0))).texts)
+    assert "A wanted pose has others that look the same Pose 1 looks the same as pose 0" in words
+
+
 def test_a_kick_is_set_beside_dropping_again():
     findings = block((0, 1), 60.0, 0.02)
     read = Reader(report_page(findings))

@@ -92,7 +92,7 @@ def gains_table(found: Sequence[Gain]) -> str:
 def page(slopes: Sequence[Slope], gains: Sequence[Gain]) -> str:
     """The whole page."""
     told, gained = summarise_slopes(slopes), summarise_gains(gains)
-    return f"""# Changes of a part, estimated and dropped
+    return f"""# How far estimated effects of changes are right
 
 Written by `python -m training.design --write`; edits here are lost. What is changed and how:
 [sensitivity](../sensitivity.md). Restitution 0.3, 0.5 or 0.7, 20 radii;

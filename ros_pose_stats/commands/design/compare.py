@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,9 +40,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command = commands.add_parser(
         "compare", help="set variants of a part side by side and say whether they differ",
         description="Drop variants of a part from the same starts, and say which of their poses "
-        "correspond, how their shares differ from those of the first one, and whether that is "
-        "more than chance and than the error of the model. It ends where the verdict is settled "
-        "or all differences are known to a point.",
+        "correspond, how their shares differ from those of the first one, and whether the "
+        "drops show a difference in the model, and one to expect on a plate. It ends where the "
+        "verdict is settled or all differences are known to a point.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
                   "--com 17 17 0 --com 17 17 2 --wanted 0,1 -o clamps.html",
                   "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))
@@ -57,8 +58,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_scene_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
                          default=[], metavar="I",
-                         help="poses of the first variant that a feeder accepts: what it gets of "
-                         "each variant")
+                         help="poses of the first variant that a feeder accepts, for instance 0 1 "
+                         "or 0-3: what it gets of each variant")
     command.add_argument("--plate-error", type=float, default=0.05, metavar="E",
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")
@@ -127,13 +128,32 @@ def load_variants(options: argparse.Namespace) -> list[Part]:
         raise RequestError(f"--com once, or once for each of {len(options.parts)} variants",
                            f"{len(centers)} times", "repeat it in the order of the files")
     each = centers * len(options.parts) if len(centers) == 1 else centers
-    return [load_part(file, options.unit, center, center_in_unit=True)
-            for file, center in zip(options.parts, each, strict=True)]
+    return [load_part(file, options.unit, center, part_id=name, center_in_unit=True)
+            for file, center, name in zip(options.parts, each, name_variants(options.parts),
+                                          strict=True)]
+
+
+def name_variants(files: Sequence[str]) -> list[str]:
+    """Names of files, with as much of their folders as tells different ones apart."""
+    paths = [Path(file) for file in files]
+    return [_name_apart(path, [other for other in paths if other != path]) for path in paths]
+
+
+def _name_apart(path: Path, others: Sequence[Path]) -> str:
+    if path.stem not in {other.stem for other in others}:
+        return path.stem
+    if path.with_suffix("") in {other.with_suffix("") for other in others}:
+        return str(path)
+    parts = path.with_suffix("").parts
+    for kept in range(2, len(parts) + 1):
+        if parts[-kept:] not in {other.with_suffix("").parts[-kept:] for other in others}:
+            return str(Path(*parts[-kept:]))
+    return f"./{path.with_suffix('')}"
 
 
 def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
     """The command that gives the same answer again."""
-    words = ["ros_pose_stats", "compare", *(Path(file).name for file in options.parts)]
+    words = ["ros_pose_stats", "compare", *options.parts]
     if options.unit is not None:
         words += ["--unit", options.unit]
     for center in options.com:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ...design.comparison import ALIKE, Comparison, VariantComparison
+from ...design.comparison import SHOWN, Comparison, VariantComparison
 from ...design.words import describe_matching, describe_verdict, letter, name_warnings
 from ...statistics.feeding import Bounded
 from ...text import Column, columns, interval, percent, ranges, several
@@ -38,16 +38,17 @@ def _variant(found: Comparison, one: VariantComparison) -> list[str]:
     other = letter(one.second)
     heads = [Column("A"), Column(other), Column("A", "%"), Column("90 %", "%"),
              Column(other, "%"), Column("90 %", "%"), Column(f"{other} - A", "points"),
-             Column("90 %", "points"), Column("by chance", "alone", left=True),
-             Column("with the", "model error", left=True)]
+             Column("90 %", "points"), Column("difference", "in the model", left=True),
+             Column("difference", "on a plate", left=True)]
     rows = [[_numbers(pose.poses.first), _numbers(pose.poses.second),
              *_share(pose.share.first, pose.poses.first),
              *_share(pose.share.second, pose.poses.second),
              _points(pose.share.difference.value),
              f"{_points(pose.share.difference.low)} to {_points(pose.share.difference.high)}",
-             _verdict(pose.share.by_chance), _verdict(pose.share.on_plate)]
+             _verdict(pose.share.in_model), _verdict(pose.share.on_plate)]
             for pose in one.poses[:MOST_ROWS]]
-    lines = [describe_verdict(found, one), *describe_matching(one), "", *columns(heads, rows)]
+    lines = [*one.warnings, describe_verdict(found, one), *describe_matching(one), "",
+             *columns(heads, rows)]
     hidden = one.poses[MOST_ROWS:]
     if hidden:
         lines.append(f"... and {several(len(hidden), 'more row')}; --json lists all")
@@ -65,11 +66,7 @@ def _feeder(one: VariantComparison) -> list[str]:
              _bounded(way.passes)]
             for name, poses, way in zip(("A", letter(one.second)), feeder.poses, feeder.feeding,
                                         strict=True)]
-    share = feeder.share
-    lines = ["", *columns(heads, rows),
-             f"accepted, {letter(one.second)} - A: {_points(share.difference.value)} points "
-             f"({_points(share.difference.low)} to {_points(share.difference.high)}); by chance "
-             f"alone: {share.by_chance}; with the model error: {share.on_plate}"]
+    lines = ["", *columns(heads, rows)]
     if feeder.lost:
         lines.append(f"wanted poses of A without a partner in {letter(one.second)}: "
                      f"{ranges(feeder.lost)}")
@@ -84,7 +81,7 @@ def _points(fraction: float) -> str:
 
 
 def _verdict(word: str) -> str:
-    return "none seen" if word == ALIKE else word
+    return "shown" if word == SHOWN else word
 
 
 def _numbers(poses: Sequence[int]) -> str:

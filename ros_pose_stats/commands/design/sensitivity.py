@@ -45,7 +45,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                   "--within 1 --stl changed.stl"))
     add_part_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         required=True, metavar="I", help="indices of the poses that are accepted")
+                         required=True, metavar="I",
+                         help="indices of the poses that are accepted, for instance 0 1 or 0-3")
     command.add_argument("--step", type=float, metavar="MM",
                          help="the change that is meant, in millimetres whatever the unit of the "
                          "file (default: a twentieth of the part's radius)")
@@ -64,8 +65,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="draw where to add to the part and where to take away, as FILE.png")
     add_scene_options(command)
     command.add_argument("--drops", type=read_count, metavar="N",
-                         help="the most drops of each part, and no bound of time (default: 2000 "
-                         "for a check and 4000 for a suggestion, fewer where they take long)")
+                         help="drops of each part, and no bound of time (default: 2000 for a "
+                         "check and 4000 for a suggestion, fewer where they take long)")
     command.add_argument("--seed", type=read_count, metavar="S",
                          help="the same seed and number of drops give the same counts (default: "
                          "a fresh one, which is printed)")
@@ -98,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
         found, proposed = _compute(part, options, bar, interrupted)
         stopped = interrupted()
     with end_on_interrupt():
-        _write_files(files, found, proposed)
+        written = _write_files(files, found, proposed)
     if options.json:
         from ...design.describe import sensitivity_as_dict, suggestion_as_dict
 
@@ -112,7 +113,7 @@ def run(options: argparse.Namespace) -> int:
         lines = sensitivity_table(found)
         if proposed is not None:
             lines += ["", *suggestion_table(proposed)]
-        lines += [*(f"wrote {file}" for file in files.values() if file is not None),
+        lines += [*(f"wrote {file}" for file in written),
                   *(["interrupted"] if stopped else [])]
         print("\n".join(lines))
     return INTERRUPTED if stopped else 0
@@ -137,16 +138,22 @@ def _compute(part: Part, options: argparse.Namespace, bar: ProgressBar, interrup
         on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %, suggestion"), **scene)
 
 
-def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion | None) -> None:
+def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion | None
+                 ) -> list[Any]:
+    """Write what was asked for and is there; returns the files written."""
     from ...whole_files import write_file
 
+    written = []
     if files["png"] is not None:
         from ...plots.changes import changes_figure
         from ...plots.files import figure_png
 
         write_file(files["png"], figure_png(changes_figure(found)))
+        written.append(files["png"])
     if files["stl"] is not None and proposed is not None:
         from ...mesh.stl import stl_bytes
 
         part = proposed.changed.part
         write_file(files["stl"], stl_bytes(1e3 * part.vertices, part.triangles))
+        written.append(files["stl"])
+    return written

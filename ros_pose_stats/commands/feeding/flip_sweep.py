@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
@@ -30,6 +31,7 @@ def sweep(options: argparse.Namespace) -> int:
     from ...simulation.flips import check_kick
     from ...simulation.simulate import simulate
     from ...statistics.feeding import check_cycle_time, check_rate
+    from ...statistics.wanted_poses import warn_of_alike
 
     for height in options.sweep:
         check_kick(height)
@@ -40,6 +42,7 @@ def sweep(options: argparse.Namespace) -> int:
                          options.drop_height, workers=options.workers, on_progress=bar.show,
                          should_stop=interrupted, cluster_tolerance=options.cluster_tolerance,
                          round_sides=options.round_sides)
+        fresh = replace(fresh, warnings=(*fresh.warnings, *warn_of_alike(fresh, options.wanted)))
         found = None if interrupted() else sweep_kicks(
             part, fresh, options.wanted, options.rate, options.cycle_time, options.sweep,
             SWEEP_FLIPS if options.flips is None else options.flips, fresh.seed, options.workers,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
@@ -49,7 +50,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          f"500 at each height)")
     add_scene_options(command)
     command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         metavar="I", help="indices of the poses that are accepted")
+                         metavar="I", help="indices of the poses that are accepted, "
+                         "for instance 0 1 or 0-3")
     command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
                          help="parts that can be dropped a minute (default: %(default)s)")
     command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
@@ -90,6 +92,10 @@ def run(options: argparse.Namespace) -> int:
                              should_stop=interrupted, **merging)
     stopped = interrupted()
     ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
+    if fresh is not None:
+        from ...statistics.wanted_poses import warn_of_alike
+
+        found = replace(found, warnings=(*found.warnings, *warn_of_alike(fresh, options.wanted)))
     if options.json:
         extra: dict[str, Any] = {"interrupted": True} if stopped else {}
         if ways:
