@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import groupby, islice
@@ -19,11 +20,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..errors import BatchError, reason
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..text import percent, ranges
+from ..records.warnings import SERIOUS
+from ..text import percent, ranges, several
 from ..version import VERSION
 from ..whole_files import write_file
 from .request import CatalogueRequest
 from .rows import Row
+from .tally import ONE_WAY, Tally
 
 PAGE = "index.html"
 CHUNKS = "rows"
@@ -43,12 +46,12 @@ Shown = tuple[Row, str]
 
 
 class PageState(NamedTuple):
-    """How many parts have a row, there are, are still to be dropped, and were refused."""
+    """How many parts have a row, there are, and are still to be dropped; and what rows come to."""
 
     parts: int
     bound: int
     to_be_dropped: int
-    refused: int
+    tally: Tally
 
 
 def write_page(folder: Path, request: CatalogueRequest, state: PageState,
@@ -77,7 +80,8 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
         write_file(folder / PAGE, _template().render(
-            state=state, request=request, version=VERSION, rows=own, chunks=chunks,
+            state=state, tally=state.tally, one_way=f"{100.0 * ONE_WAY:g}", request=request,
+            version=VERSION, rows=own, chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
             target=percent(request.target_error),
             settings=_script_json(_settings(folder, request)),
@@ -108,7 +112,7 @@ def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
 
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
-    """What the command of a report is put together from."""
+    """What the command of a report is put together from, and which warnings are serious."""
     scene, plain = request.scene, request.as_dict()
     names = [name for name in ("unit", "density", "drop_height") if plain[name] is not None]
     names.append("restitution")
@@ -118,7 +122,8 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
         names.append("round_sides")
     options = [word for name in names
                for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
-    return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options}
+    return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options,
+            "serious": sorted(SERIOUS)}
 
 
 def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
@@ -177,4 +182,6 @@ def _script_json(values: Any) -> str:
 def _template() -> Template:
     known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    known.filters["several"] = several
+    known.filters["unbroken"] = lambda text: re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", text)
     return known.get_template("catalogue.html")

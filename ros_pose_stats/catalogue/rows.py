@@ -20,6 +20,7 @@ from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.thumbnail import pose_thumbnail
 from ..records import Part, PoseStatistics
+from ..records.warnings import serious_first
 from ..resting.poses import resting_poses
 from ..statistics.feeding import Bounded, drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups
@@ -143,7 +144,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
         "entropy_bits": entropy([group.probability for group in groups]),
         "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
         "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
-        "warnings": list(found.warnings),
+        "warnings": serious_first(found.warnings),
     }
 
 

@@ -124,23 +124,29 @@ def _print_json(made: Catalogue, seconds: float) -> None:
     state = {} if made.complete else {"interrupted": True}
     print_json({
         "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
-        "done": made.done, "bound": made.bound, "found": made.found, "refused": len(made.refused),
-        "to_be_dropped": made.to_be_dropped, "seconds": seconds, **state,
+        "done": made.done, "bound": made.bound, "found": made.found,
+        "refused": len(made.tally.refused), "doubted": made.tally.doubted,
+        "serious_warnings": dict(made.tally.serious), "to_be_dropped": made.to_be_dropped,
+        "seconds": seconds, **state,
         "parts": list(made.rows or ())})
 
 
 def _print_words(made: Catalogue, seconds: float) -> None:
     from ..text import printable, several
 
+    counted = made.tally
     found = f", {made.found} of them found there" if made.found else ""
     print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "
-                    f"{len(made.refused)} refused, took {seconds:.1f} s"))
+                    f"{len(counted.refused)} refused, took {seconds:.1f} s"))
     for table in made.tables:
         print(printable(str(table)))
-    for name, why in list(made.refused.items())[:NAMED]:
+    if counted.doubted:
+        print(f"serious warnings about {counted.doubted} of {several(counted.answered, 'part')}: "
+              f"{counted.codes}")
+    for name, why in list(counted.refused.items())[:NAMED]:
         print(printable(f"refused {name}: {why}"))
-    if len(made.refused) > NAMED:
-        print(f"and {len(made.refused) - NAMED} more, with reasons in the table")
+    if len(counted.refused) > NAMED:
+        print(f"and {len(counted.refused) - NAMED} more, with reasons in the table")
     if not made.complete:
         left = [f"{made.bound - made.done} parts to be looked at"] * (made.done < made.bound)
         left += [f"{made.to_be_dropped} parts to be dropped"] * bool(made.to_be_dropped)
