@@ -114,7 +114,7 @@ def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     """What the command of a report is put together from, and which warnings are serious."""
     scene, plain = request.scene, request.as_dict()
-    names = [name for name in ("unit", "density", "drop_height") if plain[name] is not None]
+    names = [name for name in ("density", "drop_height") if plain[name] is not None]
     names.append("restitution")
     if scene.cluster_tolerance != DEFAULT_CLUSTER_TOLERANCE:
         names.append("cluster_tolerance")
@@ -123,6 +123,7 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     options = [word for name in names
                for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
     return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options,
+            "unit": [] if request.unit is None else ["--unit", request.unit],
             "serious": sorted(SERIOUS)}
 
 
@@ -135,7 +136,8 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
         data = base64.b64encode((folder / picture).read_bytes()).decode()
         picture = f"data:image/png;base64,{data}"
     return [
-        row["file"], "", picture, report, int((folder / report).exists()), row["triangles"],
+        row["file"], "", picture, report, int((folder / report).exists()),
+        int(row["unit_declared"]), row["triangles"],
         [_millimetres(row[f"size_{axis}_m"]) for axis in "xyz"], row["stable_poses"],
         row["distinct_poses"], row["method"], row["drops"], _short(row["expected_error"]),
         _short(row["largest_error"]), *(_short(row[f"best_share{end}"]) for end in BOUNDS),

@@ -12,7 +12,7 @@ from .arguments import (
     add_density_option,
     add_pose_options,
     add_scene_options,
-    add_unit_option,
+    add_shared_unit_option,
     read_count,
 )
 from .progress_bar import ProgressBar, duration
@@ -54,7 +54,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="after the estimates, drop those parts whose estimate is not within "
                          "this root mean square error over the poses with 90 %% confidence; 0.01 "
                          "is one percentage point (default: no drops)")
-    add_unit_option(command)
+    add_shared_unit_option(command)
     add_density_option(command)
     add_pose_options(command)
     add_scene_options(command)

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from typing import Final
 
 SERIOUS: Final = frozenset({
-    "UNIT_SUSPECT", "OPEN_MESH", "BODIES_OVERLAP", "INERTIA_SUSPECT", "COARSE_CURVE",
-    "OUTSIDE_FIT", "CONFLICT", "LOW_DROP", "HEIGHT_SUSPECT"})
+    "UNIT_SUSPECT", "UNIT_OVERRIDDEN", "OPEN_MESH", "BODIES_OVERLAP", "INERTIA_SUSPECT",
+    "COARSE_CURVE", "OUTSIDE_FIT", "CONFLICT", "LOW_DROP", "HEIGHT_SUSPECT"})
 """Codes; docs/warnings.md marks the same ones."""
 
 

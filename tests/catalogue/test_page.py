@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+import trimesh
 
 from ros_pose_stats import shapes
 from ros_pose_stats.catalogue import page
@@ -249,6 +250,23 @@ class TestInABrowser:
                                 ".part):not(.refused)')].map(e => e.textContent)")
         assert not [one for one in cells if re.search(r"\d (mm|%|points|bit)", one)]
         assert any("\xa0points" in one for one in cells)
+
+    def test_the_command_of_a_report_leaves_the_unit_to_a_file_that_declares_it(
+            self, tmp_path, browser):
+        for name in ("a.3mf", "b.stl"):
+            trimesh.creation.box((10.0, 20.0, 30.0)).export(tmp_path / name)
+        made = make_catalogue(tmp_path / "out", find_parts([tmp_path]),
+                              CatalogueRequest(unit="cm"), here(), keep_rows=True)
+        assert [row["top_m"] for row in made.rows] == pytest.approx([0.01, 0.1], rel=1e-6)
+        assert not any("UNIT_OVERRIDDEN" in str(row["warnings"]) for row in made.rows)
+        browser.open("about:blank")
+        browser.open(made.page.as_uri())
+        browser.evaluate("document.querySelectorAll('#parts > tbody .part button')"
+                         ".forEach(e => e.click())")
+        commands = browser.evaluate("[...document.querySelectorAll('.more code')]"
+                                    ".map(e => e.textContent)")
+        assert {"--unit cm" in one: "a.3mf" in one for one in commands} == {
+            True: False, False: True}
 
     @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
     def test_it_is_not_wider_than_the_window(self, catalogue, browser, width, phone):

@@ -1,6 +1,6 @@
 "use strict";
 // Rows are arrays, as page.py writes them; those of parts that were refused end after the reason.
-const FIELDS = ["file", "refusal", "picture", "report", "made", "triangles", "size", "poses", "distinct",
+const FIELDS = ["file", "refusal", "picture", "report", "made", "declared", "triangles", "size", "poses", "distinct",
   "method", "drops", "error", "largest", "share", "shareLow", "shareHigh", "entropy", "passes", "passesLow",
   "passesHigh", "length", "width", "top", "warnings", "groups"];
 const AT_ONCE = 100;
@@ -147,7 +147,8 @@ function reportOf(part) {
   link.href = encodeURI(part.report).replaceAll("#", "%23").replaceAll("?", "%3F");
   if (part.made) return [element("p", [link])];
   const file = part.file.startsWith("/") ? part.file : `${settings.here}/${part.file}`;
-  const words = ["ros_pose_stats", "report", file, ...settings.options, "-o", `${settings.folder}/${part.report}`];
+  const words = ["ros_pose_stats", "report", file, ...(part.declared ? [] : settings.unit),
+    ...settings.options, "-o", `${settings.folder}/${part.report}`];
   const code = element("code", words.map(quoted).join(" ")), copy = element("button", "Copy");
   copy.type = "button";
   copy.onclick = () => {
