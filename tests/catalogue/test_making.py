@@ -155,12 +155,13 @@ class TestFilesThatChange:
 
 
 class TestWhatLiesInTheFolder:
-    @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "emptied"])
+    @pytest.mark.parametrize("damage", ["cut", "flipped", "older", "foreign", "emptied"])
     def test_damaged_rows_are_made_again(self, parts, whole, folder, damage):
         stopped_after(folder, parts, 6)
         path = folder / "parts.jsonl"
         lines = path.read_bytes().splitlines(keepends=True)
         lines[-1] = {"cut": lines[-1][:100], "flipped": b"\xff" + lines[-1],
+                     "older": lines[-1].replace(b'"unit_declared": false, ', b""),
                      "foreign": b'{"row": []}\n', "emptied": b"\n"}[damage]
         path.write_bytes(b"".join(lines))
         made = []
