@@ -17,6 +17,7 @@ from .request import CatalogueRequest, PartFile
 from .row_log import ROWS, Entry, RowLog
 from .rows import Described, Row
 from .tables import TABLES, write_tables
+from .tally import Tally, tally
 
 CLAIM = "request.json"
 PICTURES = "pictures"
@@ -66,8 +67,8 @@ class Catalogue:
         Rows that an earlier run had made.
     to_be_dropped : int
         Rows that are not as sure as the target error asks, as the run was stopped.
-    refused : dict
-        Reasons by the names of the files that gave no answer.
+    tally : Tally
+        What the rows come to: those that were refused, and serious warnings.
     rows : list of dict or None
         Where they were to be kept.
     """
@@ -79,7 +80,7 @@ class Catalogue:
     bound: int
     found: int
     to_be_dropped: int
-    refused: dict[str, str]
+    tally: Tally
     rows: list[Row] | None
 
     @property
@@ -134,10 +135,10 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
         if run.unsure() and not should_stop():
             run.write(request, parquet)  # to be looked at while parts are dropped
             run.collect(run.unsure(), True, partial(maker, request), should_stop)
-        tables, refused = run.write(request, parquet)
+        tables, counted = run.write(request, parquet)
         there = run.there()
         return Catalogue(folder, folder / PAGE, tables, len(there), len(parts), found,
-                         len(run.unsure()), refused,
+                         len(run.unsure()), counted,
                          [log.row(name) for name in there] if keep_rows else None)
 
 
@@ -181,26 +182,19 @@ class _Run:
         """Names of the files that have a row."""
         return [part.name for part in self._parts if self._has(part)]
 
-    def write(self, request: CatalogueRequest, parquet: bool) -> tuple[list[Path], dict[str, str]]:
-        """Write tables and page of what is there.
-
-        Returns
-        -------
-        tables : list of Path
-        refused : dict
-            Reasons by the names of the files.
-        """
+    def write(self, request: CatalogueRequest, parquet: bool) -> tuple[list[Path], Tally]:
+        """Write tables and page of what is there, and count what it comes to."""
         there = self.there()
 
         def rows() -> Iterator[Row]:
             return map(self._log.row, there)
 
         tables = write_tables(self._folder, rows, parquet)
-        refused = {row["file"]: row["refusal"] for row in rows() if row["refusal"]}
-        state = PageState(len(there), len(self._parts), len(self.unsure()), len(refused))
+        counted = tally(rows())
+        state = PageState(len(there), len(self._parts), len(self.unsure()), counted)
         write_page(self._folder, request, state,
                    ((self._log.row(name), self._log.entries[name].picture) for name in there))
-        return tables, refused
+        return tables, counted
 
     def _has(self, part: PartFile) -> bool:
         entry = self._log.entries.get(part.name)

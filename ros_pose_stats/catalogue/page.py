@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import groupby, islice
@@ -19,11 +20,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..errors import BatchError, reason
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..text import percent, ranges
+from ..records.warnings import SERIOUS
+from ..text import percent, ranges, several
 from ..version import VERSION
 from ..whole_files import write_file
 from .request import CatalogueRequest
 from .rows import Row
+from .tally import ONE_WAY, Tally
 
 PAGE = "index.html"
 CHUNKS = "rows"
@@ -43,12 +46,12 @@ Shown = tuple[Row, str]
 
 
 class PageState(NamedTuple):
-    """How many parts have a row, there are, are still to be dropped, and were refused."""
+    """How many parts have a row, there are, and are still to be dropped; and what rows come to."""
 
     parts: int
     bound: int
     to_be_dropped: int
-    refused: int
+    tally: Tally
 
 
 def write_page(folder: Path, request: CatalogueRequest, state: PageState,
@@ -77,7 +80,8 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
         write_file(folder / PAGE, _template().render(
-            state=state, request=request, version=VERSION, rows=own, chunks=chunks,
+            state=state, tally=state.tally, one_way=f"{100.0 * ONE_WAY:g}", request=request,
+            version=VERSION, rows=own, chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
             target=percent(request.target_error),
             settings=_script_json(_settings(folder, request)),
@@ -108,9 +112,9 @@ def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
 
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
-    """What the command of a report is put together from."""
+    """What the command of a report is put together from, and which warnings are serious."""
     scene, plain = request.scene, request.as_dict()
-    names = [name for name in ("unit", "density", "drop_height") if plain[name] is not None]
+    names = [name for name in ("density", "drop_height") if plain[name] is not None]
     names.append("restitution")
     if scene.cluster_tolerance != DEFAULT_CLUSTER_TOLERANCE:
         names.append("cluster_tolerance")
@@ -118,7 +122,9 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
         names.append("round_sides")
     options = [word for name in names
                for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
-    return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options}
+    return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options,
+            "unit": [] if request.unit is None else ["--unit", request.unit],
+            "serious": sorted(SERIOUS)}
 
 
 def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
@@ -130,7 +136,8 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
         data = base64.b64encode((folder / picture).read_bytes()).decode()
         picture = f"data:image/png;base64,{data}"
     return [
-        row["file"], "", picture, report, int((folder / report).exists()), row["triangles"],
+        row["file"], "", picture, report, int((folder / report).exists()),
+        int(row["unit_declared"]), row["triangles"],
         [_millimetres(row[f"size_{axis}_m"]) for axis in "xyz"], row["stable_poses"],
         row["distinct_poses"], row["method"], row["drops"], _short(row["expected_error"]),
         _short(row["largest_error"]), *(_short(row[f"best_share{end}"]) for end in BOUNDS),
@@ -177,4 +184,6 @@ def _script_json(values: Any) -> str:
 def _template() -> Template:
     known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
+    known.filters["several"] = several
+    known.filters["unbroken"] = lambda text: re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", text)
     return known.get_template("catalogue.html")

@@ -27,7 +27,7 @@ class CatalogueRequest:
     ----------
     scene : DropScene
     unit : str or None
-        As for `load_part`.
+        Of files that declare none; as for `load_part`.
     density : float or None
         kg/m³; as for `load_part`.
     target_error : float

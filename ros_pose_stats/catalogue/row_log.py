@@ -122,12 +122,14 @@ class RowLog:
 
 
 def _entry(line: bytes, offset: int) -> Entry | None:
-    """What a line holds; None for a damaged one."""
+    """What a line holds; None for one that is damaged or of an older version."""
     try:
         found: dict[str, Any] = json.loads(line)
         part = PartFile(*(found[name] for name in PartFile._fields))
-        assert found["row"]["file"] == part.name
-        return Entry(part, found["picture"], found["to_be_dropped"],
-                     bool(found["row"]["refusal"]), offset, len(line))
+        row = found["row"]
+        assert row["file"] == part.name
+        assert row["refusal"] or "unit_declared" in row  # as older versions did not say
+        return Entry(part, found["picture"], found["to_be_dropped"], bool(row["refusal"]), offset,
+                     len(line))
     except (ValueError, LookupError, TypeError, AssertionError):
         return None

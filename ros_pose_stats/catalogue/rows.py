@@ -20,6 +20,7 @@ from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.thumbnail import pose_thumbnail
 from ..records import Part, PoseStatistics
+from ..records.warnings import serious_first
 from ..resting.poses import resting_poses
 from ..statistics.feeding import Bounded, drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups
@@ -105,14 +106,15 @@ def _described(name: str, content: bytes | PoseStatsError | None, request: Catal
     held = content_of(name) if content is None else content
     if isinstance(held, PoseStatsError):
         raise held
-    part = part_of_file(parse_mesh(path, held, request.unit),
-                        check_given(None, None, None, request.density), path.stem)
+    mesh = parse_mesh(path, held, request.unit, unless_declared=True)
+    part = part_of_file(mesh, check_given(None, None, None, request.density), path.stem)
     # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
     found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
                  int(part.digest[:16], 16), scene.drop_height, workers=threads,
                  cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     groups = pose_groups(found)
-    row = {"file": name, **_row(part, found, groups), "refusal": "",
+    row = {"file": name, "unit_declared": mesh.declared is not None,
+           **_row(part, found, groups), "refusal": "",
            "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
     return (_finite(row), pose_thumbnail(part, groups[0].first, found.radius),
             not drop and _too_unsure(part, found, request))
@@ -143,7 +145,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
         "entropy_bits": entropy([group.probability for group in groups]),
         "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
         "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
-        "warnings": list(found.warnings),
+        "warnings": serious_first(found.warnings),
     }
 
 

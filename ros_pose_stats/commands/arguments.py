@@ -153,6 +153,14 @@ def add_unit_option(command: argparse.ArgumentParser) -> None:
                          "declares, else m; auto: what it declares, else a guess from the size)")
 
 
+def add_shared_unit_option(command: argparse.ArgumentParser) -> None:
+    """Add the unit of those among several files that declare none."""
+    command.add_argument("--unit", type=read_unit, choices=UNITS,
+                         help="unit of the files that declare none, in any spelling (default: m; "
+                         "auto: a guess from the size of each); STEP and 3MF files are in the "
+                         "unit that they declare")
+
+
 def add_density_option(command: argparse._ActionsContainer) -> None:
     """Add the density."""
     command.add_argument("--density", type=float, metavar="KG_M3",

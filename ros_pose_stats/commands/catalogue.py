@@ -12,7 +12,7 @@ from .arguments import (
     add_density_option,
     add_pose_options,
     add_scene_options,
-    add_unit_option,
+    add_shared_unit_option,
     read_count,
 )
 from .progress_bar import ProgressBar, duration
@@ -54,7 +54,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="after the estimates, drop those parts whose estimate is not within "
                          "this root mean square error over the poses with 90 %% confidence; 0.01 "
                          "is one percentage point (default: no drops)")
-    add_unit_option(command)
+    add_shared_unit_option(command)
     add_density_option(command)
     add_pose_options(command)
     add_scene_options(command)
@@ -124,23 +124,29 @@ def _print_json(made: Catalogue, seconds: float) -> None:
     state = {} if made.complete else {"interrupted": True}
     print_json({
         "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
-        "done": made.done, "bound": made.bound, "found": made.found, "refused": len(made.refused),
-        "to_be_dropped": made.to_be_dropped, "seconds": seconds, **state,
+        "done": made.done, "bound": made.bound, "found": made.found,
+        "refused": len(made.tally.refused), "doubted": made.tally.doubted,
+        "serious_warnings": dict(made.tally.serious), "to_be_dropped": made.to_be_dropped,
+        "seconds": seconds, **state,
         "parts": list(made.rows or ())})
 
 
 def _print_words(made: Catalogue, seconds: float) -> None:
     from ..text import printable, several
 
+    counted = made.tally
     found = f", {made.found} of them found there" if made.found else ""
     print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "
-                    f"{len(made.refused)} refused, took {seconds:.1f} s"))
+                    f"{len(counted.refused)} refused, took {seconds:.1f} s"))
     for table in made.tables:
         print(printable(str(table)))
-    for name, why in list(made.refused.items())[:NAMED]:
+    if counted.doubted:
+        print(f"serious warnings about {counted.doubted} of {several(counted.answered, 'part')}: "
+              f"{counted.codes}")
+    for name, why in list(counted.refused.items())[:NAMED]:
         print(printable(f"refused {name}: {why}"))
-    if len(made.refused) > NAMED:
-        print(f"and {len(made.refused) - NAMED} more, with reasons in the table")
+    if len(counted.refused) > NAMED:
+        print(f"and {len(counted.refused) - NAMED} more, with reasons in the table")
     if not made.complete:
         left = [f"{made.bound - made.done} parts to be looked at"] * (made.done < made.bound)
         left += [f"{made.to_be_dropped} parts to be dropped"] * bool(made.to_be_dropped)

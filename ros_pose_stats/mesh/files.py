@@ -13,7 +13,7 @@ import io
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,11 @@ from numpy.typing import NDArray
 from ..errors import MeshFileError
 from .content import read_bytes
 from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
-from .units import guess_unit, metres_per_unit
+from .units import UnitSource, asked_unit, unit_that_counts
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
-
-AUTO: Final = "auto"
-"""The unit that asks for a guess."""
-
-UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -56,15 +51,19 @@ class FileMesh(NamedTuple):
     unit_source : str
         Whether the unit was `given`, `declared` by the file, `guessed` from the size because
         that was asked for, or `assumed` to be the metre.
+    declared : float or None
+        Metres a unit as the file declares, whichever counts; None for files that declare none.
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
     unit: float
     unit_source: UnitSource = "given"
+    declared: float | None = None
 
 
-def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> FileMesh:
+def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
+              unless_declared: bool = False) -> FileMesh:
     """Vertices and triangles of a mesh file.
 
     Parameters
@@ -74,6 +73,8 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
     unit : str or float, optional
         As for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres.
         `auto`: what the file declares, else a guess from the size.
+    unless_declared : bool
+        Whether `unit` is for a file that declares none only; else it wins.
 
     Raises
     ------
@@ -86,10 +87,11 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None) -> 
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
                             "give arrays to part_from_mesh instead")
     path = Path(file)
-    return parse_mesh(path, read_bytes(path), unit)
+    return parse_mesh(path, read_bytes(path), unit, unless_declared=unless_declared)
 
 
-def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> FileMesh:
+def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
+               unless_declared: bool = False) -> FileMesh:
     """Vertices and triangles of what a mesh file holds.
 
     Parameters
@@ -99,6 +101,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> F
     content : bytes
         As from `read_bytes`.
     unit : str or float, optional
+    unless_declared : bool
         As for `read_mesh`.
 
     Raises
@@ -108,8 +111,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> F
     RequestError
         As `read_mesh`.
     """
-    guess = isinstance(unit, str) and unit.strip().lower() == AUTO
-    length = None if unit is None or guess else metres_per_unit(unit)
+    asked = asked_unit(unit)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, content)
     declared = None
@@ -129,14 +131,9 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None) -> F
     if len(triangles) == 0:
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
-    if length is not None:
-        return FileMesh(vertices, triangles, length, "given")
-    if declared is not None:
-        return FileMesh(vertices, triangles, declared, "declared")
-    if guess:
-        extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
-        return FileMesh(vertices, triangles, metres_per_unit(guess_unit(extent)), "guessed")
-    return FileMesh(vertices, triangles, 1.0, "assumed")
+    extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
+    metres, source = unit_that_counts(asked, declared, extent, unless_declared)
+    return FileMesh(vertices, triangles, metres, source, declared)
 
 
 def _plain(path: Path, suffix: str, data: bytes) -> bytes:

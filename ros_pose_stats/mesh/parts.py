@@ -12,20 +12,14 @@ from ..errors import MassPropertiesError, RequestError
 from ..kernels.extents import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
-from ..text import length_in_words
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
 from .arrays import checked_mesh, coordinate_rounding
-from .files import FileMesh, UnitSource, read_mesh
+from .files import FileMesh, read_mesh
 from .hull import Hull, hull_of_part, keep_hull
 from .mass_properties import GivenProperties, check_given, check_offset, checked_mass
 from .surface import Surface, beyond_hull, surface_of
-from .units import METRES_PER_UNIT, likely_unit, metres_per_unit
+from .units import UnitSource, metres_per_unit, unit_warnings
 from .vectors import lengths
-
-_USUAL = (0.2e-3, 2.0)
-_USUAL_ASSUMED = (0.5e-3, 1.0)
-"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
-likely to be one of a centimetre and a half or an inch and a half."""
 
 
 def load_part(
@@ -38,6 +32,7 @@ def load_part(
     density: float | None = None,
     part_id: str = "",
     center_in_unit: bool = False,
+    unless_declared: bool = False,
 ) -> Part:
     """Load a part from a mesh file.
 
@@ -55,6 +50,9 @@ def load_part(
         Default: the file's name without its suffix.
     center_in_unit : bool
         Whether the centre of mass is in the mesh's unit, not in metres.
+    unless_declared : bool
+        Whether `unit` is for a file that declares none only, as where one is given for several
+        files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file contradicts it.
 
     Returns
     -------
@@ -65,7 +63,7 @@ def load_part(
     MeshFileError, MeshError, MassPropertiesError, RequestError
         Each with one line that says what is wrong.
     """
-    mesh = read_mesh(file, unit)
+    mesh = read_mesh(file, unit, unless_declared=unless_declared)
     if center_in_unit and center_of_mass is not None:
         center_of_mass = mesh.unit * np.asarray(center_of_mass)
     return part_of_file(mesh, check_given(center_of_mass, mass, inertia, density),
@@ -84,14 +82,16 @@ def part_of_file(mesh: FileMesh, given: GivenProperties, part_id: str) -> Part:
     Returns
     -------
     Part
-        With a warning `UNIT_GUESSED` where its unit was guessed; see also `part_from_mesh`.
+        With a warning `UNIT_GUESSED` where its unit was guessed, and `UNIT_OVERRIDDEN` where
+        its file declares another one than was given; see also `part_from_mesh`.
 
     Raises
     ------
     MeshError, MassPropertiesError
         As `part_from_mesh`.
     """
-    return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source)
+    return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source,
+                 mesh.declared)
 
 
 def part_from_mesh(
@@ -151,13 +151,15 @@ def part_from_mesh(
 
 
 def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float, given: GivenProperties,
-          part_id: str, unit_source: UnitSource) -> Part:
-    """Check, weld, close, orient and integrate; `unit` in metres."""
+          part_id: str, unit_source: UnitSource, declared: float | None = None) -> Part:
+    """Check, weld, close, orient and integrate; `unit` and `declared` in metres."""
     metres, corners = checked_mesh(vertices, triangles, unit)
     surface = surface_of(metres, corners.astype(np.int64))
     rounding = coordinate_rounding(vertices, corners) * unit
     kilograms, center, tensor = _mass_properties(given, surface)
-    warnings = (*_unit_warning(surface.vertices, unit, unit_source), *surface.warnings,
+    low, high = bounds(surface.vertices)
+    warnings = (*unit_warnings(float((high - low).max()), unit, unit_source, declared),
+                *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
                 tensor, warnings, rounding)
@@ -234,27 +236,6 @@ def _check_inside(center: NDArray[np.float64], vertices: NDArray[np.float64],
 def _reach(center: NDArray[np.float64], vertices: NDArray[np.float64]) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
     return float(lengths(vertices - center).max())
-
-
-def _unit_warning(vertices: NDArray[np.float64], unit: float, source: UnitSource
-                  ) -> tuple[str, ...]:
-    """Warn about a part of an unlikely size, or of a guessed one; `unit` in metres."""
-    low, high = bounds(vertices)
-    extent = float((high - low).max())
-    size, likely = length_in_words(extent), likely_unit(extent / unit)
-    if source == "guessed":
-        return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
-                f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
-    shortest, longest = _USUAL_ASSUMED if source == "assumed" else _USUAL
-    if shortest <= extent <= longest:
-        return ()
-    why = ("since its file names no unit and metres are assumed" if source == "assumed"
-           else "unusual for a fed part")
-    if likely is None or METRES_PER_UNIT[likely] == unit:
-        return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
-    meant = length_in_words(extent / unit * METRES_PER_UNIT[likely])
-    return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
-            "long: check the unit.",)
 
 
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],

@@ -1,12 +1,18 @@
-"""Units of mesh files."""
+"""Units of mesh files: their names, which one counts, and doubts about it."""
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, Literal
 
 from ..errors import RequestError
+from ..text import length_in_words
 from .arrays import NOT_NUMBERS, real_number
+
+AUTO: Final = "auto"
+"""The unit that asks for a guess."""
+
+UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
 METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 
@@ -21,6 +27,14 @@ metres."""
 _USUAL: Final = (2e-3, 0.5)
 _POSSIBLE: Final = (0.5e-3, 1.0)
 """Lengths of parts on feeders in metres, of most and of nearly all."""
+
+_UNDOUBTED: Final = (0.2e-3, 2.0)
+_UNDOUBTED_ASSUMED: Final = (0.5e-3, 1.0)
+"""Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
+likely to be one of a centimetre and a half or an inch and a half."""
+
+_SAME: Final = 1e-6
+"""Relative difference up to which two units are one."""
 
 
 def named_unit(text: str) -> str | None:
@@ -94,3 +108,100 @@ def metres_per_unit(unit: str | float) -> float:
         raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
                            f"{unit!r}", "most CAD systems export millimetres: 'mm'")
     return length
+
+
+def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
+    """What a user asks for: metres a unit, a guess, or nothing.
+
+    Parameters
+    ----------
+    unit : str, float or None
+        As for `metres_per_unit`, or `auto`.
+
+    Raises
+    ------
+    RequestError
+        If it is neither.
+    """
+    if isinstance(unit, str) and unit.strip().lower() == AUTO:
+        return AUTO
+    return None if unit is None else metres_per_unit(unit)
+
+
+def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | None,
+                     extent: float, unless_declared: bool) -> tuple[float, UnitSource]:
+    """Metres a unit of a file, and where that comes from.
+
+    Parameters
+    ----------
+    asked : float, `auto` or None
+        As from `asked_unit`.
+    declared : float or None
+        By the file.
+    extent : float
+        Of its mesh in its own unit, for a guess.
+    unless_declared : bool
+        Whether `asked` is for files that declare no unit only.
+
+    Raises
+    ------
+    RequestError
+        As `guess_unit`.
+    """
+    if declared is not None and (unless_declared or asked in (None, AUTO)):
+        return declared, "declared"
+    if asked == AUTO:
+        return metres_per_unit(guess_unit(extent)), "guessed"
+    return (1.0, "assumed") if asked is None else (float(asked), "given")
+
+
+def unit_warnings(extent: float, unit: float, source: UnitSource,
+                  declared: float | None) -> tuple[str, ...]:
+    """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts.
+
+    Parameters
+    ----------
+    extent : float
+        Largest extent of the part, metres.
+    unit : float
+        Metres a unit.
+    source : str
+        Where that comes from.
+    declared : float or None
+        Metres a unit as the file declares.
+    """
+    size, likely = length_in_words(extent), likely_unit(extent / unit)
+    if source == "guessed":
+        return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
+                f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
+    return (*_overridden(unit, declared), *_suspect(extent, unit, source, likely))
+
+
+def _overridden(unit: float, declared: float | None) -> tuple[str, ...]:
+    if declared is None or math.isclose(unit, declared, rel_tol=_SAME):
+        return ()
+    return (f"UNIT_OVERRIDDEN: the file's own unit is {_unit_in_words(declared)}, but it was "
+            f"taken to be in {_unit_in_words(unit)}, as asked: all lengths are "
+            f"{unit / declared:.4g} times those that the file names.",)
+
+
+def _suspect(extent: float, unit: float, source: UnitSource,
+             likely: str | None) -> tuple[str, ...]:
+    shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
+    if shortest <= extent <= longest:
+        return ()
+    size = length_in_words(extent)
+    why = ("since its file names no unit and metres are assumed" if source == "assumed"
+           else "unusual for a fed part")
+    if likely is None or METRES_PER_UNIT[likely] == unit:
+        return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
+    meant = length_in_words(extent / unit * METRES_PER_UNIT[likely])
+    return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
+            "long: check the unit.",)
+
+
+def _unit_in_words(metres: float) -> str:
+    for name, length in METRES_PER_UNIT.items():
+        if math.isclose(metres, length, rel_tol=_SAME):
+            return name
+    return f"units of {metres:.4g} m"

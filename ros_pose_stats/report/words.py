@@ -20,6 +20,9 @@ WORDS = {
     "UNIT_GUESSED": ("The unit is a guess",
                      "Lengths, heights and times are wrong if it is; probabilities are not "
                      "touched."),
+    "UNIT_OVERRIDDEN": ("The file declares another unit than was given",
+                        "Lengths, heights and times are wrong if the file is right; probabilities "
+                        "are not touched. Leave the unit out to take the file's own."),
     "HOLES_CLOSED": ("Small holes in the mesh were closed",
                      "If more than flat patches is missing there, the centre of mass is off: "
                      "give it, or export the mesh again."),

@@ -62,7 +62,7 @@ class TestLosses:
 
             made = make_catalogue(tmp_path / "out", files, REQUEST, on_cluster(address),
                                   on_progress=kill_after_ten)
-        assert made.complete and len(made.refused) == 1
+        assert made.complete and len(made.tally.refused) == 1
         assert tables(tmp_path / "out") == tables(tmp_path / "whole")
 
     def test_a_piece_that_kills_its_workers(self, tmp_path_factory):

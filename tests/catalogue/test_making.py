@@ -92,7 +92,7 @@ class TestTheSameTables:
         made = []
         found = make_catalogue(folder, find_parts([parts]), MM, here(made))
         assert sorted(made) == [("empty.step", False), ("letter.stl", False)]
-        assert (found.done, found.found, len(found.refused)) == (8, 6, 2)
+        assert (found.done, found.found, len(found.tally.refused)) == (8, 6, 2)
         assert tables(folder) == whole
 
     def test_of_drops(self, tmp_path):
@@ -121,7 +121,7 @@ class TestPartsThatTakeTooLong:
         monkeypatch.setattr(processes, "ESTIMATE_SECONDS", 1e-3)
         made = make_catalogue(folder, parts, MM, on_processes(1))
         assert made.complete and len(rows_of(folder)) == 2
-        assert set(made.refused.values()) == {
+        assert set(made.tally.refused.values()) == {
             "expected a part that is looked at within 0.001 s, got one that takes longer; export "
             "it in fewer faces"}
 
@@ -130,7 +130,7 @@ class TestPartsThatTakeTooLong:
         monkeypatch.setattr(processes, "DROP_SECONDS", 1e-3)
         request = CatalogueRequest(DropScene(0.8), "mm", target_error=0.004)
         made = make_catalogue(folder, parts, request, on_processes(1))
-        (why,) = made.refused.values()
+        (why,) = made.tally.refused.values()
         assert "expected a part that is dropped within 0.001 s" in why
         assert "a larger target error" in why
         assert made.complete
@@ -155,12 +155,13 @@ class TestFilesThatChange:
 
 
 class TestWhatLiesInTheFolder:
-    @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "emptied"])
+    @pytest.mark.parametrize("damage", ["cut", "flipped", "older", "foreign", "emptied"])
     def test_damaged_rows_are_made_again(self, parts, whole, folder, damage):
         stopped_after(folder, parts, 6)
         path = folder / "parts.jsonl"
         lines = path.read_bytes().splitlines(keepends=True)
         lines[-1] = {"cut": lines[-1][:100], "flipped": b"\xff" + lines[-1],
+                     "older": lines[-1].replace(b'"unit_declared": false, ', b""),
                      "foreign": b'{"row": []}\n', "emptied": b"\n"}[damage]
         path.write_bytes(b"".join(lines))
         made = []

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+import trimesh
 
 from ros_pose_stats import shapes
 from ros_pose_stats.catalogue import page
@@ -20,6 +21,7 @@ SHAPES = {
     "e_<i>odd</i> & 'name'": shapes.box(9.0, 10.0, 11.0),
 }
 REQUEST = CatalogueRequest(DropScene(0.4), "mm")
+SERIOUS = CatalogueRequest(DropScene(0.995), "mm")
 
 
 def write_parts(folder):
@@ -50,7 +52,22 @@ def in_chunks(tmp_path_factory):
         return make_catalogue(folder / "out", parts, REQUEST, here())
 
 
+@pytest.fixture(scope="module")
+def doubted(tmp_path_factory):
+    """Two parts with OUTSIDE_FIT, on a plate that bounces as none was measured."""
+    folder = tmp_path_factory.mktemp("doubted")
+    parts = find_parts([write_parts(folder / "parts")])
+    return make_catalogue(folder / "out", parts[1:3], SERIOUS, here())
+
+
 class TestWhatIsWritten:
+    def test_the_answer_comes_first(self, catalogue, doubted):
+        lead = re.search(r'<p class="lead">(.*?)</p>', catalogue.page.read_text(), re.DOTALL)[1]
+        assert "2 of 5 parts lie one way in at least 90&nbsp;% of drops" in lead
+        assert "1 refused" in lead and "Serious" not in lead
+        assert "(yaw) is left out" in catalogue.page.read_text()
+        assert "Serious warnings about 2 parts: OUTSIDE_FIT\xa02." in doubted.page.read_text()
+
     def test_a_small_page_holds_everything(self, catalogue):
         text = catalogue.page.read_text()
         assert text.count("data:image/png;base64,") == len(SHAPES)
@@ -101,7 +118,8 @@ class TestWhatIsWritten:
 
 NAMES = "[...document.querySelectorAll('#parts > tbody > tr:not(.more) .part button')]" \
         ".map(e => e.textContent.replace('.stl', '').slice(0, 1)).join('')"
-ALL = "abcdef"
+ALL = "acbdef"
+"""In the order in which the page opens: by the share of the best pose, refused ones last."""
 
 
 def typed(field, value):
@@ -152,22 +170,24 @@ class TestInABrowser:
         opened.evaluate(head("Height"))
         assert opened.evaluate(NAMES) == "dabecf"
         opened.evaluate(head("Best pose"))
-        rising = opened.evaluate(NAMES)
-        assert rising[:2] == "ac" and rising[-1] == "f"  # a cube lies one way, a plate nearly so
+        assert opened.evaluate(NAMES) == ALL
+        opened.evaluate(head("Best pose"))
+        assert opened.evaluate(NAMES) == "edbcaf"
         opened.evaluate(head("Part"))
         opened.evaluate(head("Part"))
-        assert opened.evaluate(NAMES) == ALL[::-1]
+        assert opened.evaluate(NAMES) == "fedcba"
         assert opened.evaluate("document.querySelector('th[aria-sort]').getAttribute("
                                "'aria-sort')") == "descending"
 
     @pytest.mark.parametrize(("field", "value", "left"), [
         ("words", "BAR", "b"), ("words", "odd name", "e"), ("words", "expected", "f"),
         ("share", "99.95", "a"), ("passes", "1.001", "a"), ("fit-top", "9.5", "ce"),
-        ("kind", "refused", "f"), ("kind", "answered", "abcde"), ("words", "nothing", ""),
+        ("kind", "refused", "f"), ("kind", "answered", "abcde"),
+        ("kind", "serious", ""), ("words", "nothing", ""),
     ])
     def test_it_filters(self, opened, field, value, left):
         opened.evaluate(typed(field, value))
-        assert opened.evaluate(NAMES) == left
+        assert "".join(sorted(opened.evaluate(NAMES))) == left
         assert opened.evaluate("document.getElementById('count').textContent").startswith(
             f"{len(left)} of 6 parts")
         opened.evaluate("document.querySelector('button[type=reset]').click()")
@@ -184,7 +204,8 @@ class TestInABrowser:
                         .replace("#parts .part", "#parts > tbody .part"))
         cells = opened.evaluate("[...document.querySelectorAll('.more tbody tr')].map(e => "
                                 "e.cells[3].textContent + ', ' + e.cells[4].textContent)")
-        assert cells == ["25 × 22 mm, 20 mm", "25 × 20 mm, 22 mm", "22 × 20 mm, 25 mm"]
+        assert [one.replace("\xa0", " ") for one in cells] == [
+            "25 × 22 mm, 20 mm", "25 × 20 mm, 22 mm", "22 × 20 mm, 25 mm"]
         command = opened.evaluate("document.querySelector('.more code').textContent")
         assert re.fullmatch(r"ros_pose_stats report /\S+/parts/d_block\.stl --unit mm "
                             r"--restitution 0\.4 -o /\S+/out/reports/d_block_\w{8}\.html", command)
@@ -195,6 +216,57 @@ class TestInABrowser:
         opened.evaluate("document.querySelectorAll('#parts > tbody > tr:not(.more) .part button')"
                         "[3].click()")
         assert opened.evaluate("document.querySelectorAll('.more').length") == 1
+
+    def test_serious_warnings_are_coloured_and_can_be_asked_for(self, doubted, browser):
+        browser.open("about:blank")
+        browser.open(doubted.page.as_uri())
+        browser.evaluate(typed("kind", "serious"))
+        assert browser.evaluate(NAMES) == "cb"
+        told = "[...document.querySelectorAll('.notes .serious')].map(e => e.textContent)"
+        assert browser.evaluate(told) == ["OUTSIDE_FIT"] * 2
+        notes = "[...document.querySelectorAll('td.notes')].map(e => e.textContent)"
+        assert all(one.startswith("OUTSIDE_FIT") for one in browser.evaluate(notes))
+        colours = browser.evaluate("['.notes .serious', '.notes'].map(one => getComputedStyle("
+                                   "document.querySelector('td' + one)"
+                                   " ?? document.querySelector(one)).color)")
+        assert colours[0] != colours[1]
+        browser.evaluate("document.querySelector('#parts > tbody .part button').click()")
+        assert browser.evaluate("document.querySelector('.more p.warning').textContent"
+                                ).startswith("OUTSIDE_FIT: ")
+
+    def test_all_that_a_pose_has_is_in_view_on_a_phone(self, catalogue, browser):
+        browser.open("about:blank")
+        browser.open(catalogue.page.as_uri(), 390, 844, True)
+        browser.evaluate("document.querySelectorAll('#parts > tbody .part button')"
+                         ".forEach(e => e.click())")
+        cells = browser.evaluate("[...document.querySelectorAll('.more td td')].map(e => "
+                                 "[e.dataset.name, e.getBoundingClientRect().right])")
+        assert {name for name, _ in cells} == {"Pose", "Share", "90 % interval", "Footprint",
+                                               "Height", "Tilt to topple"}
+        assert max(right for _, right in cells) <= 390
+
+    def test_a_number_and_its_unit_stay_on_one_line(self, opened):
+        cells = opened.evaluate("[...document.querySelectorAll('#parts > tbody > tr > td:not("
+                                ".part):not(.refused)')].map(e => e.textContent)")
+        assert not [one for one in cells if re.search(r"\d (mm|%|points|bit)", one)]
+        assert any("\xa0points" in one for one in cells)
+
+    def test_the_command_of_a_report_leaves_the_unit_to_a_file_that_declares_it(
+            self, tmp_path, browser):
+        for name in ("a.3mf", "b.stl"):
+            trimesh.creation.box((10.0, 20.0, 30.0)).export(tmp_path / name)
+        made = make_catalogue(tmp_path / "out", find_parts([tmp_path]),
+                              CatalogueRequest(unit="cm"), here(), keep_rows=True)
+        assert [row["top_m"] for row in made.rows] == pytest.approx([0.01, 0.1], rel=1e-6)
+        assert not any("UNIT_OVERRIDDEN" in str(row["warnings"]) for row in made.rows)
+        browser.open("about:blank")
+        browser.open(made.page.as_uri())
+        browser.evaluate("document.querySelectorAll('#parts > tbody .part button')"
+                         ".forEach(e => e.click())")
+        commands = browser.evaluate("[...document.querySelectorAll('.more code')]"
+                                    ".map(e => e.textContent)")
+        assert {"--unit cm" in one: "a.3mf" in one for one in commands} == {
+            True: False, False: True}
 
     @pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
     def test_it_is_not_wider_than_the_window(self, catalogue, browser, width, phone):

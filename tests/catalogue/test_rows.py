@@ -93,6 +93,12 @@ class TestRows:
             pose.index: pose.probability for pose in found.poses}
         assert row["warnings"] == list(found.warnings)
 
+    def test_serious_warnings_come_first(self, tmp_path):
+        request = CatalogueRequest(DropScene(0.995), "mm")
+        row = described(tmp_path, shapes.cylinder(96, 5.0, 8.0), request).row
+        codes = [one.partition(":")[0] for one in row["warnings"]]
+        assert codes[0] == "OUTSIDE_FIT" and "ROUNDED" in codes
+
     def test_drops_keep_the_target_and_depend_on_the_part_alone(self, tmp_path):
         request = CatalogueRequest(unit="mm", target_error=0.01)
         surface = random_part(3, 4)

@@ -99,12 +99,20 @@ class TestWhatIsPrinted:
         parts = boxes(tmp_path / "parts", SIZES[:1])
         for k in range(12):
             (parts / f"none_{k:02d}.stl").write_text("no part")
-        first, *files, last = answer("catalogue", parts, "-o", folder).splitlines()
+        first, *files, last = answer("catalogue", parts, "--unit", "mm", "-o", folder).splitlines()
         assert first.startswith(f"{folder / 'index.html'}: 13 parts, 12 refused, took ")
         assert files[:2] == [str(folder / name) for name in TABLES]
         assert len(files) == 12 and files[2].startswith(f"refused {parts / 'none_00.stl'}: ")
         assert last == "and 2 more, with reasons in the table"
 
+    def test_serious_warnings_are_counted(self, tmp_path, folder):
+        parts = boxes(tmp_path / "parts", [*SIZES[:2], (0.1, 0.2, 0.3)])
+        text = answer("catalogue", parts, "-o", folder)
+        assert text.splitlines()[3:] == ["serious warnings about 2 of 3 parts: UNIT_SUSPECT 2"]
+        found = strict_json(answer("catalogue", parts, "-o", folder, "--json"))
+        assert (found["doubted"], found["serious_warnings"]) == (2, {"UNIT_SUSPECT": 2})
+        quiet = answer("catalogue", parts, "-o", tmp_path / "mm", "--unit", "mm")
+        assert "serious warn" not in quiet
 
     def test_names_that_a_terminal_cannot_take(self, tmp_path, capfd):
         """Neither in the name of a file nor in the reason, which names it too."""

@@ -49,6 +49,18 @@ def test_the_object_is_the_library_s(boxes, capsys):
     assert [one["part_id"] for one in found["variants"]] == ["flat", "high"]
 
 
+def test_the_unit_is_for_files_that_declare_none(tmp_path, capsys):
+    import trimesh
+
+    files = [tmp_path / "box.3mf", tmp_path / "box.stl"]
+    for file, length in zip(files, (80.0, 8.0), strict=True):
+        trimesh.creation.box((length, 0.5 * length, 0.4 * length)).export(file)
+    status, out, _ = run(capsys, *files, "--unit", "cm", "--drops", 250, "--seed", 5)
+    assert status == 0
+    assert {line.rpartition(", ")[2] for line in out.splitlines()[:2]} == {"radius 47.5 mm"}
+    assert "UNIT_OVERRIDDEN" not in out
+
+
 def test_the_table(boxes, capsys):
     status, out, error = run(capsys, *boxes, "--unit", "mm", "--drops", 1250, "--seed", 5,
                              "--wanted", "0,1")

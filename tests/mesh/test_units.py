@@ -99,5 +99,34 @@ class TestAuto:
             load_part(block_of(2e4, tmp_path), "auto")
 
 
+class TestADeclaredUnit:
+    """3MF files, as trimesh writes them, declare millimetres."""
+
+    def test_a_given_unit_wins_and_the_contradiction_is_told(self, tmp_path):
+        part = load_part(block_of(80.0, tmp_path, "3mf"), "cm")
+        assert np.ptp(part.vertices, axis=0).max() == pytest.approx(0.8)
+        assert told(part) == (
+            "UNIT_OVERRIDDEN", "the file's own unit is mm, but it was taken to be in cm, as "
+            "asked: all lengths are 10 times those that the file names.")
+        assert load_part(tmp_path / "block.3mf", 0.5).warnings[0].startswith(
+            "UNIT_OVERRIDDEN: the file's own unit is mm, but it was taken to be in units of 0.5 m")
+
+    @pytest.mark.parametrize("unit", ["mm", 1e-3, 1.0000000001e-3, "auto", None])
+    def test_one_that_agrees_is_no_contradiction(self, tmp_path, unit):
+        assert load_part(block_of(80.0, tmp_path, "3mf"), unit).warnings == ()
+
+    def test_it_goes_first_where_one_unit_is_given_for_several_files(self, tmp_path):
+        declaring, silent = block_of(80.0, tmp_path, "3mf"), block_of(80.0, tmp_path)
+        for unit in ("cm", "auto"):
+            mesh = read_mesh(declaring, unit, unless_declared=True)
+            assert (mesh.unit, mesh.unit_source) == (1e-3, "declared")
+            assert load_part(declaring, unit, unless_declared=True).warnings == ()
+        assert read_mesh(silent, "cm", unless_declared=True)[2:4] == (1e-2, "given")
+
+    def test_a_unit_that_is_none_is_refused_all_the_same(self, tmp_path):
+        with pytest.raises(RequestError, match="expected a mesh unit"):
+            load_part(block_of(80.0, tmp_path, "3mf"), "km", unless_declared=True)
+
+
 def test_every_unit_has_a_length():
     assert METRES_PER_UNIT == {"m": 1.0, "mm": 0.001, "cm": 0.01, "inch": 0.0254}

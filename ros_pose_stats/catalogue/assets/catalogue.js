@@ -1,16 +1,22 @@
 "use strict";
 // Rows are arrays, as page.py writes them; those of parts that were refused end after the reason.
-const FIELDS = ["file", "refusal", "picture", "report", "made", "triangles", "size", "poses", "distinct",
+const FIELDS = ["file", "refusal", "picture", "report", "made", "declared", "triangles", "size", "poses", "distinct",
   "method", "drops", "error", "largest", "share", "shareLow", "shareHigh", "entropy", "passes", "passesLow",
   "passesHigh", "length", "width", "top", "warnings", "groups"];
 const AT_ONCE = 100;
 const parts = [];
-let shown = [], limit = AT_ONCE, sorted = { by: "file", falling: false };
+const FIRST = { by: "share", falling: true };
+let shown = [], limit = AT_ONCE, sorted = FIRST;
+
+const codeOf = warning => warning.split(":")[0];
+const isSerious = warning => settings.serious.includes(codeOf(warning));
 
 function addRows(rows) {
   for (const row of rows) {
     const part = { warnings: [], groups: [] };
     row.forEach((value, k) => { part[FIELDS[k]] = value; });
+    part.serious = part.warnings.filter(isSerious).length;
+    part.noted = 1000 * part.serious + part.warnings.length;  // to sort by
     part.words = [part.file, part.refusal, ...part.warnings].join("\n").toLowerCase();
     parts.push(part);
   }
@@ -19,8 +25,10 @@ function addRows(rows) {
 const twoDecimals = value => value == null ? "–" : value < 100 ? value.toFixed(2) : number(value);
 const number = (value, digits = 3) =>
   value == null ? "–" : String(Number(value.toPrecision(digits)));
-const percent = value => value == null ? "–" : (100 * value).toFixed(1) + " %";
-const between = (low, high, show) => low == null || high == null ? "" : `${show(low)} to ${show(high)}`;
+const percent = value => value == null ? "–" : (100 * value).toFixed(1) + "\u00a0%";
+const millimetres = (...values) => `${values.map(x => number(x)).join(" × ")}\u00a0mm`;
+const between = (low, high, show) =>
+  low == null || high == null ? "" : `${show(low).replace("\u00a0%", "")} to ${show(high)}`;
 const element = (name, content = "", kind = "") => {
   const made = document.createElement(name);
   if (kind) made.className = kind;
@@ -34,13 +42,12 @@ const COLUMNS = [
   { name: "Best pose", by: "share", falling: true, cell: shareCell },
   { name: "Passes", by: "passes", cell: p => [twoDecimals(p.passes),
     element("small", between(p.passesLow, p.passesHigh, twoDecimals))] },
-  { name: "Entropy", by: "entropy", cell: p => [twoDecimals(p.entropy), " bit"] },
-  { name: "Footprint", by: "length", unit: "mm", cell: p => [`${number(p.length)} × ${number(p.width)} mm`] },
-  { name: "Height", by: "top", unit: "mm", cell: p => [`${number(p.top)} mm`] },
-  { name: "Error", by: "error", cell: p => [p.error == null ? "–" : `${number(100 * p.error, 2)} points`,
+  { name: "Entropy", by: "entropy", cell: p => [twoDecimals(p.entropy), "\u00a0bit"] },
+  { name: "Footprint", by: "length", unit: "mm", cell: p => [millimetres(p.length, p.width)] },
+  { name: "Height", by: "top", unit: "mm", cell: p => [millimetres(p.top)] },
+  { name: "Error", by: "error", cell: p => [p.error == null ? "–" : `${number(100 * p.error, 2)}\u00a0points`,
     element("small", p.drops ? `${p.drops} drops` : "estimated")] },
-  { name: "Warnings", by: "noted", falling: true, kind: "notes left", cell: p => [p.warnings.map(one =>
-    one.split(":")[0]).join(", ")] },
+  { name: "Warnings", by: "noted", falling: true, kind: "notes left", cell: notesCell },
 ];
 
 function partCell(part) {
@@ -49,6 +56,11 @@ function partCell(part) {
   open.type = "button";
   open.setAttribute("aria-expanded", "false");
   return [open, element("small", part.file.slice(0, at))];
+}
+
+function notesCell(part) {
+  return part.warnings.flatMap((one, k) =>
+    [k ? ", " : "", element("span", codeOf(one), isSerious(one) ? "serious" : "")]);
 }
 
 function shareCell(part) {
@@ -100,12 +112,12 @@ function detailsOf(part) {
   const cell = element("td");
   cell.colSpan = COLUMNS.length + 1;
   if (!part.refusal) {
-    cell.append(element("p", `${part.size.map(x => number(x)).join(" × ")} mm, ${part.triangles} triangles; `
+    cell.append(element("p", `${millimetres(...part.size)}, ${part.triangles} triangles; `
       + (part.drops ? `${part.drops} drops (${part.method})` : `estimated (${part.method})`)
       + (part.largest == null ? "" : `; with 90 % confidence no pose is off by more than ${number(100 * part.largest, 2)} points`)),
     element("h3", "Poses"), posesOf(part));
   }
-  for (const warning of part.warnings) cell.append(element("p", warning));
+  for (const one of part.warnings) cell.append(element("p", one, isSerious(one) ? "warning" : ""));
   cell.append(element("h3", "Report with pictures of all poses"), ...reportOf(part));
   const row = element("tr", [cell], "more");
   return row;
@@ -116,8 +128,12 @@ function posesOf(part) {
   const head = element("tr", heads.map(name => element("th", name)));
   const rows = part.groups.map(([named, share, low, high, length, width, top, margin, rolls]) => element("tr", [
     named + (rolls ? ", rolls" : ""), percent(share), between(low, high, percent),
-    `${number(length)} × ${number(width)} mm`, `${number(top)} mm`, margin == null ? "–" : `${number(margin)}°`,
-  ].map(text => element("td", text))));
+    millimetres(length, width), millimetres(top), margin == null ? "–" : `${number(margin)}°`,
+  ].map((text, k) => {
+    const cell = element("td", text);
+    cell.dataset.name = heads[k];
+    return cell;
+  })));
   const table = element("table", [element("thead", [head]), element("tbody", rows)]);
   const more = part.distinct - part.groups.length;
   return more > 0 ? element("div", [table, element("p", `${more} more in poses.csv`, "soft")]) : table;
@@ -131,7 +147,8 @@ function reportOf(part) {
   link.href = encodeURI(part.report).replaceAll("#", "%23").replaceAll("?", "%3F");
   if (part.made) return [element("p", [link])];
   const file = part.file.startsWith("/") ? part.file : `${settings.here}/${part.file}`;
-  const words = ["ros_pose_stats", "report", file, ...settings.options, "-o", `${settings.folder}/${part.report}`];
+  const words = ["ros_pose_stats", "report", file, ...(part.declared ? [] : settings.unit),
+    ...settings.options, "-o", `${settings.folder}/${part.report}`];
   const code = element("code", words.map(quoted).join(" ")), copy = element("button", "Copy");
   copy.type = "button";
   copy.onclick = () => {
@@ -155,7 +172,8 @@ function wanted() {
   const kind = field("kind").value, share = limitOf("share"), passes = limitOf("passes");
   const box = ["fit-length", "fit-width", "fit-top"].map(limitOf), boxed = box.some(x => x != null);
   const kinds = { all: () => true, answered: p => !p.refusal, refused: p => !!p.refusal,
-    clean: p => !p.refusal && !p.warnings.length, warned: p => p.warnings.length > 0 };
+    clean: p => !p.refusal && !p.warnings.length, warned: p => p.warnings.length > 0,
+    serious: p => p.serious > 0 };
   return part => kinds[kind](part) && words.every(word => part.words.includes(word))
     && (share == null || 100 * part.share >= share) && (passes == null || part.passes <= passes)
     && (!boxed || fits(part, ...box));
@@ -166,7 +184,7 @@ const names = new Intl.Collator(undefined, { numeric: true });
 function order(by, falling) {
   const sign = falling ? -1 : 1;
   if (by === "file") return (a, b) => sign * names.compare(a.file, b.file);
-  const value = by === "noted" ? part => part.refusal ? null : part.warnings.length : part => part[by];
+  const value = by === "noted" ? part => part.refusal ? null : part.noted : part => part[by];
   return (a, b) => {  // what is not known comes last in both directions
     const x = value(a), y = value(b);
     return (x == null) - (y == null) || sign * (x - y) || 0;
@@ -214,7 +232,6 @@ function begin() {
     option.value = column.by;
     field("sort").append(option);
   }
-  for (const part of parts) part.noted = part.warnings.length;
   field("sort").onchange = event => sortBy(event.target.value,
     !!COLUMNS.find(one => one.by === event.target.value).falling);
   field("descending").onchange = event => sortBy(sorted.by, event.target.checked);
@@ -222,6 +239,6 @@ function begin() {
   const form = field("filters");
   form.onsubmit = event => event.preventDefault();
   form.oninput = event => { if (!event.target.closest(".sort")) refresh(); };
-  form.onreset = () => setTimeout(() => sortBy("file", false));
+  form.onreset = () => setTimeout(() => sortBy(FIRST.by, FIRST.falling));
   refresh();
 }

@@ -14,7 +14,7 @@ from ..arguments import (
     JoinIndices,
     add_pose_options,
     add_scene_options,
-    add_unit_option,
+    add_shared_unit_option,
     read_count,
     read_indices,
 )
@@ -49,7 +49,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files of two variants or more, the one to compare with first: "
                          "STEP, STL, OBJ, PLY, OFF or 3MF")
-    add_unit_option(command)
+    add_shared_unit_option(command)
     command.add_argument("--com", nargs=3, type=float, action="append", default=[],
                          metavar=("X", "Y", "Z"),
                          help="centre of mass in the file's unit (default: uniform density); "
@@ -128,7 +128,8 @@ def load_variants(options: argparse.Namespace) -> list[Part]:
         raise RequestError(f"--com once, or once for each of {len(options.parts)} variants",
                            f"{len(centers)} times", "repeat it in the order of the files")
     each = centers * len(options.parts) if len(centers) == 1 else centers
-    return [load_part(file, options.unit, center, part_id=name, center_in_unit=True)
+    return [load_part(file, options.unit, center, part_id=name, center_in_unit=True,
+                      unless_declared=True)
             for file, center, name in zip(options.parts, each, name_variants(options.parts),
                                           strict=True)]
 

@@ -43,8 +43,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="file of plates to write the plate into; its other plates stay "
                          "(default: %(default)s)")
     command.add_argument("--unit", type=read_unit, choices=UNITS,
-                         help="unit of the part files in the CSV, in any spelling (default: what "
-                         "a file declares, else m)")
+                         help="unit of those part files in the CSV that declare none, in any "
+                         "spelling (default: m)")
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="with which the poses in the CSV are numbered "
                          "(default: %(default)s)")
@@ -100,7 +100,7 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
 
     tables = [Path(name) for name in options.counts if Path(name).suffix.lower() in TABLES]
     bags = [Path(name) for name in options.counts if Path(name) not in tables]
-    counted = [count_part(load_part(part, options.unit), counts,
+    counted = [count_part(load_part(part, options.unit, unless_declared=True), counts,
                           cluster_tolerance=options.cluster_tolerance,
                           round_sides=options.round_sides)
                for table in tables for part, counts in read_count_rows(table).items()]
