@@ -16,7 +16,7 @@ MOST_TOGETHER, FEWEST_BUNDLES = 8, 50
 """Estimates that are handed out in a bundle, since a scheduler takes milliseconds for each; fewer
 where there would be too few bundles to share out."""
 
-FEWEST_IN_HAND, IN_HAND_A_THREAD = 4, 2
+FEWEST_IN_HAND, IN_HAND_A_THREAD = 4, 4
 """Bundles handed out at a time: what files hold is sent along, into the scheduler's memory."""
 
 Bundle = tuple[Piece, ...]
