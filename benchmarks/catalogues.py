@@ -36,7 +36,7 @@ SECONDS, FASTER = 60.0, 1.8
 MEASURED = (
     "Seconds from the command's first look at the folder to the written page, estimates only, of "
     "generated machined and turned parts as STL files. `one`, `two`: with so many workers, in "
-    "turn, the shortest of some rounds. Those of the cluster have made a smaller catalogue before; "
+    "turn, the shortest of some rounds. Those of the cluster have made a small catalogue before; "
     "processes start with each. Scheduler and client share the cores with the workers.")
 
 
