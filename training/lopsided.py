@@ -150,7 +150,7 @@ def main() -> None:
     """Measure, print the page, and write it where that is asked."""
     parser = argparse.ArgumentParser(prog="training.lopsided",
                                      description=__doc__.partition("\n")[0])
-    parser.add_argument("--parts", type=int, default=200, help="(default: %(default)s)")
+    parser.add_argument("--parts", type=int, default=300, help="(default: %(default)s)")
     parser.add_argument("--write", action="store_true", help="write what is found to its place")
     options = parser.parse_args()
     text = page([measure(number) for number in range(options.parts)])
