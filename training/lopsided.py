@@ -1,6 +1,6 @@
 """Judges what estimates of lopsided round parts tell of their error.
 
-.venv/bin/python -m training.lopsided             200 parts, a minute or two
+.venv/bin/python -m training.lopsided             300 parts, some minutes
 .venv/bin/python -m training.lopsided --write     writes docs/study/lopsided.md, too
 """
 
