@@ -21,9 +21,10 @@ test: lint
 
 test-all: test
 	$(PYTEST) -m long
+	.venv/bin/python -m lab.trials
 
 lint: $(READY)
-	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests benchmarks training setup.py
+	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests study lab setup.py
 	.venv/bin/mypy
 
 clean:

@@ -25,7 +25,6 @@ from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
 from .commands.feeding import fit, flips
-from .commands.study import benchmark, dataset
 from .errors import PoseStatsError
 from .text import printable
 from .version import VERSION
@@ -47,7 +46,7 @@ def parser() -> argparse.ArgumentParser:
     commands: argparse._SubParsersAction[Any] = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for module in (estimate, simulate, catalogue, flips, fit, compare, sensitivity, report,
-                   animate, shapes, dataset, compile, benchmark, bag, node, publish):
+                   animate, shapes, compile, bag, node, publish):
         module.register(commands)
     completion.register(commands, top)
     return top
@@ -72,6 +71,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if rest and not getattr(parsed, "takes_ros_arguments", False):
         reader.error(f"--ros-args goes with node and publish, not with {parsed.command}")
     parsed.ros_arguments = rest
+    return run_parsed(parsed)
+
+
+def run_parsed(parsed: argparse.Namespace) -> int:
+    """Run what a parser chose, and turn what stops it into an exit status and a line."""
     try:
         status: int = parsed.run(parsed)
         sys.stdout.flush()

@@ -22,32 +22,17 @@ DEFAULT_METHOD = AUTO
 
 @dataclass(frozen=True)
 class Method:
-    """One way to pose probabilities.
+    """One way to pose probabilities."""
 
-    Attributes
-    ----------
-    name : str
-        As in requests and answers, lower case.
-    title : str
-        For tables and figures.
-    about : str
-        What decides in it, in one line.
-    source : str
-        Where it comes from in the paper, with the equation; empty for this project's own.
-    module : str
-        Module of `estimators` that has the function of that name; empty for what is no estimator.
-    knows_scene : bool
-        Whether restitution and drop height change its answer.
-    drops : {'none', 'some', 'all'}
-        Whether it simulates: some drops beside an estimate, or nothing but drops.
-    """
-
-    name: str
-    title: str
-    about: str
+    name: str  # as in requests and answers, lower case
+    title: str  # for tables and figures
+    about: str  # what decides in it, in one line
+    # where it comes from in the paper, with the equation; empty for this project's own
     source: str = ""
+    # module of `estimators` that has the function of that name; empty for what is no estimator
     module: str = ""
-    knows_scene: bool = False
+    knows_scene: bool = False  # whether restitution and drop height change its answer
+    # whether it simulates: some drops beside an estimate, or nothing but drops
     drops: Literal["none", "some", "all"] = "none"
 
 

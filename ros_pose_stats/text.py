@@ -101,6 +101,11 @@ def ranges(numbers: Sequence[int]) -> str:
                      for run in runs)
 
 
+def name_poses(poses: Sequence[int]) -> str:
+    """Some poses: pose 4, poses 0-3."""
+    return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
+
+
 def utc(nanoseconds: int) -> str:
     """A time since 1970 to the second; a dash for 0."""
     if not nanoseconds:

@@ -6,6 +6,7 @@ from the centre of mass to a vertex), so that no answer depends on units.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 WELD: Final = 1e-8
@@ -173,3 +174,20 @@ COARSE_FACETS: Final = 0.1
 
 FEWEST_FACETS: Final = 8
 """Stable facets, parted by low barriers only, that are taken for a curve."""
+
+SAME_SHARE: Final = 1e-10
+"""Probabilities this close are a tie: on a symmetric part only rounding parts them."""
+
+
+def number_equal(values: Sequence[float], tolerance: float) -> list[int]:
+    """Number values by rising size; those equal but for rounding have one number.
+
+    A tie begins at its smallest value and holds all within the tolerance of that one, so that
+    equal values never fall apart at a decimal, as they do when they are rounded to it.
+    """
+    numbers, number, begin = [0] * len(values), -1, -float("inf")
+    for place in sorted(range(len(values)), key=values.__getitem__):
+        if values[place] > begin + tolerance:
+            number, begin = number + 1, values[place]
+        numbers[place] = number
+    return numbers

@@ -17,18 +17,9 @@ PREFIX = ".unfinished-"
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
     """Write files in a temporary folder, then move them into their folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Created where it does not exist.
-    write : callable
-        Given an empty folder on the same file system, writes files into it. If that fails or
-        is interrupted, nothing has changed.
-
-    Returns
-    -------
-    list of Path
-        The files where they are now, in the order of their names.
+    `folder`: created where it does not exist; `write`: given an empty folder on the same file
+    system, writes files into it. If that fails or is interrupted, nothing has changed. Returns the
+    files where they are now, in the order of their names.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=PREFIX, dir=folder) as name:
@@ -66,10 +57,7 @@ def write_json(file: Path, values: Any) -> None:
 def refuse_unwritable(folder: Path) -> None:
     """Check, before anything is measured, that files can be written to a folder.
 
-    Raises
-    ------
-    RequestError
-        If they cannot. The folder need not exist, and is not created.
+    Raises RequestError if they cannot. The folder need not exist, and is not created.
     """
     path = folder.absolute()
     try:

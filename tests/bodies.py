@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh, shapes
 from ros_pose_stats.shapes import demo_parts
-from tests.fuzz import changes
 
 REGULAR_SOLIDS = {
     "tetrahedron": shapes.tetrahedron(),
@@ -71,12 +70,25 @@ def in_float32(surface):
 
 def shuffled(surface, seed):
     """Vertices and triangles in another order, each triangle from another corner."""
-    return changes.shuffled(surface, np.random.default_rng(seed))
+    random = np.random.default_rng(seed)
+    vertices, triangles = surface
+    order = random.permutation(len(vertices))
+    mixed = np.argsort(order)[triangles][random.permutation(len(triangles))]
+    start = random.integers(3, size=len(mixed))[:, None]
+    return vertices[order], np.take_along_axis(mixed, (start + np.arange(3)) % 3, axis=1)
 
 
 def subdivided(surface):
     """Each triangle cut into four at the middles of its edges."""
-    return changes.subdivided(surface)
+    vertices, triangles = surface
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    unique, index = np.unique(edges, axis=0, return_inverse=True)
+    middle = vertices[unique].mean(axis=1)
+    a, b, c = triangles.T
+    ab, bc, ca = (index.reshape(-1, 3) + len(vertices)).T
+    fine = np.concatenate([np.column_stack(corners) for corners in
+                           ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))])
+    return np.vstack((vertices, middle)), fine
 
 
 def starred(surface, seed):

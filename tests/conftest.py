@@ -1,12 +1,17 @@
-"""Settings of the whole suite: the same examples in every run, and no time limit on them.
+"""Settings of the whole suite: equal examples in every run, time limits, processes counted.
 
-`HYPOTHESIS_PROFILE=search pytest ...` tries many more, different in every run.
+`HYPOTHESIS_PROFILE=search pytest ...` tries many more examples, different in every run. At its
+end a run says how many processes its tests started, and lists them in the file `STARTS_LOG`;
+a whole quick run that starts more than `MOST_STARTS` fails.
 """
 
 from __future__ import annotations
 
 import os
+import sys
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 COMMON = {
@@ -16,3 +21,69 @@ COMMON = {
 settings.register_profile("fixed", derandomize=True, max_examples=60, **COMMON)
 settings.register_profile("search", max_examples=3000, **COMMON)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
+
+MOST_STARTS = 80
+LONG_SECONDS = 900
+"""Time limit of a long test; that of the others is in `setup.cfg`."""
+
+STARTS = "process_starts"
+
+
+def _name(details):
+    return details[1][0] if isinstance(details[1], list) and details[1] else details[0]
+
+
+class StartCount:
+    """Processes started by the tests of this worker, or of all of them."""
+
+    def __init__(self):
+        self.starts = 0
+
+    def hear(self, event, details):
+        """Called by Python for every audited event."""
+        if event == "subprocess.Popen" and _name(details) != "uname":  # of Python's platform
+            self.starts += 1
+            if "STARTS_LOG" in os.environ:
+                with Path(os.environ["STARTS_LOG"]).open("a", encoding="utf-8") as log:
+                    print(os.environ.get("PYTEST_CURRENT_TEST"), details[1], file=log)
+
+
+COUNT = StartCount()
+
+
+def pytest_configure(config):
+    config.stash[COUNT_KEY] = 0
+    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        sys.addaudithook(COUNT.hear)
+
+
+COUNT_KEY = pytest.StashKey()
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.get_closest_marker("long") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(LONG_SECONDS))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    """Add what a worker counted that has ended."""
+    node.config.stash[COUNT_KEY] += getattr(node, "workeroutput", {}).get(STARTS, 0)
+
+
+def pytest_sessionfinish(session):
+    config = session.config
+    if hasattr(config, "workeroutput"):
+        config.workeroutput[STARTS] = COUNT.starts
+        return
+    config.stash[COUNT_KEY] += COUNT.starts
+    whole = config.option.markexpr == "not long" and config.args == config.getini("testpaths")
+    if whole and config.stash[COUNT_KEY] > MOST_STARTS:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    terminalreporter.write_line(
+        f"{config.stash[COUNT_KEY]} processes started by tests; a whole quick run may start "
+        f"{MOST_STARTS}")

@@ -1,19 +1,65 @@
-"""The command as a user runs it: in a process of its own."""
+"""The command: in this process, as `cli.main` runs it, or in one of its own."""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import ros_pose_stats
+from ros_pose_stats import cli
 
 ROOT = Path(ros_pose_stats.__file__).resolve().parents[1]
 
 
+class Done(NamedTuple):
+    """How a command ended; `returncode`, `stdout` and `stderr` as of a process."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def call(*arguments, program=cli.main):
+    """Run a command in this process, or another program that takes its arguments."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = program([str(argument) for argument in arguments])
+        except SystemExit as end:  # of the parser
+            status = end.code if isinstance(end.code, int) else 1
+    return Done(status or 0, out.getvalue(), err.getvalue())
+
+
+def answer(*arguments):
+    """Standard output of a command that must succeed without a complaint."""
+    done = call(*arguments)
+    assert done.returncode == 0, done.stderr
+    assert complaints(done.stderr) == []
+    return done.stdout
+
+
+def answer_json(*arguments):
+    """What a command prints with `--json`."""
+    return strict_json(answer(*arguments, "--json"))
+
+
+def refusal(*arguments):
+    """The one line on standard error of a command that must be refused."""
+    done = call(*arguments)
+    assert done.returncode == 2, done
+    assert done.stdout == ""
+    lines = complaints(done.stderr)
+    assert lines, "refused without a word"
+    return lines[-1]
+
+
 def command(*arguments):
-    """Run `python -m ros_pose_stats`, from the repository root."""
+    """Run `python -m ros_pose_stats` in a process of its own, from the repository root."""
     return subprocess.run([sys.executable, "-m", "ros_pose_stats", *map(str, arguments)],
                           capture_output=True, text=True, cwd=ROOT)
 
@@ -21,14 +67,6 @@ def command(*arguments):
 def complaints(error):
     """What standard error holds besides the word that kernels are being compiled."""
     return [line for line in error.splitlines() if "compiling kernels" not in line]
-
-
-def answer(*arguments):
-    """Standard output of a command that must succeed without a complaint."""
-    done = command(*arguments)
-    assert done.returncode == 0, done.stderr
-    assert complaints(done.stderr) == []
-    return done.stdout
 
 
 def strict_json(text):

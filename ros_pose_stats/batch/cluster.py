@@ -38,23 +38,13 @@ it counts the pieces that a lost worker had not begun.
 
 @dataclass(frozen=True)
 class ClusterWork(Generic[Piece, Made]):
-    """What is to be done with each piece.
+    """What is to be done with each piece."""
 
-    Attributes
-    ----------
-    function : callable
-        Of a module, so that workers find it.
-    arguments : callable
-        What it is called with for a piece.
-    in_hand : callable
-        Most pieces handed out at a time, for so many threads of all workers together.
-    stand_in : callable, optional
-        What comes of a piece whose workers died again and again; default: the run ends.
-    """
-
-    function: Callable[..., Made]
-    arguments: Callable[[Piece], tuple[Any, ...]]
+    function: Callable[..., Made]  # of a module, so that workers find it
+    arguments: Callable[[Piece], tuple[Any, ...]]  # what it is called with for a piece
+    # most pieces handed out at a time, for so many threads of all workers together
     in_hand: Callable[[int], int]
+    # what comes of a piece whose workers died again and again; default: the run ends
     stand_in: Callable[[Piece], Made] | None = None
 
 
@@ -63,22 +53,10 @@ def work_on_cluster(address: str, work: ClusterWork[Piece, Made], pieces: Sequen
                     ) -> Generator[tuple[Piece, Made], None, None]:
     """Have the workers of a scheduler do work; pieces of lost workers are done by others.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this package
-        in this version.
-    work : ClusterWork
-    pieces : sequence of Piece
-    should_stop : callable
-        Asked some twenty times a second.
-    worker_seconds : float
-        How long to wait while there is no worker at all.
-
-    Raises
-    ------
-    BatchError
-        If the scheduler cannot be reached or goes away, no worker comes, or a piece fails.
+    `address`: of the scheduler, such as `tcp://10.0.0.1:8786`. It and the workers need this
+    package in this version; `should_stop`: asked some twenty times a second; `worker_seconds`: how
+    long to wait while there is no worker at all. Raises BatchError if the scheduler cannot be
+    reached or goes away, no worker comes, or a piece fails.
     """
     if not pieces:
         return
@@ -162,10 +140,7 @@ def _failed(error: Exception) -> BatchError:
 def client_of(address: str, should_stop: Callable[[], bool]) -> Iterator[Client | None]:
     """Yield a client while the context lasts; None if stopped before there was one.
 
-    Raises
-    ------
-    BatchError
-        If no scheduler answers there.
+    Raises BatchError if no scheduler answers there.
     """
     with _quiet():
         client = _client(address, should_stop)

@@ -19,23 +19,10 @@ from ..version import VERSION
 class WorkFolder:
     """A folder, locked while in use, with a file that says what work lies in it.
 
-    Parameters
-    ----------
-    directory : Path
-        Created where it is missing.
-    claim : str
-        Name of that file.
-    request : dict
-        All that the work depends on, besides the program: plain values, for JSON.
-    has_work : callable
-        Whether anything is there that depends on it.
-    what : str
-        The work, in words: `a dataset`.
-
-    Raises
-    ------
-    BatchError
-        If the folder holds work of another request, is in use, or cannot be written.
+    `directory`: created where it is missing; `request`: all that the work depends on, besides the
+    program: plain values, for JSON; `has_work`: whether anything is there that depends on it;
+    `what`: the work, in words: `a dataset`. Raises BatchError if the folder holds work of another
+    request, is in use, or cannot be written.
     """
 
     def __init__(self, directory: Path, claim: str, request: dict[str, Any],
@@ -102,10 +89,7 @@ class WorkFolder:
 def write_durably(path: Path, content: bytes) -> None:
     """Write a file that appears whole or not at all, and survives a power cut.
 
-    Raises
-    ------
-    BatchError
-        If it cannot be written.
+    Raises BatchError if it cannot be written.
     """
     try:
         replace_file(path, content)

@@ -19,6 +19,9 @@ from .in_flight import Made, Piece, in_flight
 
 MOST_WORKERS = 1024
 
+STEP_SECONDS = 1.0
+"""Most of a time limit that is lost each time a run is suspended."""
+
 TRIES = 2
 """A process may have died for want of memory, while another was at a large piece."""
 
@@ -32,10 +35,6 @@ def command_of(main: Callable[[], None]) -> list[str]:
             f"from {main.__module__} import main; main()"]
 
 
-STEP_SECONDS = 1.0
-"""Most of a time limit that is lost each time a run is suspended."""
-
-
 class ProcessDiedError(Exception):
     """A process ended in the middle of a piece; how, in words."""
 
@@ -47,10 +46,7 @@ class TookLongError(ProcessDiedError):
 class WorkerProcess:
     """A process that does one thing at a time.
 
-    Raises
-    ------
-    BatchError
-        If it cannot be started.
+    Raises BatchError if it cannot be started.
     """
 
     def __init__(self) -> None:
@@ -66,10 +62,7 @@ class WorkerProcess:
     def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
         """Have a function of a module called there.
 
-        Raises
-        ------
-        ProcessDiedError
-            If the process ended, by itself or by `kill`.
+        Raises ProcessDiedError if the process ended, by itself or by `kill`.
         """
         assert self._process.stdin is not None
         try:
@@ -85,12 +78,7 @@ class WorkerProcess:
 
         Time in which this process is suspended does not count.
 
-        Raises
-        ------
-        TookLongError
-            If it did.
-        ProcessDiedError
-            If the process ended otherwise.
+        Raises TookLongError if it did. Raises ProcessDiedError if the process ended otherwise.
         """
         done, late = threading.Event(), threading.Event()
 
@@ -144,23 +132,10 @@ def work_in_processes(workers: int, call: Callable[[WorkerProcess, Piece], Made]
                       ) -> Generator[tuple[Piece, Made], None, None]:
     """Have several processes do work; the death of one costs nobody else anything.
 
-    Parameters
-    ----------
-    workers : int
-        Processes; no more are started than there are pieces.
-    call : callable
-        Has a piece done in a process.
-    stand_in : callable
-        What comes of a piece whose process died twice, or once for taking too long; from the
-        `ProcessDiedError`.
-    pieces : sequence of Piece
-    should_stop : callable
-        Asked some twenty times a second; what is in hand then is given up.
-
-    Raises
-    ------
-    BatchError
-        If no process can be started.
+    `workers`: processes; no more are started than there are pieces; `call`: has a piece done in a
+    process; `stand_in`: what comes of a piece whose process died twice, or once for taking too
+    long; from the `ProcessDiedError`; `should_stop`: asked some twenty times a second; what is in
+    hand then is given up. Raises BatchError if no process can be started.
     """
     threads = min(workers, len(pieces))
     if not threads:
@@ -221,10 +196,7 @@ class _Lanes(Generic[Piece, Made]):
 def check_workers(workers: int | None) -> int:
     """Number of processes; all cores where none is given.
 
-    Raises
-    ------
-    RequestError
-        If it is out of its range.
+    Raises RequestError if it is out of its range.
     """
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     if not 1 <= count <= MOST_WORKERS:

@@ -49,10 +49,11 @@ def work(requests: BinaryIO, answers: BinaryIO) -> None:
         except BaseException:  # at a usual end Python would wait for the thread that reads
             traceback.print_exc()
             os._exit(1)
-        _answer(answers, found)
+        answer(answers, found)
 
 
-def _answer(answers: BinaryIO, found: object) -> None:
+def answer(answers: BinaryIO, found: object) -> None:
+    """Tell whoever asked; end where nobody is left."""
     try:
         pickle.dump(found, answers, pickle.HIGHEST_PROTOCOL)
         answers.flush()
@@ -60,12 +61,18 @@ def _answer(answers: BinaryIO, found: object) -> None:
         os._exit(0)
 
 
-def main() -> None:
-    """Say that it is there, and work."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
+def take_answers() -> BinaryIO:
+    """Where answers go; be the first to end where memory is short."""
     with suppress(OSError):  # a system without it
         Path("/proc/self/oom_score_adj").write_text(FIRST_TO_GO)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints must not come between the answers
-    _answer(answers, READY)
+    return answers
+
+
+def main() -> None:
+    """Say that it is there, and work."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
+    answers = take_answers()
+    answer(answers, READY)
     work(sys.stdin.buffer, answers)

@@ -28,15 +28,8 @@ def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
     The files are read here and sent, so that workers need not see them. Parts whose workers
     died again and again are made in a process of this machine, where that harms nobody.
 
-    Parameters
-    ----------
-    address, worker_seconds
-        As for `work_on_cluster`.
-
-    Raises
-    ------
-    BatchError
-        While running: if the scheduler cannot be reached or goes away, or no worker comes.
+    Raises BatchError: while running: if the scheduler cannot be reached or goes away, or no worker
+    comes.
     """
     def make(request: CatalogueRequest, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:

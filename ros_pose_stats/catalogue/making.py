@@ -32,56 +32,29 @@ Maker = Callable[[CatalogueRequest, Sequence[Piece], Callable[[], bool]],
 
 @dataclass(frozen=True)
 class CatalogueProgress:
-    """State of a run.
+    """State of a run."""
 
-    Attributes
-    ----------
-    parts, bound : int
-        Done in all, and wanted.
-    found : int
-        Number of those that were there when this run began.
-    dropping : bool
-        Whether these are parts that are dropped, after the estimates of all.
-    seconds : float
-        Since this stage began.
-    """
-
-    parts: int
+    parts: int  # done in all, and wanted
     bound: int
-    found: int
-    dropping: bool
-    seconds: float
+    found: int  # number of those that were there when this run began
+    dropping: bool  # whether these are parts that are dropped, after the estimates of all
+    seconds: float  # since this stage began
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What was made.
-
-    Attributes
-    ----------
-    folder, page : Path
-    tables : list of Path
-    done, bound : int
-        Rows in the tables, and parts that there are.
-    found : int
-        Rows that an earlier run had made.
-    to_be_dropped : int
-        Rows that are not as sure as the target error asks, as the run was stopped.
-    tally : Tally
-        What the rows come to: those that were refused, and serious warnings.
-    rows : list of dict or None
-        Where they were to be kept.
-    """
+    """What was made."""
 
     folder: Path
     page: Path
     tables: list[Path]
-    done: int
+    done: int  # rows in the tables, and parts that there are
     bound: int
-    found: int
+    found: int  # rows that an earlier run had made
+    # rows that are not as sure as the target error asks, as the run was stopped
     to_be_dropped: int
-    tally: Tally
-    rows: list[Row] | None
+    tally: Tally  # what the rows come to: those that were refused, and serious warnings
+    rows: list[Row] | None  # where they were to be kept
 
     @property
     def complete(self) -> bool:
@@ -98,29 +71,13 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     Rows of files that have not changed since are kept; so a folder to which parts were added
     costs the new ones alone. The same files and request give the same tables.
 
-    Parameters
-    ----------
-    folder : Path
-        Created where it is missing.
-    parts : sequence of PartFile
-        As from `find_parts`.
-    request : CatalogueRequest
-    maker : callable
-        `on_processes(n)` of `processes`, or `on_cluster(address)` of `cluster`; the results are
-        the same.
-    parquet : bool
-        Whether to write the tables as Parquet files, too.
-    keep_rows : bool
-        Whether to return the rows, too; hundreds of thousands fill the memory.
-    on_progress : callable, optional
-        Called with a `CatalogueProgress` after each part.
-    should_stop : callable, optional
-        Asked some twenty times a second; True ends the run with the parts that are done.
-
-    Raises
-    ------
-    BatchError
-        If the folder is in use, belongs to another request, or cannot be written.
+    `folder`: created where it is missing; `maker`: `on_processes(n)` of `processes`, or
+    `on_cluster(address)` of `cluster`; the results are the same; `parquet`: whether to write the
+    tables as Parquet files, too; `keep_rows`: whether to return the rows, too; hundreds of
+    thousands fill the memory; `on_progress`: called with a `CatalogueProgress` after each part;
+    `should_stop`: asked some twenty times a second; True ends the run with the parts that are
+    done. Raises BatchError if the folder is in use, belongs to another request, or cannot be
+    written.
     """
     ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),

@@ -58,18 +58,7 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
                rows: Iterator[Shown]) -> None:
     """Write the page, and what it reads, in the order of the rows.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the catalogue, with the pictures in it.
-    request : CatalogueRequest
-    state : PageState
-    rows : iterator of (row, file of the picture below the folder)
-
-    Raises
-    ------
-    BatchError
-        If it cannot be written.
+    `folder`: of the catalogue, with the pictures in it. Raises BatchError if it cannot be written.
     """
     embedded = state.parts <= EMBEDDED
     try:

@@ -29,13 +29,7 @@ take nine parts of ten an hour and a half on one core; tables of the estimates a
 
 
 def on_processes(workers: int | None = None) -> Maker:
-    """Parts made by processes of this machine; one that dies costs its own part alone.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Default: all cores.
-    """
+    """Parts made by processes of this machine; one that dies costs its own part alone."""
     processes = check_workers(workers)
     threads = min(processes, MOST_THREADS)
 
@@ -53,10 +47,7 @@ def describe_within_limit(process: WorkerProcess, request: CatalogueRequest, pie
                           threads: int = 1) -> Described:
     """Look at a part in a process, which is ended if that never ends.
 
-    Raises
-    ------
-    ProcessDiedError
-        If the process ended; a `TookLongError` if it took too long.
+    Raises ProcessDiedError if the process ended; a `TookLongError` if it took too long.
     """
     part, drop = piece
     return process.call_within(_limit(drop), describe_part, part.name, None, request, drop,

@@ -23,31 +23,19 @@ FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
 class CatalogueRequest:
     """All that the row of a part depends on, besides the content of its file and the program.
 
-    Attributes
-    ----------
-    scene : DropScene
-    unit : str or None
-        Of files that declare none; as for `load_part`.
-    density : float or None
-        kg/m³; as for `load_part`.
-    target_error : float
-        Error over the poses, a fraction: parts whose estimate is not that sure are dropped. 0
-        asks for estimates alone.
-
-    Raises
-    ------
-    MassPropertiesError, RequestError
-        If a value is out of its range.
+    Raises MassPropertiesError, RequestError if a value is out of its range.
     """
 
     scene: DropScene = field(default_factory=DropScene)
-    unit: str | None = None
-    density: float | None = None
+    unit: str | None = None  # of files that declare none; as for `load_part`
+    density: float | None = None  # kg/m³; as for `load_part`
+    # error over the poses, a fraction: parts whose estimate is not that sure are dropped. 0 asks
+    # for estimates alone
     target_error: float = 0.0
 
     def __post_init__(self) -> None:
         check_given(None, None, None, self.density)
-        drop_request(1, None, self.target_error, None, "random", None)
+        drop_request(1, None, self.target_error, None, None)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -58,36 +46,21 @@ class CatalogueRequest:
 
 
 class PartFile(NamedTuple):
-    """A file, and by what one sees that it has changed.
+    """A file, and by what one sees that it has changed."""
 
-    Attributes
-    ----------
-    name : str
-        Path as it was given, or below a folder that was given; `./` before one that a
-        spreadsheet would take for a formula.
-    bytes, mtime_ns : int
-        Its size and the time of its last change; -1 for a file that cannot be looked at.
-    """
-
+    # path as it was given, or below a folder that was given; `./` before one that a spreadsheet
+    # would take for a formula
     name: str
-    bytes: int
+    bytes: int  # its size and the time of its last change; -1 for a file that cannot be looked at
     mtime_ns: int
 
 
 def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """Files of parts, each once, by name.
 
-    Parameters
-    ----------
-    paths : sequence of paths
-        Files, taken whatever their kind, and folders: of these and all folders below them the
-        files that end as parts do; no hidden ones. A folder to which several links lead counts
-        once.
-
-    Raises
-    ------
-    RequestError
-        If a path or a folder cannot be looked into, or there is no part.
+    `paths`: files, taken whatever their kind, and folders: of these and all folders below them the
+    files that end as parts do; no hidden ones. A folder to which several links lead counts once.
+    Raises RequestError if a path or a folder cannot be looked into, or there is no part.
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:

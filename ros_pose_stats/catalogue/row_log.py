@@ -38,15 +38,8 @@ class Entry(NamedTuple):
 class RowLog:
     """The rows of a catalogue; `entries` has the place of the latest row of each file's name.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the catalogue, locked by whoever makes it.
-
-    Raises
-    ------
-    BatchError
-        If the file cannot be read or written.
+    `folder`: of the catalogue, locked by whoever makes it. Raises BatchError if the file cannot be
+    read or written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -72,12 +65,7 @@ class RowLog:
     def append(self, part: PartFile, made: Described, picture: str) -> None:
         """Add a row.
 
-        Parameters
-        ----------
-        part : PartFile
-        made : Described
-        picture : str
-            Name of the file of its picture; empty where it has none.
+        `picture`: name of the file of its picture; empty where it has none.
         """
         line = json.dumps({**part._asdict(), "picture": picture,
                            "to_be_dropped": made.to_be_dropped,

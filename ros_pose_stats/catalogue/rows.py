@@ -20,6 +20,7 @@ from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.thumbnail import pose_thumbnail
 from ..records import Part, PoseStatistics
+from ..records.statistics import plain_number
 from ..records.warnings import serious_first
 from ..resting.poses import resting_poses
 from ..statistics.feeding import Bounded, drop_afresh
@@ -33,47 +34,23 @@ UNKNOWN = Bounded(math.nan, math.nan, math.nan)
 
 
 class Described(NamedTuple):
-    """What came of a part.
+    """What came of a part."""
 
-    Attributes
-    ----------
-    row : dict
-        By the columns of `tables.COLUMNS` as far as they are known; `poses` is a list of rows by
-        `tables.POSE_COLUMNS`. Plain values, for JSON: what is not known is None.
-    picture : bytes or None
-        PNG file of the most probable pose.
-    to_be_dropped : bool
-        Whether the estimate is not as sure as the target error asks.
-    seconds : float
-        That it took.
-    """
-
+    # by the columns of `tables.COLUMNS` as far as they are known; `poses` is a list of rows by
+    # `tables.POSE_COLUMNS`. Plain values, for JSON: what is not known is None
     row: Row
-    picture: bytes | None
-    to_be_dropped: bool
-    seconds: float
+    picture: bytes | None  # PNG file of the most probable pose
+    to_be_dropped: bool  # whether the estimate is not as sure as the target error asks
+    seconds: float  # that it took
 
 
 def describe_part(name: str, content: bytes | PoseStatsError | None, request: CatalogueRequest,
                   drop: bool, threads: int = 1) -> Described:
     """Look at one part. The answer depends on file and request alone, wherever it is made.
 
-    Parameters
-    ----------
-    name : str
-        Of its file.
-    content : bytes, PoseStatsError or None
-        What the file holds, or why it cannot be read; None where it is to be read here.
-    request : CatalogueRequest
-    drop : bool
-        Whether to keep the target error, if need be by drops; else the estimate answers.
-    threads : int
-        For the drops.
-
-    Returns
-    -------
-    Described
-        Of a part that is refused, the row with the reason.
+    `content`: what the file holds, or why it cannot be read; None where it is to be read here;
+    `drop`: whether to keep the target error, if need be by drops; else the estimate answers.
+    Returns of a part that is refused, the row with the reason.
     """
     begin = time.perf_counter()
     try:
@@ -173,10 +150,7 @@ def footprint(outline: NDArray[np.float64]) -> tuple[float, float]:
 
     One of its sides lies on a side of the outline (Freeman and Shapira, 1975).
 
-    Parameters
-    ----------
-    outline : (k, 2) array
-        Corners in their order, metres.
+    `outline` (k, 2): corners in their order, metres.
     """
     sides = np.roll(outline, -1, axis=0) - outline
     lengths = np.hypot(*sides.T)
@@ -193,4 +167,4 @@ def _finite(value: Any) -> Any:
         return {name: _finite(one) for name, one in value.items()}
     if isinstance(value, list):
         return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return plain_number(value)

@@ -47,9 +47,7 @@ Table = tuple[dict[str, type], Iterator[Sequence[Any]]]
 def load_parquet() -> None:
     """Import what Parquet files need.
 
-    Raises
-    ------
-    ImportError
+    Raises ImportError.
     """
     import pyarrow.parquet  # noqa: F401
 
@@ -57,23 +55,9 @@ def load_parquet() -> None:
 def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool) -> list[Path]:
     """Write all tables, each whole or not at all.
 
-    Parameters
-    ----------
-    folder : Path
-    rows : callable
-        Gives all rows from the first one, each time anew.
-    parquet : bool
-        Whether to write Parquet files beside the CSV files; that needs pyarrow. Else such of an
-        earlier run are removed, since they would not be the same any more.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    BatchError
-        If they cannot be written.
+    `rows`: gives all rows from the first one, each time anew; `parquet`: whether to write Parquet
+    files beside the CSV files; that needs pyarrow. Else such of an earlier run are removed, since
+    they would not be the same any more. Raises BatchError if they cannot be written.
     """
     def write(aside: Path) -> None:
         for name, (columns, values) in _tables(rows).items():

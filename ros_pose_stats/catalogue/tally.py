@@ -15,25 +15,15 @@ ONE_WAY = 0.9
 
 @dataclass
 class Tally:
-    """Counts over rows.
+    """Counts over rows."""
 
-    Attributes
-    ----------
-    answered, one_way : int
-        Parts that were not refused, and those of them whose best pose has at least `ONE_WAY`.
-    doubted : int
-        Parts with serious warnings.
-    serious : Counter
-        Parts by the code of a serious warning, the most frequent first when listed.
-    refused : dict
-        Reasons by the names of the files.
-    """
-
+    # parts that were not refused, and those of them whose best pose has at least `ONE_WAY`
     answered: int = 0
     one_way: int = 0
-    doubted: int = 0
+    doubted: int = 0  # parts with serious warnings
+    # parts by the code of a serious warning, the most frequent first when listed
     serious: Counter[str] = field(default_factory=Counter)
-    refused: dict[str, str] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)  # reasons by the names of the files
 
     @property
     def codes(self) -> str:
@@ -42,17 +32,7 @@ class Tally:
 
 
 def tally(rows: Iterable[Row]) -> Tally:
-    """Count what rows say.
-
-    Parameters
-    ----------
-    rows : iterable of dict
-        As from `describe_part`.
-
-    Returns
-    -------
-    Tally
-    """
+    """Count what rows say."""
     found = Tally()
     for row in rows:
         if row["refusal"]:

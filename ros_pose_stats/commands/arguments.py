@@ -23,12 +23,7 @@ REFUSED = 2
 class CommandParser(argparse.ArgumentParser):
     """A parser whose refusals are one line, and for whom -1e-3 is a number, not an option.
 
-    Parameters
-    ----------
-    examples : sequence of str
-        Whole lines as they are typed, shown at the end of the help.
-    **options
-        As for argparse.
+    `examples`: whole lines as they are typed, shown at the end of the help.
     """
 
     def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
@@ -64,10 +59,8 @@ def read_count(text: str) -> int:
 
     Whoever uses the number checks its range.
 
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If it is something else, with what was expected and what came.
+    Raises argparse.ArgumentTypeError if it is something else, with what was expected and what
+    came.
     """
     try:
         number = Decimal(text)
@@ -86,10 +79,8 @@ def read_count(text: str) -> int:
 def read_indices(text: str) -> list[int]:
     """Indices of poses, separated by commas or spaces; 0-3 stands for 0,1,2,3.
 
-    Raises
-    ------
-    argparse.ArgumentTypeError
-        If one of them is no whole number, a range does not rise, or there is none.
+    Raises argparse.ArgumentTypeError if one of them is no whole number, a range does not rise, or
+    there is none.
     """
     pieces = [piece.split() for piece in text.strip().removesuffix(",").split(",")]
     if not all(pieces):

@@ -109,13 +109,7 @@ complete -F _ros_pose_stats ros_pose_stats
 
 
 def bash_script(top: CommandOutline) -> str:
-    """The script for bash.
-
-    Parameters
-    ----------
-    top : CommandOutline
-        The whole command line.
-    """
+    """The script for bash."""
     words, values = [], []
     for command in top.walk():
         name = " ".join(command.words)
@@ -142,13 +136,7 @@ def _quoted(words: Iterable[str]) -> str:
 
 
 def zsh_script(top: CommandOutline) -> str:
-    """The script for zsh.
-
-    Parameters
-    ----------
-    top : CommandOutline
-        The whole command line.
-    """
+    """The script for zsh."""
     functions = "\n".join(_zsh_function(command) for command in top.walk())
     return ("#compdef ros_pose_stats\n"
             "# Completion for zsh, printed by `ros_pose_stats completion zsh`.\n\n"

@@ -31,11 +31,7 @@ class RunCallbacks(NamedTuple):
 def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> None:
     """Add the number of drops, the target error, the seed and the number of threads.
 
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-    drops : int or None
-        The default; None where a command must know whether it was given.
+    `drops`: the default; None where a command must know whether it was given.
     """
     shown = "10000 for hybrid, no bound for auto" if drops is None else drops
     command.add_argument("--drops", type=read_count, default=drops, metavar="N",
@@ -55,11 +51,7 @@ def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> Non
 def add_table_options(command: argparse.ArgumentParser, more: str = "") -> None:
     """Add how the answer is printed.
 
-    Parameters
-    ----------
-    command : argparse.ArgumentParser
-    more : str
-        What else is to be said about the JSON.
+    `more`: what else is to be said about the JSON.
     """
     command.add_argument("--each", action="store_true",
                          help="give every pose a row of its own; else poses that the part's "
@@ -71,11 +63,7 @@ def add_table_options(command: argparse.ArgumentParser, more: str = "") -> None:
 def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) -> Part:
     """Load the part that the options name, and the kernels of all that follows.
 
-    Parameters
-    ----------
-    options : argparse.Namespace
-    drops : bool
-        Whether the part is to be dropped.
+    `drops`: whether the part is to be dropped.
     """
     with announce_slow_start(), end_on_interrupt():
         from ..estimators import estimate  # noqa: F401 - imported for their kernels
@@ -93,15 +81,7 @@ def run_and_report(part: Part, start: Callable[[RunCallbacks], PoseStatistics], 
                    options: argparse.Namespace) -> int:
     """Run a simulation under a progress bar and print its answer; returns the exit status.
 
-    Parameters
-    ----------
-    part : Part
-    start : callable
-        Runs the simulation.
-    bound : int
-        Number of drops after which it is complete.
-    options : argparse.Namespace
-        Of `add_table_options`.
+    `bound`: number of drops after which it is complete.
     """
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         found = start(RunCallbacks(bar.show, interrupted))

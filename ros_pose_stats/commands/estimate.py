@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import RequestError
@@ -41,8 +40,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         examples=("ros_pose_stats estimate demo/clamp.stl --unit mm",
                   "ros_pose_stats estimate demo/clamp.stl --unit auto --density 7850",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm --target-error 0.02 --json",
-                  "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid --drops 500 "
-                  "--keep-conflicts conflicts",
+                  "ros_pose_stats estimate demo/gear.stl --unit mm --method hybrid --drops 500",
                   "ros_pose_stats estimate demo/hex_bolt.stl --unit mm --method all --each"))
     add_part_options(command)
     command.add_argument("--method", choices=(*CHOICES, ALL),
@@ -51,9 +49,6 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          "every estimator beside the others (default: %(default)s)")
     add_scene_options(command)
     add_drop_options(command, None)
-    command.add_argument("--keep-conflicts", type=Path, metavar="DIR",
-                         help="where drops contradict the estimate (CONFLICT), write the part and "
-                         "its counts into this folder, for `python -m training.conflicts`")
     add_table_options(command, ", or with all methods a list of them")
     command.set_defaults(run=run)
 
@@ -88,23 +83,15 @@ def _estimate_with_drops(options: argparse.Namespace) -> int:
     part = load_part_and_kernels(options, drops=dropped)
     method, bound = _choose_method(options)
 
-    answers: list[PoseStatistics] = []
-
     def start(callbacks: RunCallbacks) -> PoseStatistics:
-        answers.append(method(
+        return method(
             part, drops=bound, target_error=options.target_error or 0.0,
             restitution=options.restitution, seed=options.seed, drop_height=options.drop_height,
             workers=options.workers, cluster_tolerance=options.cluster_tolerance,
             round_sides=options.round_sides,
-            on_progress=callbacks.on_progress, should_stop=callbacks.should_stop))
-        return answers[0]
+            on_progress=callbacks.on_progress, should_stop=callbacks.should_stop)
 
-    status = run_and_report(part, start, bound, options)
-    if options.keep_conflicts is not None:
-        from ..recording.conflicts import keep_conflict
-
-        keep_conflict(options.keep_conflicts, part, answers[0])
-    return status
+    return run_and_report(part, start, bound, options)
 
 
 def _choose_method(options: argparse.Namespace) -> tuple[Callable[..., PoseStatistics], int]:
@@ -119,7 +106,7 @@ def _choose_method(options: argparse.Namespace) -> tuple[Callable[..., PoseStati
 
 
 def _refuse_drops(options: argparse.Namespace) -> None:
-    for name in ("drops", "target_error", "seed", "workers", "keep_conflicts"):
+    for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",
                                f"the method {options.method}",

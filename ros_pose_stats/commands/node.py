@@ -20,10 +20,7 @@ class RosMissingError(PoseStatsError):
 def prepare_ros() -> None:
     """Check that ROS is there, and keep linear algebra off the cores that simulate.
 
-    Raises
-    ------
-    RosMissingError
-        If one cannot; the message has the command that helps.
+    Raises RosMissingError if one cannot; the message has the command that helps.
     """
     if find_spec("rclpy") is None:
         raise RosMissingError("ROS 2 Jazzy to be importable", "no module rclpy",
@@ -39,10 +36,7 @@ def prepare_ros() -> None:
 def ros_arguments(program: str, rest: list[str]) -> list[str]:
     """Arguments for rclpy.
 
-    Raises
-    ------
-    RequestError
-        If there is something before `--ros-args`.
+    Raises RequestError if there is something before `--ros-args`.
     """
     files = [rest[k + 1] for k, word in enumerate(rest[:-1]) if word == "--params-file"]
     for file in files:

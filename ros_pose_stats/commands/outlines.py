@@ -15,32 +15,15 @@ PATHS = ("DIR", "FILE", "PART", "STEM")
 
 @dataclass(frozen=True)
 class ArgumentOutline:
-    """An option, or a positional argument.
+    """An option, or a positional argument."""
 
-    Attributes
-    ----------
-    flags : tuple of str
-        `-o`, `--output`; empty for a positional argument.
-    values : tuple of str
-        Placeholder for each value; empty for a flag without values.
-    most : float
-        Largest number of values; infinite where they are repeated.
-    choices : tuple of str
-        The only values accepted; none where they are free.
-    is_path : bool
-        Whether the values are names of files or directories.
-    required : bool
-    about : str
-        Its help, with the defaults filled in.
-    """
-
-    flags: tuple[str, ...]
-    values: tuple[str, ...]
-    most: float
-    choices: tuple[str, ...]
-    is_path: bool
+    flags: tuple[str, ...]  # `-o`, `--output`; empty for a positional argument
+    values: tuple[str, ...]  # placeholder for each value; empty for a flag without values
+    most: float  # largest number of values; infinite where they are repeated
+    choices: tuple[str, ...]  # the only values accepted; none where they are free
+    is_path: bool  # whether the values are names of files or directories
     required: bool
-    about: str
+    about: str  # its help, with the defaults filled in
 
     @property
     def shown_values(self) -> str:
@@ -50,35 +33,17 @@ class ArgumentOutline:
 
 @dataclass(frozen=True)
 class CommandOutline:
-    """A command, or the whole command line.
+    """A command, or the whole command line."""
 
-    Attributes
-    ----------
-    words : tuple of str
-        What is typed: the program and the command.
-    summary : str
-        Its line in the list of commands; empty for the whole.
-    description, epilog : str
-    arguments : tuple of ArgumentOutline
-        Options but for `--help`, and positional arguments.
-    alternatives : tuple of tuples of ArgumentOutline
-        Options of which only one may be given.
-    takes_ros_arguments : bool
-        Whether `--ros-args` may follow.
-    examples : tuple of str
-    commands : tuple of CommandOutline
-        The commands below it.
-    """
-
-    words: tuple[str, ...]
-    summary: str
+    words: tuple[str, ...]  # what is typed: the program and the command
+    summary: str  # its line in the list of commands; empty for the whole
     description: str
     epilog: str
-    arguments: tuple[ArgumentOutline, ...]
-    alternatives: tuple[tuple[ArgumentOutline, ...], ...]
-    takes_ros_arguments: bool
+    arguments: tuple[ArgumentOutline, ...]  # options but for `--help`, and positional arguments
+    alternatives: tuple[tuple[ArgumentOutline, ...], ...]  # options of which only one may be given
+    takes_ros_arguments: bool  # whether `--ros-args` may follow
     examples: tuple[str, ...]
-    commands: tuple[CommandOutline, ...]
+    commands: tuple[CommandOutline, ...]  # the commands below it
 
     def walk(self) -> Iterator[CommandOutline]:
         """The command and all below it."""
@@ -90,11 +55,7 @@ class CommandOutline:
 def outline_command(parser: argparse.ArgumentParser, summary: str = "") -> CommandOutline:
     """Describe a parser and all parsers below it.
 
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-    summary : str
-        Its line in the list of commands.
+    `summary`: its line in the list of commands.
     """
     arguments: dict[str, ArgumentOutline] = {}
     commands: list[CommandOutline] = []

@@ -20,13 +20,7 @@ FIRST_AFTER = 0.3
 
 
 class ProgressBar:
-    """A progress bar with a text; nothing is drawn unless the stream is a terminal.
-
-    Parameters
-    ----------
-    stream : TextIO
-        Usually standard error.
-    """
+    """A progress bar with a text; nothing is drawn unless the stream is a terminal."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

@@ -48,10 +48,7 @@ def end_on_interrupt() -> Iterator[None]:
 def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
     """Turn the first SIGINT into a flag; a second one interrupts as usual.
 
-    Yields
-    ------
-    callable
-        Returns whether SIGINT came.
+    Yields returns whether SIGINT came.
     """
     asked: list[int] = []  # a handler must not wait for a lock, as Event.set does
     before = signal.getsignal(signal.SIGINT)
@@ -87,11 +84,8 @@ def announce_slow_start() -> Iterator[None]:
 def output_file(name: str, endings: Sequence[str]) -> Path:
     """Path of a file to be written, checked before anything is computed.
 
-    Raises
-    ------
-    RequestError
-        If its ending is none of those expected, it is a folder, or its folder cannot be
-        written to.
+    Raises RequestError if its ending is none of those expected, it is a folder, or its folder
+    cannot be written to.
     """
     path = Path(name)
     if path.suffix.lower() not in endings or path.is_dir():
@@ -105,10 +99,7 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
 def needing(package: str) -> Iterator[None]:
     """Import something that needs a package which not everybody has installed.
 
-    Raises
-    ------
-    RequestError
-        If it cannot be imported.
+    Raises RequestError if it cannot be imported.
     """
     try:
         yield

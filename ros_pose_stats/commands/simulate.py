@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..records.scene import DEFAULT_DROPS, SAMPLINGS
+from ..records.scene import DEFAULT_DROPS
 from .arguments import add_part_options, add_scene_options
 from .drop_runs import (
     RunCallbacks,
@@ -29,9 +29,6 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     add_part_options(command)
     add_drop_options(command, DEFAULT_DROPS)
     add_scene_options(command)
-    command.add_argument("--sampling", choices=SAMPLINGS, default=SAMPLINGS[0],
-                         help="starting directions at random, or evenly spread "
-                         "(default: %(default)s)")
     add_table_options(command)
     command.set_defaults(run=run)
 
@@ -44,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     def start(callbacks: RunCallbacks) -> PoseStatistics:
         return simulate(
             part, options.drops, options.restitution, options.seed, options.drop_height,
-            options.target_error, options.workers, options.sampling,
+            options.target_error, options.workers,
             on_progress=callbacks.on_progress, should_stop=callbacks.should_stop,
             cluster_tolerance=options.cluster_tolerance,
             round_sides=options.round_sides)

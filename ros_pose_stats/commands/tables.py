@@ -33,12 +33,7 @@ def report(part: Part, found: PoseStatistics, *, each: bool = False) -> str:
     The columns and their order are the same for every method; a column is left out where the
     method has no values for it.
 
-    Parameters
-    ----------
-    part : Part
-    found : PoseStatistics
-    each : bool
-        Whether every pose has a row; else those that symmetry makes alike share one.
+    `each`: whether every pose has a row; else those that symmetry makes alike share one.
     """
     rows = _rows(found, each)
     shown = rows[:MOST_ROWS]

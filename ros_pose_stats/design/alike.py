@@ -51,11 +51,7 @@ def feature_images(space: DesignSpace) -> tuple[Array, Index]:
 def alike(space: DesignSpace, kept: NDArray[np.bool_]) -> Index:
     """First feature (n,) of those that do the same to the share of the wanted poses.
 
-    Parameters
-    ----------
-    space : DesignSpace
-    kept : (P,) array of bool
-        The wanted poses. Only rotations count that take wanted poses to wanted ones.
+    `kept` (P,) bool: the wanted poses. Only rotations count that take wanted poses to wanted ones.
     """
     rotations, images = feature_images(space)
     downs = np.array([pose.down for pose in space.resting.poses])

@@ -55,34 +55,16 @@ class Planes(NamedTuple):
 
 
 class ChangedPart(NamedTuple):
-    """A changed part.
+    """A changed part."""
 
-    Attributes
-    ----------
-    part : Part
-        Its convex hull with its mass properties, in the frame of the part before.
-    origin : (F,) array
-        Face of the body before that each face of its body was; -1 for a chamfer.
-    """
-
-    part: Part
-    origin: Index
+    part: Part  # its convex hull with its mass properties, in the frame of the part before
+    origin: Index  # (F,); face of the body before that each face of its body was; -1 for a chamfer
 
 
 class DesignSpace:
     """A part and all that can be changed on it.
 
-    Parameters
-    ----------
-    part : Part
-    cluster_tolerance, round_sides
-        As for `estimate`.
-
-    Attributes
-    ----------
-    resting : RestingPoses
-        Of the part as it is.
-    features : tuple of Feature
+    Attributes `resting`: of the part as it is.
     """
 
     def __init__(self, part: Part, cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
@@ -117,17 +99,10 @@ class DesignSpace:
     def change(self, steps: ArrayLike) -> ChangedPart:
         """Make the part with changed features.
 
-        Parameters
-        ----------
-        steps : (n,) array
-            Of each of the `features`: metres, of stretching a fraction. Faces move outward; edges
-            are cut so far from the edge on both sides; rounded ones so far beyond the chamfer
-            that touches the rounding.
-
-        Raises
-        ------
-        MeshError
-            If no body remains around its centre of mass.
+        `steps` (n,): of each of the `features`: metres, of stretching a fraction. Faces move
+        outward; edges are cut so far from the edge on both sides; rounded ones so far beyond the
+        chamfer that touches the rounding. Raises MeshError if no body remains around its centre of
+        mass.
         """
         values = np.asarray(steps, dtype=np.float64)
         shift, stretch = values[:3] / self.body.radius, 1.0 + values[3:6]

@@ -24,20 +24,12 @@ FEW, PATIENCE = 250, 4.0
 
 
 class CheckDrops(NamedTuple):
-    """Drops of a part and of what was made of it.
-
-    Attributes
-    ----------
-    pairs : PairedDrops
-    differences : list of PairedDifference
-        Of the share of the wanted poses, from the first part to each of the others.
-    out_of_time : bool
-        Whether time ended them before the drops that were asked for.
-    """
+    """Drops of a part and of what was made of it."""
 
     pairs: PairedDrops
+    # of the share of the wanted poses, from the first part to each of the others
     differences: list[PairedDifference]
-    out_of_time: bool
+    out_of_time: bool  # whether time ended them before the drops that were asked for
 
 
 def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: DropRequest,
@@ -48,19 +40,8 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
     What comes out has no say in when it ends: intervals would be too narrow, and changes too
     large.
 
-    Parameters
-    ----------
-    changed : sequence of ChangedPart
-        The part as it is first.
-    model : WantedShare
-    asked : DropRequest
-        With the most drops.
-    seconds : float or None
-        After which no more drops are begun, of few four times that; None for no bound.
-    on_progress : callable
-        Takes the share done.
-    should_stop : callable
-
+    `changed`: the part as it is first; `seconds`: after which no more drops are begun, of few four
+    times that; None for no bound; `on_progress`: takes the share done.
     """
     parts, begin, late = [one.part for one in changed], time.perf_counter(), False
     pairs = begin_pairs(parts, model.scene, asked.seed)
@@ -83,11 +64,7 @@ def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], mod
                   ) -> tuple[tuple[Effect, ...], CheckDrops]:
     """Drop the part before and after some changes; see `drop_changed`.
 
-    Returns
-    -------
-    tuple of Effect
-        The same with their checks.
-    CheckDrops
+    Returns the same with their checks.
     """
     found = drop_changed(changed, model, asked, seconds, on_progress, should_stop)
     return tuple(replace(effect, check=one)

@@ -11,8 +11,12 @@ from typing import Final
 
 from ..errors import RequestError
 from ..records import DropScene, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
-from ..records.statistics import DEFAULT_PLATE_ERROR
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_PLATE_ERROR,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+)
 from ..resting.poses import resting_poses
 from ..simulation.request import drop_request
 from ..statistics.feeding import check_wanted
@@ -90,8 +94,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         raise RequestError("a plate error from 0 to 1, as a fraction", f"{plate_error}",
                            "0.05 is a plate that nobody has counted on")
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(drops, secrets.randbits(32) if seed is None else seed, 0.0, workers,
-                         "random", None)
+    asked = drop_request(drops, secrets.randbits(32) if seed is None else seed, 0.0, workers, None)
     resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
     if wanted:
         check_wanted(wanted, len(resting[0].poses))

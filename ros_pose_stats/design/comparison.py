@@ -26,31 +26,17 @@ ONE_POINT: Final = 0.01
 
 
 class ShareDifference(NamedTuple):
-    """One share in two variants.
+    """One share in two variants."""
 
-    Attributes
-    ----------
-    first, second : Bounded
-        The shares with their 90 % intervals.
-    difference : PairedDifference
-        Second less first, by the joint counts.
-    file_error : float
-        Standard deviation of what the facets of the files add to the difference.
-    plate_error : float
-        The same of the plate.
-    chance : float
-        That the drops differ this much by chance alone, for all differences and looks together.
-    chance_on_plate : float
-        That they do by chance and by the files, together likewise, or that this difference is one
-        of the plate, whichever is the larger.
-    """
-
-    first: Bounded
+    first: Bounded  # the shares with their 90 % intervals
     second: Bounded
-    difference: PairedDifference
-    file_error: float
-    plate_error: float
+    difference: PairedDifference  # second less first, by the joint counts
+    file_error: float  # standard deviation of what the facets of the files add to the difference
+    plate_error: float  # the same of the plate
+    # that the drops differ this much by chance alone, for all differences and looks together
     chance: float = 1.0
+    # that they do by chance and by the files, together likewise, or that this difference is one of
+    # the plate, whichever is the larger
     chance_on_plate: float = 1.0
 
     @property
@@ -95,47 +81,24 @@ class PoseComparison(NamedTuple):
 
 
 class FeederComparison(NamedTuple):
-    """What a feeder gets that accepts the same poses of both.
+    """What a feeder gets that accepts the same poses of both."""
 
-    Attributes
-    ----------
-    poses : MatchedPoses
-        Those accepted in each.
-    lost : tuple of int
-        Wanted poses of the first variant that have no partner in the second.
-    share : ShareDifference
-        Of the accepted parts.
-    feeding : (Feeding, Feeding)
-        Parts that lie wrong are dropped again.
-    """
-
-    poses: MatchedPoses
-    lost: tuple[int, ...]
-    share: ShareDifference
-    feeding: tuple[Feeding, Feeding]
+    poses: MatchedPoses  # those accepted in each
+    lost: tuple[int, ...]  # wanted poses of the first variant that have no partner in the second
+    share: ShareDifference  # of the accepted parts
+    feeding: tuple[Feeding, Feeding]  # parts that lie wrong are dropped again
 
 
 @dataclass(frozen=True, eq=False)
 class VariantComparison:
-    """The first variant beside another one.
+    """The first variant beside another one."""
 
-    Attributes
-    ----------
-    second : int
-        Which variant, from 1 on.
-    correspondence : Correspondence
-    poses : tuple of PoseComparison
-        Pairs first, the most probable ones first; then poses without a partner.
-    feeder : FeederComparison or None
-    warnings : tuple of str
-        About the two beside each other, each `CODE: sentence`.
-    """
-
-    second: int
+    second: int  # which variant, from 1 on
     correspondence: Correspondence
+    # pairs first, the most probable ones first; then poses without a partner
     poses: tuple[PoseComparison, ...]
     feeder: FeederComparison | None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # about the two beside each other, each `CODE: sentence`
 
     @property
     def shares(self) -> list[ShareDifference]:
@@ -156,25 +119,12 @@ class VariantComparison:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Variants of a part side by side.
-
-    Attributes
-    ----------
-    parts : tuple of Part
-    found : tuple of PoseStatistics
-        Of each variant, from the drops from which all came to rest.
-    variants : tuple of VariantComparison
-        The first variant beside each of the others.
-    scene : DropScene
-    seed : int
-    wanted : tuple of int
-    plate_error : float
-    seconds : float
-    """
+    """Variants of a part side by side."""
 
     parts: tuple[Part, ...]
+    # of each variant, from the drops from which all came to rest
     found: tuple[PoseStatistics, ...]
-    variants: tuple[VariantComparison, ...]
+    variants: tuple[VariantComparison, ...]  # the first variant beside each of the others
     scene: DropScene
     seed: int
     wanted: tuple[int, ...]

@@ -29,14 +29,9 @@ SCALED = math.log(1.4)
 
 
 class MatchedPoses(NamedTuple):
-    """Poses of two variants that are the same, with those that symmetry makes alike.
+    """Poses of two variants that are the same, with those that symmetry makes alike."""
 
-    Attributes
-    ----------
-    first, second : tuple of int
-        Their indices, rising; one of them is empty for poses without a partner.
-    """
-
+    # their indices, rising; one of them is empty for poses without a partner
     first: tuple[int, ...]
     second: tuple[int, ...]
 
@@ -48,26 +43,17 @@ class MatchedPoses(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
-    """How the poses of two variants correspond.
+    """How the poses of two variants correspond."""
 
-    Attributes
-    ----------
-    partner : (P,) array of int
-        Pose of the second variant that each of the first is; -1 for none.
-    matches : tuple of MatchedPoses
-        Each pose of both is in one of them; pairs first, by the index in the first variant.
-    turn : (3, 3) array or None
-        Takes directions of the first variant's frame to the second's; None where they are equal.
-    same_body : bool
-        Whether the second variant is the first one, turned in its file, and nothing else.
-    by_orientation : bool
-        Whether sides of the part were told apart; else only footprints and heights were.
-    """
-
-    partner: Index
+    partner: Index  # (P,) int; pose of the second variant that each of the first is; -1 for none
+    # each pose of both is in one of them; pairs first, by the index in the first variant
     matches: tuple[MatchedPoses, ...]
+    # (3, 3); takes directions of the first variant's frame to the second's; None where they are
+    # equal
     turn: Array | None
+    # whether the second variant is the first one, turned in its file, and nothing else
     same_body: bool
+    # whether sides of the part were told apart; else only footprints and heights were
     by_orientation: bool
 
     @property
@@ -85,10 +71,7 @@ class Correspondence:
 def find_correspondence(first: RestingPoses, second: RestingPoses) -> Correspondence:
     """Find which poses of two variants correspond.
 
-    Parameters
-    ----------
-    first, second : RestingPoses
-        At the same cluster tolerance and round sides.
+    `first, second`: at the same cluster tolerance and round sides.
     """
     turn, same_body = find_turn(first, second)
     apart, footprint = _angles(first, second, turn), size_ratios(first, second, FOOTPRINT)

@@ -23,35 +23,19 @@ as a share of the change, and as a share of its unevenness (docs/study/design.md
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """What a change of one feature does to the share of the wanted poses.
-
-    Attributes
-    ----------
-    feature : Feature
-    number : int
-        Of the feature.
-    alike : tuple of int
-        Numbers of the features that do the same by the part's symmetry, this one first.
-    slope, error : float
-        Change of the share a metre, or a unit of stretching, and its standard error.
-    step : float
-        The change that helps, metres or a fraction; of an edge, that which it can be given.
-    change : float
-        Estimated change of the share by that step.
-    lost : tuple of int
-        Wanted poses that are gone after that step.
-    check : PairedDifference or None
-        The same change by drops; None where it was not checked.
-    """
+    """What a change of one feature does to the share of the wanted poses."""
 
     feature: Feature
-    number: int
+    number: int  # of the feature
+    # numbers of the features that do the same by the part's symmetry, this one first
     alike: tuple[int, ...]
-    slope: float
+    slope: float  # change of the share a metre, or a unit of stretching, and its standard error
     error: float
+    # the change that helps, metres or a fraction; of an edge, that which it can be given
     step: float
-    change: float
-    lost: tuple[int, ...] = ()
+    change: float  # estimated change of the share by that step
+    lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
+    # the same change by drops; None where it was not checked
     check: PairedDifference | None = None
 
     @property
@@ -71,46 +55,21 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What changes of a part do to the share of its wanted poses.
-
-    Attributes
-    ----------
-    space : DesignSpace
-    wanted : tuple of int
-    scene : DropScene
-        With the drop height in metres.
-    method : str
-        The estimator.
-    accepted : Bounded
-        Estimated share of the wanted poses of the part as it is.
-    step : float
-        The change that is meant, metres; stretching is by the same share of the radius.
-    effects : tuple of Effect
-        The greatest first, by what their step changes.
-    drops, seed : int
-        Of each check.
-    most_drops : int
-        That were asked for.
-    out_of_time : bool
-        Whether time ended the checks before that.
-    seconds : float
-    warnings : tuple of str
-        About the part, the estimate and the wanted poses, each `CODE: sentence`.
-    version : str
-    """
+    """What changes of a part do to the share of its wanted poses."""
 
     space: DesignSpace
     wanted: tuple[int, ...]
-    scene: DropScene
-    method: str
-    accepted: Bounded
-    step: float
-    effects: tuple[Effect, ...]
-    drops: int
+    scene: DropScene  # with the drop height in metres
+    method: str  # the estimator
+    accepted: Bounded  # estimated share of the wanted poses of the part as it is
+    step: float  # the change that is meant, metres; stretching is by the same share of the radius
+    effects: tuple[Effect, ...]  # the greatest first, by what their step changes
+    drops: int  # of each check
     seed: int
-    most_drops: int
-    out_of_time: bool
+    most_drops: int  # that were asked for
+    out_of_time: bool  # whether time ended the checks before that
     seconds: float
+    # about the part, the estimate and the wanted poses, each `CODE: sentence`
     warnings: tuple[str, ...] = ()
     version: str = VERSION
 
@@ -123,15 +82,9 @@ class Sensitivity:
 def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:
     """Standard error of the change by one step.
 
-    Parameters
-    ----------
-    slope : float
-        Estimated change by one step.
-    uneven : float
-        Half of how far the changes by two steps are from a line: a share that bends or jumps
-        within a step has no single slope.
-    cut : bool
-        Whether an edge is cut, which the estimator knows least.
+    `slope`: estimated change by one step; `uneven`: half of how far the changes by two steps are
+    from a line: a share that bends or jumps within a step has no single slope; `cut`: whether an
+    edge is cut, which the estimator knows least.
     """
     return math.hypot(SCATTER_OF_CUT if cut else SCATTER,
                       SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)

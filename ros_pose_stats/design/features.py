@@ -45,36 +45,21 @@ MOST_EDGES: Final = 200
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """One thing to be changed.
+    """One thing to be changed."""
 
-    Attributes
-    ----------
-    kind : str
-        `centre` (of mass, along an axis), `stretch` (along an axis), `face` (the resting face of
-        a pose, outward) or `edge` (chamfered).
-    axis : int
-        Of the first two kinds; else -1.
-    poses : tuple of int
-        That rest on the face.
-    planes : (k,) array
-        Faces of the body that are moved; of a rounded edge its facets.
-    pairs : (k, 2) array
-        Faces of the body between which the edge is cut, each by a plane of its own.
-    anchor : (3,) array
-        Middle of the face or the edge, in radii about the centre of mass.
-    size : float
-        Area of the face or length of the edge, in radii.
-    ends : (k, 2) array
-        Hull points that the sides of the edge join; none of a rounded one.
-    """
-
+    # `centre` (of mass, along an axis), `stretch` (along an axis), `face` (the resting face of a
+    # pose, outward) or `edge` (chamfered)
     kind: Kind
-    axis: int = -1
-    poses: tuple[int, ...] = ()
+    axis: int = -1  # of the first two kinds; else -1
+    poses: tuple[int, ...] = ()  # that rest on the face
+    # (k,); faces of the body that are moved; of a rounded edge its facets
     planes: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (k, 2); faces of the body between which the edge is cut, each by a plane of its own
     pairs: Index = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    # (3,); middle of the face or the edge, in radii about the centre of mass
     anchor: Array = field(default_factory=lambda: np.zeros(3))
-    size: float = 0.0
+    size: float = 0.0  # area of the face or length of the edge, in radii
+    # (k, 2); hull points that the sides of the edge join; none of a rounded one
     ends: Index = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
@@ -96,15 +81,8 @@ class Feature:
 def find_features(resting: RestingPoses) -> tuple[Feature, ...]:
     """All that can be changed on a part.
 
-    Parameters
-    ----------
-    resting : RestingPoses
-
-    Returns
-    -------
-    tuple of Feature
-        The centre of mass along x, y and z, stretching along x, y and z, then faces, then edges,
-        the longest first.
+    Returns the centre of mass along x, y and z, stretching along x, y and z, then faces, then
+    edges, the longest first.
     """
     axes = [Feature(kind, axis) for kind in ("centre", "stretch") for axis in range(3)]
     return (*axes, *_faces(resting), *_edges(resting.body))

@@ -16,7 +16,7 @@ LEFT: Final = 0.1
 
 KEPT: Final = 0.35
 """Error of a larger difference over the difference. Both cover what rolled dice and simulated
-plates have shown, with single shares off by up to 9 points: tests/design/test_model_error.py."""
+plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
 
 EXPORTED: Final = 0.005
 """Standard deviation by which shares of two exports of one round part differ: the drops see the
@@ -26,11 +26,7 @@ facets of the file, not the part (docs/study/exports.md)."""
 def plate_part(difference: float, plate_error: float) -> float:
     """Standard deviation of what a plate adds to a difference of two shares.
 
-    Parameters
-    ----------
-    difference : float
-        Of the shares in the model, -1 to 1.
-    plate_error : float
-        Of a single share on the plate, a fraction.
+    `difference`: of the shares in the model, -1 to 1; `plate_error`: of a single share on the
+    plate, a fraction.
     """
     return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))

@@ -31,25 +31,15 @@ UNSETTLED = -1
 
 @dataclass(frozen=True, eq=False)
 class PairedDrops:
-    """Outcomes of the same starts for several variants.
+    """Outcomes of the same starts for several variants."""
 
-    Attributes
-    ----------
-    scene : DropScene
-        With the drop height in metres, the same for all.
-    seed : int
-    resting : tuple of RestingPoses
-        Of each of the V variants.
-    outcome : (V, n) array of int
-        `index` of the pose in which a variant came to rest from each start; -1 where it did not.
-    touched : tuple of int
-        Starts from which each variant was released touching the plate; empty before the first.
-    """
-
-    scene: DropScene
+    scene: DropScene  # with the drop height in metres, the same for all
     seed: int
-    resting: tuple[RestingPoses, ...]
+    resting: tuple[RestingPoses, ...]  # of each of the V variants
+    # (V, n) int; `index` of the pose in which a variant came to rest from each start; -1 where it
+    # did not
     outcome: Index
+    # starts from which each variant was released touching the plate; empty before the first
     touched: tuple[int, ...] = ()
 
     @property
@@ -85,20 +75,10 @@ class PairedDrops:
 def begin_pairs(parts: Sequence[Part], scene: DropScene, seed: int) -> PairedDrops:
     """Variants that are to be dropped together, before the first drop.
 
-    Parameters
-    ----------
-    parts : sequence of Part
-        At least one.
-    scene : DropScene
-        Without a drop height all are released at the same one: 20 radii of the first.
-    seed : int
-        0 to 2^64 - 1. Drop k depends on the seed and k alone, and the first variant's are those
-        that `simulate` makes of it.
-
-    Raises
-    ------
-    RequestError, MeshError
-        If there is no part, or the hull of one does not enclose its centre of mass.
+    `scene`: without a drop height all are released at the same one: 20 radii of the first; `seed`:
+    0 to 2^64 - 1. Drop k depends on the seed and k alone, and the first variant's are those that
+    `simulate` makes of it. Raises RequestError, MeshError if there is no part, or the hull of one
+    does not enclose its centre of mass.
     """
     if not parts:
         raise RequestError("at least one part to drop", "none", "give a part")
@@ -114,29 +94,14 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
               should_stop: Callable[[], bool] | None = None) -> PairedDrops:
     """Drop all variants from the next starts.
 
-    Parameters
-    ----------
-    pairs : PairedDrops
-        From `begin_pairs` of these parts, or from here.
-    parts : sequence of Part
-    drops : int
-        How many starts there are to be in the end; the answer does not depend on the steps.
-    turns : sequence of (3, 3) array or None, optional
-        For each variant the rotation from the first one's frame to its own; None, also for all,
-        where the frames are the same.
-    workers : int, optional
-        Threads; default: all cores.
-    on_progress : callable, optional
-        Takes the number of drops done, and of all in this call.
-    should_stop : callable, optional
-        After True the starts that all variants have been dropped from by then are kept.
-
-    Raises
-    ------
-    RequestError
-        If a number is out of its range.
+    `pairs`: from `begin_pairs` of these parts, or from here; `drops`: how many starts there are to
+    be in the end; the answer does not depend on the steps; `turns`: for each variant the rotation
+    from the first one's frame to its own; None, also for all, where the frames are the same;
+    `on_progress`: takes the number of drops done, and of all in this call; `should_stop`: after
+    True the starts that all variants have been dropped from by then are kept. Raises RequestError
+    if a number is out of its range.
     """
-    asked = drop_request(drops, pairs.seed, 0.0, workers, "random", None)
+    asked = drop_request(drops, pairs.seed, 0.0, workers, None)
     done, more = pairs.drops, asked.drops - pairs.drops
     if more <= 0:
         return pairs
@@ -162,18 +127,7 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
 
 def drop_together(parts: Sequence[Part], drops: int, scene: DropScene, seed: int,
                   workers: int | None = None) -> PairedDrops:
-    """Drop variants of a part, in the same frame, from the same starts.
-
-    Parameters
-    ----------
-    parts : sequence of Part
-    drops : int
-        Of each.
-    scene, seed
-        As for `begin_pairs`.
-    workers : int, optional
-        Threads; default: all cores.
-    """
+    """Drop variants of a part, in the same frame, from the same starts."""
     return drop_more(begin_pairs(parts, scene, seed), parts, drops, workers=workers)
 
 

@@ -22,6 +22,7 @@ from ..simulation.request import drop_request
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_shares import pose_shares
 from ..statistics.wanted_poses import warn_of_alike
+from ..tolerances import number_equal
 from .alike import alike
 from .changes import DesignSpace
 from .checks import check_effects
@@ -31,6 +32,9 @@ from .shares import WantedShare
 STEP: Final = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
 does is lost in the estimator's own unevenness (docs/study/design.md)."""
+
+SAME_CHANGE: Final = 1e-9
+"""Changes of a share this close are a tie: by symmetry both ways change it alike."""
 
 CHECKS: Final = 5
 CHECK_DROPS: Final = 2000
@@ -77,8 +81,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(CHECK_DROPS if drops is None else drops, seed, 0.0, workers, "random",
-                         None)
+    asked = drop_request(CHECK_DROPS if drops is None else drops, seed, 0.0, workers, None)
     space = DesignSpace(part, cluster_tolerance, round_sides)
     model = WantedShare(space, wanted, scene)
     reach = check_step(STEP * space.body.radius if step is None else step, space.body.radius)
@@ -108,10 +111,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
 def check_step(step: float, radius: float) -> float:
     """Refuse a step that no small change is.
 
-    Raises
-    ------
-    RequestError
-        If it is not above 0 and at most half a radius.
+    Raises RequestError if it is not above 0 and at most half a radius.
     """
     if not 0.0 < step <= 0.5 * radius:
         raise RequestError(f"a step above 0 and at most {500.0 * radius:.3g} mm, half the part's "
@@ -140,7 +140,8 @@ def _effects(space: DesignSpace, model: WantedShare, reach: float, workers: int,
     with ThreadPoolExecutor(workers) as pool:
         found = [effect for effect in pool.map(one, numbers.tolist())
                  if effect is not None]
-    return sorted(found, key=lambda effect: (-abs(round(effect.change, 9)), effect.number))
+    rank = number_equal([-abs(effect.change) for effect in found], SAME_CHANGE)
+    return [found[k] for k in sorted(range(len(found)), key=lambda k: (rank[k], found[k].number))]
 
 
 def _effect(space: DesignSpace, model: WantedShare, base: float, same: tuple[int, ...],
@@ -157,7 +158,7 @@ def _effect(space: DesignSpace, model: WantedShare, base: float, same: tuple[int
     other, change = (model.estimate(one) - base for one in after)
     slope = change if feature.only_forward else 0.5 * (change - other)
     uneven = 0.5 * abs(change - 2.0 * other if feature.only_forward else change + other)
-    place = 0 if other > change and not feature.only_forward else 1
+    place = 0 if other > change + SAME_CHANGE and not feature.only_forward else 1
     error = effect_error(slope, uneven, cut=feature.only_forward)
     return Effect(feature, number, same, slope / unit, error / unit,
                   sides[place] * unit, (other, change)[place], model.lost(after[place]))

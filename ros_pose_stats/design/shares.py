@@ -23,18 +23,8 @@ Index = NDArray[np.int64]
 class WantedShare:
     """The share of some poses of a part, by the fast estimator, whatever is changed on it.
 
-    Parameters
-    ----------
-    space : DesignSpace
-    wanted : sequence of int
-        Indices of the poses that are accepted.
-    scene : DropScene
-        A part that is changed is released from the height of the one before.
-
-    Raises
-    ------
-    RequestError
-        If there is no such pose.
+    `wanted`: indices of the poses that are accepted; `scene`: a part that is changed is released
+    from the height of the one before. Raises RequestError if there is no such pose.
     """
 
     def __init__(self, space: DesignSpace, wanted: Sequence[int], scene: DropScene) -> None:

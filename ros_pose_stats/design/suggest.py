@@ -42,63 +42,29 @@ GAIN_SECONDS: Final = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A change of a part that raises the share of its wanted poses.
-
-    Attributes
-    ----------
-    space : DesignSpace
-    wanted : tuple of int
-    scene : DropScene
-        With the drop height in metres.
-    within : float
-        Bound of what is moved, metres.
-    steps : (n,) array
-        Of each feature, metres or a fraction; all 0 where nothing was found.
-    taken : tuple of tuples of int
-        Features that were changed, those tied together in one, the one that gains most first.
-    changed : ChangedPart
-        The part after.
-    outline, center_shift : float
-        How far its outline and its centre of mass moved, metres.
-    before, after : float
-        Estimated shares.
-    gain_error : float
-        Standard error of the estimated gain.
-    lost : tuple of int
-        Wanted poses that are gone.
-    gain : PairedDifference
-        By drops, from the same starts, none of which chose the change.
-    dropped_before, dropped_after : Bounded
-        Shares by these drops.
-    drops, seed : int
-    most_drops : int
-        That were asked for.
-    out_of_time : bool
-        Whether time ended the drops before that.
-    seconds : float
-    version : str
-    """
+    """A change of a part that raises the share of its wanted poses."""
 
     space: DesignSpace
     wanted: tuple[int, ...]
-    scene: DropScene
-    within: float
-    steps: Array
+    scene: DropScene  # with the drop height in metres
+    within: float  # bound of what is moved, metres
+    steps: Array  # (n,); of each feature, metres or a fraction; all 0 where nothing was found
+    # features that were changed, those tied together in one, the one that gains most first
     taken: tuple[tuple[int, ...], ...]
-    changed: ChangedPart
-    outline: float
+    changed: ChangedPart  # the part after
+    outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
-    before: float
+    before: float  # estimated shares
     after: float
-    gain_error: float
-    lost: tuple[int, ...]
-    gain: PairedDifference
-    dropped_before: Bounded
+    gain_error: float  # standard error of the estimated gain
+    lost: tuple[int, ...]  # wanted poses that are gone
+    gain: PairedDifference  # by drops, from the same starts, none of which chose the change
+    dropped_before: Bounded  # shares by these drops
     dropped_after: Bounded
     drops: int
     seed: int
-    most_drops: int
-    out_of_time: bool
+    most_drops: int  # that were asked for
+    out_of_time: bool  # whether time ended the drops before that
     seconds: float
     version: str = VERSION
 
@@ -136,8 +102,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    asked = drop_request(GAIN_DROPS if drops is None else drops, seed, 0.0, workers, "random",
-                         None)
+    asked = drop_request(GAIN_DROPS if drops is None else drops, seed, 0.0, workers, None)
     space = DesignSpace(part, cluster_tolerance, round_sides)
     model = WantedShare(space, wanted, scene)
     check_within(within, space.body.radius)

@@ -24,12 +24,6 @@ def tied_steps(space: DesignSpace, within: float) -> Array:
 
     Faces and edges that a rotation of the part carries into each other are changed together. The
     centre of mass moves, and the part is stretched, only along what all rotations leave.
-
-    Parameters
-    ----------
-    space : DesignSpace
-    within : float
-        Metres.
     """
     rotations, images = feature_images(space)
     count = len(space.features)
@@ -75,10 +69,7 @@ def center_move(space: DesignSpace, changed: ChangedPart) -> float:
 def check_within(within: float, radius: float) -> None:
     """Refuse a bound that is none.
 
-    Raises
-    ------
-    RequestError
-        If it is not above 0 and at most half the radius.
+    Raises RequestError if it is not above 0 and at most half the radius.
     """
     if not 0.0 < within <= 0.5 * radius:
         raise RequestError(f"a bound above 0 and at most {500.0 * radius:.3g} mm, half the "

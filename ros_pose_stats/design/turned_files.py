@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.vectors import lengths
 from ..resting.poses import RestingPoses
-from ..simulation.starts import lattice_starts
+from ..simulation.starts import random_starts
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def find_turn(first: RestingPoses, second: RestingPoses) -> tuple[Array | None, 
     None where the frames are equal, as far as the outer shape tells: a centre of mass that was
     moved to the other side of a symmetric part is a change of the part, not a turn.
     """
-    directions = lattice_starts(1, 0, DIRECTIONS)
+    directions = random_starts(1, 0, DIRECTIONS)
     unturned = np.eye(3)
     if _misfit(first, second, unturned, directions, about_center=False) <= SAME_BODY:
         return None, False
@@ -94,10 +94,8 @@ def _misfit(first: RestingPoses, second: RestingPoses, turn: Array, directions: 
             about_center: bool) -> float:
     """Largest distance between the outer shapes once the first is turned, in radii.
 
-    Parameters
-    ----------
-    about_center : bool
-        Whether the centres of mass are laid on each other; else the shapes as well as they fit.
+    `about_center`: whether the centres of mass are laid on each other; else the shapes as well as
+    they fit.
     """
     one, other = first.body, second.body
     away = one.R(directions) * one.radius - other.R(directions @ turn.T) * other.radius

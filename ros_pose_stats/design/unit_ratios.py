@@ -16,12 +16,8 @@ ABOUT: Final = 1.1
 def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
     """Warn where two variants differ in size by about the ratio of two units.
 
-    Parameters
-    ----------
-    first, second : float
-        Radii of the first variant and of another, metres.
-    variant : int
-        Which one that is, from 1 on.
+    `first, second`: radii of the first variant and of another, metres; `variant`: which one that
+    is, from 1 on.
     """
     names = ("A", letter(variant)) if first > second else (letter(variant), "A")
     ratio = max(first, second) / min(first, second)

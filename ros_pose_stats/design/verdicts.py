@@ -44,19 +44,9 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
                   plate_error: float) -> Comparison:
     """Compare the first variant with the others by the drops so far.
 
-    Parameters
-    ----------
-    parts : sequence of Part
-    pairs : PairedDrops
-        Of these parts.
-    matches : sequence of Correspondence
-        Of the first variant and each of the others.
-    wanted : tuple of int
-        Poses of the first variant that a feeder accepts; none for no feeder.
-    look : float
-        Share of the 5 % that this look at the drops has, above 0 to 1.
-    plate_error : float
-        Of a single share, a fraction.
+    `matches`: of the first variant and each of the others; `wanted`: poses of the first variant
+    that a feeder accepts; none for no feeder; `look`: share of the 5 % that this look at the drops
+    has, above 0 to 1; `plate_error`: of a single share, a fraction.
     """
     found = tuple(_statistics(part, pairs, place) for place, part in enumerate(parts))
     single = [_compare(pairs, found, place, match, wanted, plate_error)
@@ -71,7 +61,7 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
 def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting, scene = pairs.resting[variant], pairs.scene
-    counted = Prefix(len(resting.poses), max(pairs.drops, 1), 0.0, False)
+    counted = Prefix(len(resting.poses), max(pairs.drops, 1), 0.0)
     counted.add(np.where(pairs.settled, pairs.outcome[variant], UNSETTLED))
     settled, (low, high) = counted.settled, counted.interval()
     shares = counted.counts / settled if settled else np.full(low.shape, math.nan)

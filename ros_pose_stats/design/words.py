@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from string import ascii_uppercase
 
 from ..statistics.feeding import Bounded
-from ..text import listed, ranges, several
+from ..text import listed, name_poses, several
 from .comparison import NONE_SHOWN, SHOWN, Comparison, ShareDifference, VariantComparison
 
 
@@ -53,11 +52,6 @@ def _largest(one: VariantComparison, what: str) -> str:
              zip(("A", letter(one.second)), largest.poses, strict=True) if poses]
     alone = "" if largest.poses.is_pair else ", without a partner"
     return (f" {what} shown {where} is {_points(largest.share)}, of {listed(sides)}{alone}.")
-
-
-def name_poses(poses: Sequence[int]) -> str:
-    """Some poses: pose 4, poses 0-3."""
-    return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
 
 
 def _percent(share: Bounded) -> str:

@@ -63,35 +63,18 @@ SCATTER_AT = np.linspace(-3.0, 3.0, 13)
 
 
 class ExpectedError(NamedTuple):
-    """Errors of one estimate, as fractions; NaN for unmeasured methods.
+    """Errors of one estimate, as fractions; NaN for unmeasured methods."""
 
-    Attributes
-    ----------
-    here : float
-        Root mean square over the part's poses, of this estimate on this part.
-    usual : float
-        Root mean square of the method on the reference datasets.
-    apart : float
-        Largest difference of two of EAE, MEAE and QSE for a pose.
-    each : (P,) array
-        Of each pose, with the root mean square `here`.
-    reach : float
-        Half of the 90 % interval of a pose, in its error.
-    largest : float
-        Bound that the errors of all poses keep together with 90 % confidence.
-    outside : float
-        How far part and scene lie beyond those of the fit, in ranges of its inputs.
-    rolled : float
-        Root mean square of what lopsided parts may gain by rolling; `here` has it.
-    """
-
-    here: float
-    usual: float
-    apart: float
-    each: Array
-    reach: float = math.nan
+    here: float  # root mean square over the part's poses, of this estimate on this part
+    usual: float  # root mean square of the method on the reference datasets
+    apart: float  # largest difference of two of EAE, MEAE and QSE for a pose
+    each: Array  # (P,); of each pose, with the root mean square `here`
+    reach: float = math.nan  # half of the 90 % interval of a pose, in its error
+    # bound that the errors of all poses keep together with 90 % confidence
     largest: float = math.nan
+    # how far part and scene lie beyond those of the fit, in ranges of its inputs
     outside: float = 0.0
+    # root mean square of what lopsided parts may gain by rolling; `here` has it
     rolled: float = 0.0
 
     @property
@@ -114,16 +97,8 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
                    fits: Mapping[str, ErrorFit] = ERROR_FITS) -> ExpectedError:
     """Expected error of one estimate.
 
-    Parameters
-    ----------
-    name : str
-        Of the method.
-    resting : RestingPoses
-    probability : (P,) array
-        Its estimate, in the order of `index`.
-    scene : DropScene
-    fits : dict, optional
-        By method; default: the shipped ones.
+    `probability` (P,): its estimate, in the order of `index`; `fits`: by method; default: the
+    shipped ones.
     """
     if name not in fits:
         return ExpectedError(math.nan, math.nan, math.nan, np.full(probability.shape, math.nan))
@@ -164,15 +139,8 @@ def largest_of(errors: Array, group: NDArray[np.int64], fit: ErrorFit,
                noise: Array | None = None) -> float:
     """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
 
-    Parameters
-    ----------
-    errors : (P,) array
-        Expected ones, as fractions.
-    group : (P,) array of int
-        Poses of one number share their error.
-    fit : ErrorFit
-    noise : (P,) array, optional
-        Variances of the drops that the estimate is to be compared with.
+    `errors` (P,): expected ones, as fractions; `group` (P,) int: poses of one number share their
+    error; `noise` (P,): variances of the drops that the estimate is to be compared with.
     """
     weight, factor = scatter(fit.scatter)
     if noise is not None:  # each pose has its own

@@ -82,16 +82,8 @@ def error_inputs(resting: RestingPoses, probability: Array, scene: DropScene,
     poses' barriers in radii, weighed by the scales and by p; then body and corners as `split` has
     them.
 
-    Parameters
-    ----------
-    resting : RestingPoses
-    probability : (P,) array
-        The estimate.
-    scene : DropScene
-    known : (3, P) array
-        From `known_answers`.
-    scale : (P,) array
-        From `error_scale`.
+    `probability` (P,): the estimate; `known` (3, P): from `known_answers`; `scale` (P,): from
+    `error_scale`.
     """
     energy, around, toppled = known
     total = float(scale.sum())

@@ -1,7 +1,7 @@
 """Fitted weights: small neural networks, and the files that hold those of the package.
 
-`python -m training.split fit --write` stores the weights of `split`, and
-`python -m training.expected_errors --write` those of expected errors.
+`python -m lab.training.split fit --write` stores the weights of `split`, and
+`python -m lab.training.expected_errors --write` those of expected errors.
 """
 
 from __future__ import annotations
@@ -27,21 +27,12 @@ class TanhNetwork(NamedTuple):
 
     Its value is bias + skip x + output_weights tanh(hidden_weights x + hidden_bias) for K inputs
     x.
-
-    Attributes
-    ----------
-    bias : float
-    skip : (K,) array
-        Weights of the inputs themselves, which skip the hidden layer.
-    hidden_weights : (K, n) array
-        For n hidden units.
-    hidden_bias, output_weights : (n,) array
     """
 
     bias: float
-    skip: Array
-    hidden_weights: Array
-    hidden_bias: Array
+    skip: Array  # (K,); weights of the inputs themselves, which skip the hidden layer
+    hidden_weights: Array  # (K, n); for n hidden units
+    hidden_bias: Array  # (n,)
     output_weights: Array
 
     def __call__(self, inputs: NDArray[np.floating]) -> Array:
@@ -59,45 +50,29 @@ def _networks(stored: Mapping[str, Array], prefix: str) -> list[TanhNetwork]:
 
 
 class SplitFit(NamedTuple):
-    """Networks for the logarithms of two factors; their inputs are `split.split_inputs`.
+    """Networks for the logarithms of two factors; their inputs are `split.split_inputs`."""
 
-    Attributes
-    ----------
-    left : TanhNetwork
-        Factor of the area of {r < E}: parts that lose the last of their energy in a component.
-    held : TanhNetwork
-        Factor of the solid angle of the faces that hold: parts that stay where they land.
-    """
-
+    # factor of the area of {r < E}: parts that lose the last of their energy in a component
     left: TanhNetwork
+    # factor of the solid angle of the faces that hold: parts that stay where they land
     held: TanhNetwork
 
 
 class ErrorFit(NamedTuple):
-    """Square error of one method as a function of part, estimate and scene.
+    """Square error of one method as a function of part, estimate and scene."""
 
-    Attributes
-    ----------
-    lowest, highest : (K,) array
-        Bounds of the inputs in the fit; beyond them the value is that of the nearest inputs.
-    network : TanhNetwork
-    scatter : float
-        Standard deviation, over parts of which the same is expected, of the logarithm of the
-        square error.
-    """
-
+    # (K,); bounds of the inputs in the fit; beyond them the value is that of the nearest inputs
     lowest: Array
     highest: Array
     network: TanhNetwork
+    # standard deviation, over parts of which the same is expected, of the logarithm of the square
+    # error
     scatter: float
 
     def __call__(self, inputs: Array) -> Array:
         """Logarithm (...) of the expected square error over the mean of `error_scale`.
 
-        Parameters
-        ----------
-        inputs : (..., K) array
-            As from `fitted_inputs.error_inputs`.
+        `inputs` (..., K): as from `fitted_inputs.error_inputs`.
         """
         return self.network(np.clip(inputs, self.lowest, self.highest))
 

@@ -17,7 +17,7 @@ NQSE_COEFFICIENTS: Final = (-0.874, 8.03, -16.3, 7.70)
 
 PQSE_SHARE: Final = 0.4
 """Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies as in the
-paper's Table I, and neither over- nor underestimates large faces (`benchmark table`)."""
+paper's Table I, and neither over- nor underestimates large faces (`python -m study table`)."""
 
 
 def qse(resting: RestingPoses) -> Array:

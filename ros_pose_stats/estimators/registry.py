@@ -15,15 +15,10 @@ from .solid_angles import Array
 
 @dataclass(frozen=True)
 class Estimator(Method):
-    """A method with its function.
+    """A method with its function."""
 
-    Attributes
-    ----------
-    function : callable
-        From `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`,
-        summing to 1.
-    """
-
+    # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`, summing
+    # to 1
     function: Callable[[RestingPoses, DropScene], Array] = field(kw_only=True)
 
 
@@ -40,10 +35,7 @@ ESTIMATORS = {method.name: bind_function(method) for method in METHODS if method
 def estimator(name: str) -> Estimator:
     """Look an estimator up.
 
-    Raises
-    ------
-    RequestError
-        If there is none of that name.
+    Raises RequestError if there is none of that name.
     """
     try:
         return ESTIMATORS[name]

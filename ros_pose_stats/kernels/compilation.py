@@ -71,11 +71,8 @@ class EntryKernel(KernelDispatcher):
 
     Arguments of other types are refused, for to compile anew takes as long as a thousand runs.
 
-    Attributes
-    ----------
-    declared : tuple of numba types
-        Of the arguments. They are made with the kernel: numba gives two numbers to a type that
-        two threads make at once, and the kernel would then refuse what it was made for.
+    Attributes `declared`: of the arguments. They are made with the kernel: numba gives two numbers
+    to a type that two threads make at once, and the kernel would then refuse what it was made for.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

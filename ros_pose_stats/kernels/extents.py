@@ -54,13 +54,7 @@ def largest_used_extent(points: Fixed2, triangles: FixedCorners2) -> float:
 def boxes_around(low: Fixed2, high: Fixed2, inner: int, slack: float) -> Index:
     """Boxes (k,), among those numbered below `inner`, that box `inner` lies in.
 
-    Parameters
-    ----------
-    low, high : (B, 3) arrays
-        Corners of the boxes.
-    inner : int
-    slack : float
-        By how much it may stick out.
+    `low, high` (B, 3): corners of the boxes; `slack`: by how much it may stick out.
     """
     x, y, z = low[inner, 0] + slack, low[inner, 1] + slack, low[inner, 2] + slack
     u, v, w = high[inner, 0] - slack, high[inner, 1] - slack, high[inner, 2] - slack
@@ -81,12 +75,7 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
     The thickness is measured across the plane of the longest line and the point farthest
     from it, so that it does not depend on how the points lie in their frame.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Not all equal.
-    low, high : (3,) arrays
-        Their bounds.
+    `points` (N, 3): not all equal; `low, high` (3,): their bounds.
     """
     axis = 0
     for c in range(1, 3):

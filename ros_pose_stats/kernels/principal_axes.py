@@ -28,18 +28,9 @@ def principal_axes(tensor: Fixed2) -> tuple[Array, Array]:
 
     Golub and Van Loan, Matrix Computations, section 8.5.
 
-    Parameters
-    ----------
-    tensor : (3, 3) array
-        Finite; only what stands on and above the diagonal is read.
-
-    Returns
-    -------
-    moment : (3,) array
-        Rising.
-    axes : (3, 3) array
-        Unit vectors as columns, right-handed; in the first two the largest component is
-        positive.
+    `tensor` (3, 3): finite; only what stands on and above the diagonal is read. Returns `moment`
+    (3,): rising; `axes` (3, 3): unit vectors as columns, right-handed; in the first two the
+    largest component is positive.
     """
     a, axes = tensor.copy(), np.eye(3)
     for _ in range(_SWEEPS):

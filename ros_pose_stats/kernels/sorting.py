@@ -92,20 +92,8 @@ def number_ties(values: Fixed1, tolerance: float, group: FixedIndex1,
                 order: FixedIndex1) -> tuple[Index, int]:
     """Split groups into ties, each of which opens at its smallest value.
 
-    Parameters
-    ----------
-    values : (S,) array
-    tolerance : float
-    group : (S,) array of int
-    order : (S,) array of int
-        By rising group, within a group by rising value.
-
-    Returns
-    -------
-    numbers : (S,) array of int
-        Of the ties, in that order.
-    count : int
-        How many there are.
+    `values` (S,); `group` (S,) int; `order` (S,) int: by rising group, within a group by rising
+    value. Returns `numbers` (S,) int: of the ties, in that order; `count`: how many there are.
     """
     numbers = np.empty(values.shape[0], np.int64)
     number, opened = -1, 0

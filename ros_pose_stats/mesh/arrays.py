@@ -24,10 +24,7 @@ _LARGEST_EXTENT = 1e50
 def unmasked(values: Any) -> NDArray[Any]:
     """Convert to an array; masked entries are missing, so they become NaN.
 
-    Raises
-    ------
-    TypeError, ValueError
-        If the rows differ in length, or the numbers are not real ones.
+    Raises TypeError, ValueError if the rows differ in length, or the numbers are not real ones.
     """
     array = np.asarray(values)
     if array.dtype.kind in _NOT_REAL:
@@ -41,10 +38,7 @@ def unmasked(values: Any) -> NDArray[Any]:
 def real_array(values: Any) -> NDArray[np.float64]:
     """Convert to float64, without a copy where it is that already; too large numbers: infinite.
 
-    Raises
-    ------
-    TypeError, ValueError, OverflowError
-        If these are no real numbers.
+    Raises TypeError, ValueError, OverflowError if these are no real numbers.
     """
     with np.errstate(over="ignore"):
         return unmasked(values).astype(np.float64, copy=False)
@@ -53,10 +47,7 @@ def real_array(values: Any) -> NDArray[np.float64]:
 def real_number(value: Any) -> float:
     """Convert one number to a float.
 
-    Raises
-    ------
-    TypeError, ValueError, OverflowError
-        If it is no number, or an array of numbers.
+    Raises TypeError, ValueError, OverflowError if it is no number, or an array of numbers.
     """
     if np.ndim(value) > 0:
         raise TypeError("an array is no number")
@@ -68,25 +59,10 @@ def checked_mesh(
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     """Copy a mesh into arrays of its own, in metres.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        In `unit`.
-    triangles : (T, 3) array of int
-    unit : float
-        Metres.
-
-    Returns
-    -------
-    vertices : (V, 3) array
-        Metres.
-    triangles : (T, 3) array of uint32
-
-    Raises
-    ------
-    MeshError
-        If the shapes are wrong, a number is NaN or infinite, an index is no integer or out
-        of range, or the size is beyond what can be computed with.
+    `vertices` (V, 3): in `unit`; `triangles` (T, 3) int. Returns `vertices` (V, 3): metres;
+    `triangles` (T, 3) uint32. Raises MeshError if the shapes are wrong, a number is NaN or
+    infinite, an index is no integer or out of range, or the size is beyond what can be computed
+    with.
     """
     with np.errstate(over="ignore"):  # infinite values are refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
@@ -168,17 +144,8 @@ def coordinate_rounding(vertices: ArrayLike, triangles: NDArray[np.uint32]) -> f
     more (STL, mostly); the rounding then is 6e-8 of the largest, however far the part lies
     from its origin.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Finite, in the mesh's unit.
-    triangles : (T, 3) array
-        Vertices of no triangle do not count.
-
-    Returns
-    -------
-    float
-        In the mesh's unit.
+    `vertices` (V, 3): finite, in the mesh's unit; `triangles` (T, 3): vertices of no triangle do
+    not count. Returns in the mesh's unit.
     """
     points = real_array(vertices)
     used = np.zeros(len(points), dtype=bool)

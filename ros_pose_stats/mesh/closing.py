@@ -29,6 +29,9 @@ LARGEST_SHARE: Final = 0.5
 """Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
 sheet would need caps as large as itself."""
 
+SAME_PLANE: Final = 1e-4
+"""Most difference of components of the unit normals, and of distances in sizes, in one plane."""
+
 _FEWEST_AROUND: Final = 6
 """Fewest edges around a bore."""
 
@@ -40,40 +43,20 @@ _MOST_OPEN_EDGES: Final = 1.0
 
 
 class Closing(NamedTuple):
-    """What came of closing the holes of a mesh.
+    """What came of closing the holes of a mesh."""
 
-    Attributes
-    ----------
-    shells : Shells or None
-        The closed surface; None where it is not plain how to close it.
-    problem : str
-        Why there is none, to go on from "the mesh".
-    holes : int
-        Loops of open edges.
-    open_volume : float
-        Largest volume that other caps without corners of their own may add or remove: that of the
-        convex hulls of the loops.
-    """
-
-    shells: Shells | None
-    problem: str = ""
-    holes: int = 0
+    shells: Shells | None  # the closed surface; None where it is not plain how to close it
+    problem: str = ""  # why there is none, to go on from "the mesh"
+    holes: int = 0  # loops of open edges
+    # largest volume that other caps without corners of their own may add or remove: that of the
+    # convex hulls of the loops
     open_volume: float = 0.0
 
 
 def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Closing:
     """Close the holes of a mesh.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Welded.
-    triangles : (T, 3) array
-        Of no closed surface.
-
-    Returns
-    -------
-    Closing
+    `vertices` (V, 3): welded; `triangles` (T, 3): of no closed surface.
     """
     wound = wound_alike(vertices, triangles)
     if wound is None:
@@ -136,17 +119,22 @@ def _wall_lost(points: NDArray[np.float64], edges: OpenEdges, rims: Sequence[NDA
 def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
               ) -> list[list[NDArray[np.int64]]]:
     """Loops that lie in one plane together, each of the others alone."""
-    groups: dict[tuple[float, ...], list[NDArray[np.int64]]] = {}
-    for k, loop in enumerate(loops):
-        key: tuple[float, ...] = (float(k),)
+    planes: list[NDArray[np.float64]] = []
+    groups: list[list[NDArray[np.int64]]] = []
+    for loop in loops:
         normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
         heights = (points[loop] * normal).sum(axis=1)
+        plane: NDArray[np.float64] = np.full(4, np.nan)  # of a loop alone: equal to none
         if normal.any() and float(np.ptp(heights)) < COPLANAR:
-            upward = normal * np.sign(normal[np.abs(normal).argmax()])
-            offset = float((points[loop] * upward).sum(axis=1).mean())
-            key = tuple(np.round([*upward, offset], 4))
-        groups.setdefault(key, []).append(loop)
-    return list(groups.values())
+            plane = np.append(normal, heights.mean())
+        same = [k for k, other in enumerate(planes) if any(
+            (np.abs(plane - side * other) < SAME_PLANE).all() for side in (1.0, -1.0))]
+        if same:
+            groups[same[0]].append(loop)
+        else:
+            planes.append(plane)
+            groups.append([loop])
+    return groups
 
 
 def _cap(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:

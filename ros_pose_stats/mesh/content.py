@@ -18,11 +18,8 @@ _KINDS: Final = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR
 def read_bytes(path: Path) -> bytes:
     """Read a whole mesh file.
 
-    Raises
-    ------
-    MeshFileError
-        If it is missing, empty, of an unknown format, or no regular file: reading a pipe or a
-        device may never end.
+    Raises MeshFileError if it is missing, empty, of an unknown format, or no regular file: reading
+    a pipe or a device may never end.
     """
     if path.is_dir():
         raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")

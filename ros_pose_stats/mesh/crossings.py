@@ -17,20 +17,9 @@ def crossings(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
     """Crossings of the line at (x, y) with triangles.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    triangles : (T, 3) array
-    x, y : float
-
-    Returns
-    -------
-    which : (k,) array
-        Numbers of the triangles crossed.
-    height : (k,) array
-        z of each crossing.
-    sign : (k,) array
-        +1 where the triangle's normal points up, -1 where down.
+    Takes `vertices` (V, 3), `triangles` (T, 3). Returns `which` (k,): numbers of the triangles
+    crossed; `height` (k,): z of each crossing; `sign` (k,): +1 where the triangle's normal points
+    up, -1 where down.
     """
     across, along = vertices[:, 0], vertices[:, 1]
     begin, end = triangles, triangles[:, [1, 2, 0]]

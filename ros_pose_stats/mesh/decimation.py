@@ -20,18 +20,10 @@ WHOLE_EXTENT = 1.0
 def visible_triangles(part: Part, most: int = FINEST) -> Array:
     """Triangles to draw a part by: its surface, decimated where that has too many.
 
-    Parameters
-    ----------
-    part : Part
-    most : int
-        Triangles, at least 100; with fewer no shape is left.
-
-    Returns
-    -------
-    (t, 3, 3) array
-        Corners in the part frame, metres, each one of the part's own vertices; t <= most.
-        Counter-clockwise seen from outside; an open mesh is drawn as received, not as the hull
-        that stands in for it, with each of its triangles wound both ways.
+    `most`: triangles, at least 100; with fewer no shape is left. Returns (t, 3, 3): corners in the
+    part frame, metres, each one of the part's own vertices; t <= most. Counter-clockwise seen from
+    outside; an open mesh is drawn as received, not as the hull that stands in for it, with each of
+    its triangles wound both ways.
     """
     vertices, triangles = _drawn_surface(part)
     is_open = _is_open(part)
@@ -64,18 +56,9 @@ def _fewer_triangles(part: Part, most: int) -> Index:
 def decimate(vertices: Array, triangles: NDArray[np.integer], most: int) -> Index:
     """Collapse edges of a mesh, those first that change its shape least.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    triangles : (T, 3) array
-        Of any mesh, also open, of many bodies, or with edges of more than two triangles.
-    most : int
-
-    Returns
-    -------
-    (t, 3) array of uint32
-        Into the same vertices; t <= most. Where no edge can be collapsed without tearing the
-        mesh, the largest triangles are left.
+    `vertices` (V, 3); `triangles` (T, 3): of any mesh, also open, of many bodies, or with edges of
+    more than two triangles. Returns (t, 3) uint32: into the same vertices; t <= most. Where no
+    edge can be collapsed without tearing the mesh, the largest triangles are left.
     """
     from meshoptimizer import simplify  # loaded for pictures alone
 

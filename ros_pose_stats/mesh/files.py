@@ -39,26 +39,16 @@ _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)
 
 
 class FileMesh(NamedTuple):
-    """The mesh of a file.
+    """The mesh of a file."""
 
-    Attributes
-    ----------
-    vertices : (V, 3) array
-        In the file's unit, in the order of the file, not merged.
-    triangles : (T, 3) array
-    unit : float
-        Metres a unit.
-    unit_source : str
-        Whether the unit was `given`, `declared` by the file, `guessed` from the size because
-        that was asked for, or `assumed` to be the metre.
-    declared : float or None
-        Metres a unit as the file declares, whichever counts; None for files that declare none.
-    """
-
+    # (V, 3); in the file's unit, in the order of the file, not merged
     vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    unit: float
+    triangles: NDArray[np.int64]  # (T, 3)
+    unit: float  # metres a unit
+    # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
+    # was asked for, or `assumed` to be the metre
     unit_source: UnitSource = "given"
+    # metres a unit as the file declares, whichever counts; None for files that declare none
     declared: float | None = None
 
 
@@ -66,22 +56,12 @@ def read_mesh(file: str | os.PathLike[str], unit: str | float | None = None, *,
               unless_declared: bool = False) -> FileMesh:
     """Vertices and triangles of a mesh file.
 
-    Parameters
-    ----------
-    file : path
-        `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any case.
-    unit : str or float, optional
-        As for `metres_per_unit`; default: what the file declares (3MF, STEP), else metres.
-        `auto`: what the file declares, else a guess from the size.
-    unless_declared : bool
-        Whether `unit` is for a file that declares none only; else it wins.
-
-    Raises
-    ------
-    MeshFileError
-        If the file is missing, of an unknown format, damaged, or holds no triangles.
-    RequestError
-        If `unit` is not a unit, or asked to be guessed and no unit gives a usual size.
+    `file`: `.stl` (ascii or binary), `.obj`, `.ply`, `.off`, `.3mf`, `.step` or `.stp`, in any
+    case; `unit`: as for `metres_per_unit`; default: what the file declares (3MF, STEP), else
+    metres. `auto`: what the file declares, else a guess from the size; `unless_declared`: whether
+    `unit` is for a file that declares none only; else it wins. Raises MeshFileError if the file is
+    missing, of an unknown format, damaged, or holds no triangles. Raises RequestError if `unit` is
+    not a unit, or asked to be guessed and no unit gives a usual size.
     """
     if not isinstance(file, (str, os.PathLike)):
         raise MeshFileError("the path of a mesh file", f"{type(file).__name__}",
@@ -94,22 +74,8 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
                unless_declared: bool = False) -> FileMesh:
     """Vertices and triangles of what a mesh file holds.
 
-    Parameters
-    ----------
-    path : Path
-        For the format, and for messages.
-    content : bytes
-        As from `read_bytes`.
-    unit : str or float, optional
-    unless_declared : bool
-        As for `read_mesh`.
-
-    Raises
-    ------
-    MeshFileError
-        If it is damaged, or holds no triangles.
-    RequestError
-        As `read_mesh`.
+    `path`: for the format, and for messages. Raises MeshFileError if it is damaged, or holds no
+    triangles. Raises RequestError as `read_mesh`.
     """
     asked = asked_unit(unit)
     suffix = path.suffix.lower()

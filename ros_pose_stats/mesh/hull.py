@@ -37,25 +37,12 @@ COUNTED: Final = 1e-10
 
 
 class Facets(NamedTuple):
-    """The hull that Qhull found.
+    """The hull that Qhull found."""
 
-    Attributes
-    ----------
-    points : (N, 3) array
-        As given, not moved.
-    simplices : (M, 3) array
-        Triangles, wound either way.
-    neighbors : (M, 3) array
-        Triangle opposite to each corner.
-    equations : (M, 4) array
-        Outward normal and offset of each triangle's plane.
-    volume : float
-    """
-
-    points: Array
-    simplices: NDArray[np.int32]
-    neighbors: NDArray[np.int32]
-    equations: Array
+    points: Array  # (N, 3); as given, not moved
+    simplices: NDArray[np.int32]  # (M, 3); triangles, wound either way
+    neighbors: NDArray[np.int32]  # (M, 3); triangle opposite to each corner
+    equations: Array  # (M, 4); outward normal and offset of each triangle's plane
     volume: float
 
     @property
@@ -67,39 +54,17 @@ class Facets(NamedTuple):
 
 
 class Hull(NamedTuple):
-    """A convex hull in shifted and scaled coordinates.
+    """A convex hull in shifted and scaled coordinates."""
 
-    Attributes
-    ----------
-    qhull : Facets
-        Of `(points - shift) / scale`; its indices are those of the points given.
-    shift : (3,) array
-        Centre of the bounding box, metres.
-    scale : float
-        Largest extent of the bounding box, metres.
-    """
-
-    qhull: Facets
-    shift: Array
-    scale: float
+    qhull: Facets  # of `(points - shift) / scale`; its indices are those of the points given
+    shift: Array  # (3,); centre of the bounding box, metres
+    scale: float  # largest extent of the bounding box, metres
 
 
 def hull_of(points: Array) -> Hull:
     """Convex hull of points in space.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Metres, finite.
-
-    Returns
-    -------
-    Hull
-
-    Raises
-    ------
-    MeshError
-        If the points lie in a plane.
+    `points` (N, 3): metres, finite. Raises MeshError if the points lie in a plane.
     """
     points = np.ascontiguousarray(points)
     low, high = bounds(points)
@@ -135,15 +100,7 @@ def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]
     Round ends are faces with hundreds of corners, so the points are moved at once: by less than
     any tolerance at which triangles are merged to faces, and only to find the triangles.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Of size about one.
-
-    Raises
-    ------
-    MeshError
-        If the points lie in a plane.
+    `points` (N, 3): of size about one. Raises MeshError if the points lie in a plane.
     """
     moves = np.random.default_rng(0).uniform(-CORNERS_SHAKEN, CORNERS_SHAKEN, points.shape)
     try:
@@ -171,10 +128,7 @@ def _hull_of_surface(part: Part) -> Hull:
 def is_crowded(points: Array) -> bool:
     """Whether a face of the hull has more than about `CROWD` corners.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        Of size one.
+    `points` (N, 3): of size one.
     """
     if len(points) <= CROWD:
         return False

@@ -33,36 +33,17 @@ _HEAVIEST = 25_000.0
 
 
 class Solid(NamedTuple):
-    """A solid of density one.
+    """A solid of density one."""
 
-    Attributes
-    ----------
-    volume : float
-        m³; negative when the surface is wound inward.
-    centroid : (3,) array
-        Metres; NaN when the volume is zero.
-    inertia : (3, 3) array
-        About the centroid, m⁵ (times a density: kg m²).
-    """
-
-    volume: float
-    centroid: NDArray[np.float64]
-    inertia: NDArray[np.float64]
+    volume: float  # m³; negative when the surface is wound inward
+    centroid: NDArray[np.float64]  # (3,); metres; NaN when the volume is zero
+    inertia: NDArray[np.float64]  # (3, 3); about the centroid, m⁵ (times a density: kg m²)
 
 
 def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Solid:
     """Integrate over the solid that a closed surface encloses.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Metres.
-    triangles : (T, 3) array
-        Closed surface.
-
-    Returns
-    -------
-    Solid
+    `vertices` (V, 3): metres; `triangles` (T, 3): closed surface.
     """
     vertices, triangles = np.ascontiguousarray(vertices), np.ascontiguousarray(triangles)
     low, high = bounds(vertices)
@@ -81,36 +62,21 @@ def solid_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Sol
 
 
 class GivenProperties(NamedTuple):
-    """Given mass properties after their check; None for those that follow from the mesh.
+    """Given mass properties after their check; None for those that follow from the mesh."""
 
-    Attributes
-    ----------
-    mass : float or None
-        Kilograms.
-    center_of_mass : (3,) array or None
-        Metres, part frame.
-    inertia : (3, 3) array or None
-        About the centre of mass in part axes, kg m².
-    density : float or None
-        kg/m³, in place of the mass.
-    """
-
-    mass: float | None
-    center_of_mass: NDArray[np.float64] | None
-    inertia: NDArray[np.float64] | None
-    density: float | None = None
+    mass: float | None  # kilograms
+    center_of_mass: NDArray[np.float64] | None  # (3,); metres, part frame
+    inertia: NDArray[np.float64] | None  # (3, 3); about the centre of mass in part axes, kg m²
+    density: float | None = None  # kg/m³, in place of the mass
 
 
 def check_given(center_of_mass: ArrayLike | None, mass: float | None, inertia: ArrayLike | None,
                 density: float | None = None) -> GivenProperties:
     """Check given properties without the mesh; an inertia of zeros stands for the uniform one.
 
-    Raises
-    ------
-    MassPropertiesError
-        If a mass is not finite and positive or beyond what can be computed with, if a centre of
-        mass is not three finite numbers, if an inertia comes without a mass or no rigid body can
-        have it, if no material has the density, or if both mass and density are given.
+    Raises MassPropertiesError if a mass is not finite and positive or beyond what can be computed
+    with, if a centre of mass is not three finite numbers, if an inertia comes without a mass or no
+    rigid body can have it, if no material has the density, or if both mass and density are given.
     """
     if mass is not None and density is not None:
         raise MassPropertiesError("a mass or a density", "both", "leave one of them out")
@@ -137,10 +103,7 @@ def _given_density(density: float) -> float:
 def checked_mass(mass: float) -> float:
     """A mass that can be computed with, as a float.
 
-    Raises
-    ------
-    MassPropertiesError
-        If it is not finite and positive, or beyond that.
+    Raises MassPropertiesError if it is not finite and positive, or beyond that.
     """
     try:
         value = real_number(mass)
@@ -166,15 +129,8 @@ def _given_center(center_of_mass: ArrayLike) -> NDArray[np.float64]:
 def check_offset(offset: ArrayLike) -> NDArray[np.float64]:
     """Check by how much a centre of mass is to be shifted.
 
-    Parameters
-    ----------
-    offset : (3,) array_like
-        Metres, part frame.
-
-    Raises
-    ------
-    MassPropertiesError
-        If it is not three finite numbers.
+    `offset` (3,): metres, part frame. Raises MassPropertiesError if it is not three finite
+    numbers.
     """
     step = _numbers(offset, "a shift of the centre of mass of three numbers in metres")
     if step.shape != (3,) or not np.isfinite(step).all():

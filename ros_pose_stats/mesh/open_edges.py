@@ -11,21 +11,12 @@ from ..kernels.mesh.components import component_labels
 
 
 class OpenEdges(NamedTuple):
-    """Edges that lack a triangle, directed as that triangle would run along them.
+    """Edges that lack a triangle, directed as that triangle would run along them."""
 
-    Attributes
-    ----------
-    begin, end : (E,) arrays
-        Vertices.
-    beside : (E,) array
-        The third vertex of the triangle that is there.
-    begin_fan, end_fan : (E,) arrays
-        Which fan of linked triangles around the vertex it borders on.
-    """
-
-    begin: NDArray[np.int64]
+    begin: NDArray[np.int64]  # (E,); vertices
     end: NDArray[np.int64]
-    beside: NDArray[np.int64]
+    beside: NDArray[np.int64]  # (E,); the third vertex of the triangle that is there
+    # (E,); which fan of linked triangles around the vertex it borders on
     begin_fan: NDArray[np.int64]
     end_fan: NDArray[np.int64]
 
@@ -33,15 +24,8 @@ class OpenEdges(NamedTuple):
 def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
     """Find the edges that lack a triangle.
 
-    Parameters
-    ----------
-    triangles : (T, 3) array
-        Linked ones wound alike.
-
-    Returns
-    -------
-    OpenEdges or None
-        None where an edge lacks several triangles, or has too many that run one way.
+    `triangles` (T, 3): linked ones wound alike. Returns none where an edge lacks several
+    triangles, or has too many that run one way.
     """
     begin, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     after = np.arange(len(begin)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
@@ -72,14 +56,7 @@ def join_loops(edges: OpenEdges) -> list[NDArray[np.int64]]:
     Where two holes touch at a vertex, a loop goes on along the hole, not along the fan of
     triangles by which it came.
 
-    Parameters
-    ----------
-    edges : OpenEdges
-
-    Returns
-    -------
-    list of (n,) arrays
-        The edges of each loop, which meets no vertex twice.
+    Returns the edges of each loop, which meets no vertex twice.
     """
     leaving: dict[int, list[int]] = {}
     for edge, vertex in enumerate(edges.begin.tolist()):

@@ -45,21 +45,13 @@ _MOST_RIMS: Final = 64
 
 
 class _Elements(NamedTuple):
-    """Edges or triangles.
+    """Edges or triangles."""
 
-    Attributes
-    ----------
-    low, high : (N, 3) arrays
-        Boxes around them.
-    corners : (N, 3) array
-        Vertex numbers; the third one of an edge is the far corner of a triangle at it.
-    body : (N,) array
-    """
-
-    low: NDArray[np.float64]
+    low: NDArray[np.float64]  # (N, 3); boxes around them
     high: NDArray[np.float64]
+    # (N, 3); vertex numbers; the third one of an edge is the far corner of a triangle at it
     corners: NDArray[np.int64]
-    body: NDArray[np.int64]
+    body: NDArray[np.int64]  # (N,)
 
     def pick(self, chosen: NDArray[np.bool_]) -> _Elements:
         if chosen.all():
@@ -83,18 +75,9 @@ def reach_into_each_other(
 ) -> bool:
     """Whether bodies reach into each other by more than `OVERLAP`.
 
-    Parameters
-    ----------
-    points : (V, 3) array
-        Scaled to a largest extent of one.
-    triangles : (T, 3) array
-        Closed surfaces, normals out of the material.
-    body : (T,) array
-        Body of each triangle; intersections within a body do not count.
-
-    Returns
-    -------
-    bool
+    `points` (V, 3): scaled to a largest extent of one; `triangles` (T, 3): closed surfaces,
+    normals out of the material; `body` (T,): body of each triangle; intersections within a body do
+    not count.
     """
     if (body == body[0]).all():
         return False

@@ -73,22 +73,9 @@ def load_part(
 def part_of_file(mesh: FileMesh, given: GivenProperties, part_id: str) -> Part:
     """Make a part from the mesh of a file.
 
-    Parameters
-    ----------
-    mesh : FileMesh
-    given : GivenProperties
-    part_id : str
-
-    Returns
-    -------
-    Part
-        With a warning `UNIT_GUESSED` where its unit was guessed, and `UNIT_OVERRIDDEN` where
-        its file declares another one than was given; see also `part_from_mesh`.
-
-    Raises
-    ------
-    MeshError, MassPropertiesError
-        As `part_from_mesh`.
+    Returns with a warning `UNIT_GUESSED` where its unit was guessed, and `UNIT_OVERRIDDEN` where
+    its file declares another one than was given; see also `part_from_mesh`. Raises MeshError,
+    MassPropertiesError as `part_from_mesh`.
     """
     return _part(mesh.vertices, mesh.triangles, mesh.unit, given, part_id, mesh.unit_source,
                  mesh.declared)

@@ -28,9 +28,7 @@ def within(seconds: float) -> Iterator[None]:
 def check_patience() -> None:
     """Go on only while there is time.
 
-    Raises
-    ------
-    TakesLongError
+    Raises TakesLongError.
     """
     if time.monotonic() > getattr(_of_thread, "until", math.inf):
         raise TakesLongError

@@ -30,24 +30,13 @@ _FEW = 4
 
 
 class Nesting(NamedTuple):
-    """Nesting of the shells, from the largest to the smallest volume.
+    """Nesting of the shells, from the largest to the smallest volume."""
 
-    Attributes
-    ----------
-    parent : (S,) array
-        The smallest shell around each, -1 where there is none.
-    outward : (S,) array of bool
-        Whether the shell has to bound material from outside.
-    body : (S,) array
-        Number of the body a shell belongs to: a void to the body around it.
-    doubled : bool
-        Whether one body lies in the metal of another.
-    """
-
-    parent: NDArray[np.int64]
-    outward: NDArray[np.bool_]
+    parent: NDArray[np.int64]  # (S,); the smallest shell around each, -1 where there is none
+    outward: NDArray[np.bool_]  # (S,) bool; whether the shell has to bound material from outside
+    # (S,); number of the body a shell belongs to: a void to the body around it
     body: NDArray[np.int64]
-    doubled: bool
+    doubled: bool  # whether one body lies in the metal of another
 
 
 def oriented_outward(
@@ -55,17 +44,8 @@ def oriented_outward(
 ) -> tuple[NDArray[np.int64], bool]:
     """Turn the shells so that all normals point out of the material.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Welded, all in use.
-    shells : Shells
-
-    Returns
-    -------
-    triangles : (T, 3) array
-    overlapping : bool
-        Whether bodies reach into each other by more than `OVERLAP` of the size.
+    `vertices` (V, 3): welded, all in use. Returns `triangles` (T, 3); `overlapping`: whether
+    bodies reach into each other by more than `OVERLAP` of the size.
     """
     low, high = bounds(vertices)
     size = float((high - low).max())

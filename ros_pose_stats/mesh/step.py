@@ -30,24 +30,9 @@ _MEASURE: Final = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(
 def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:
     """Tessellate a STEP file, every circle with 96 sides.
 
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    data : bytes
-        What the file holds.
-    most_seconds : float
-        After which the tessellation is given up.
-
-    Returns
-    -------
-    bytes
-        A GLB file in metres, coordinates in float32; the same bytes for the same data.
-
-    Raises
-    ------
-    MeshFileError
-        If cascadio is not installed, the file is damaged, or it takes too long.
+    `most_seconds`: after which the tessellation is given up. Returns a GLB file in metres,
+    coordinates in float32; the same bytes for the same data. Raises MeshFileError if cascadio is
+    not installed, the file is damaged, or it takes too long.
     """
     found = importlib.util.find_spec("cascadio")
     if found is None or found.origin is None:
@@ -72,15 +57,7 @@ def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS
 def declared_step_unit(data: bytes) -> float:
     """Metres a unit of a STEP file; that of its first shape where they differ.
 
-    Parameters
-    ----------
-    data : bytes
-        What the file holds.
-
-    Returns
-    -------
-    float
-        A millimetre where the file names no unit, as OpenCASCADE takes it.
+    Returns a millimetre where the file names no unit, as OpenCASCADE takes it.
     """
     context = _UNITS.search(data)
     for number in re.findall(rb"#(\d+)", context[1]) if context else ():

@@ -30,48 +30,22 @@ _BODIES_OVERLAP = ("BODIES_OVERLAP: bodies of the mesh reach into each other, so
 
 
 class Surface(NamedTuple):
-    """A welded closed surface with the solid in it.
+    """A welded closed surface with the solid in it."""
 
-    Attributes
-    ----------
-    vertices : (W, 3) array
-        Metres.
-    triangles : (U, 3) array
-        Normals point out of the material.
-    solid : Solid
-    hull : Hull
-        Of `vertices`.
-    from_hull : bool
-        Whether the hull stands in for the part.
-    warnings : tuple of str
-    """
-
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.int64]
+    vertices: NDArray[np.float64]  # (W, 3); metres
+    triangles: NDArray[np.int64]  # (U, 3); normals point out of the material
     solid: Solid
-    hull: Hull
-    from_hull: bool
+    hull: Hull  # of `vertices`
+    from_hull: bool  # whether the hull stands in for the part
     warnings: tuple[str, ...]
 
 
 def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> Surface:
     """Weld, close, orient and integrate; where that gives no solid, take the convex hull.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Metres.
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    Surface
-        With warnings `HOLES_CLOSED`, `OPEN_MESH` and `BODIES_OVERLAP` where they apply.
-
-    Raises
-    ------
-    MeshError
-        If the triangles span no volume.
+    `vertices` (V, 3): metres; `triangles` (T, 3). Returns with warnings `HOLES_CLOSED`,
+    `OPEN_MESH` and `BODIES_OVERLAP` where they apply. Raises MeshError if the triangles span no
+    volume.
     """
     vertices, triangles = weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)

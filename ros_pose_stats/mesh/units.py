@@ -48,15 +48,8 @@ def named_unit(text: str) -> str | None:
 def likely_unit(extent: float) -> str | None:
     """The unit in which a mesh most likely is.
 
-    Parameters
-    ----------
-    extent : float
-        Its largest extent in that unit.
-
-    Returns
-    -------
-    str or None
-        None where no unit makes it a part for a feeder.
+    `extent`: its largest extent in that unit. Returns none where no unit makes it a part for a
+    feeder.
     """
     for shortest, longest in (_USUAL, _POSSIBLE):
         for unit in _GUESSES:
@@ -68,10 +61,7 @@ def likely_unit(extent: float) -> str | None:
 def guess_unit(extent: float) -> str:
     """As `likely_unit`.
 
-    Raises
-    ------
-    RequestError
-        Where no unit makes it a part for a feeder.
+    Raises RequestError where no unit makes it a part for a feeder.
     """
     unit = likely_unit(extent)
     if unit is None:
@@ -83,20 +73,8 @@ def guess_unit(extent: float) -> str:
 def metres_per_unit(unit: str | float) -> float:
     """Length of one mesh unit in metres.
 
-    Parameters
-    ----------
-    unit : str or float
-        `m`, `mm`, `cm` or `inch` in any usual spelling (`MM`, `inches`, `millimetres`), or a
-        positive number of metres.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    RequestError
-        If it is neither.
+    `unit`: `m`, `mm`, `cm` or `inch` in any usual spelling (`MM`, `inches`, `millimetres`), or a
+    positive number of metres. Raises RequestError if it is neither.
     """
     if isinstance(unit, str) and (name := named_unit(unit)) is not None:
         return METRES_PER_UNIT[name]
@@ -113,15 +91,7 @@ def metres_per_unit(unit: str | float) -> float:
 def asked_unit(unit: str | float | None) -> float | Literal["auto"] | None:
     """What a user asks for: metres a unit, a guess, or nothing.
 
-    Parameters
-    ----------
-    unit : str, float or None
-        As for `metres_per_unit`, or `auto`.
-
-    Raises
-    ------
-    RequestError
-        If it is neither.
+    `unit`: as for `metres_per_unit`, or `auto`. Raises RequestError if it is neither.
     """
     if isinstance(unit, str) and unit.strip().lower() == AUTO:
         return AUTO
@@ -132,21 +102,8 @@ def unit_that_counts(asked: float | Literal["auto"] | None, declared: float | No
                      extent: float, unless_declared: bool) -> tuple[float, UnitSource]:
     """Metres a unit of a file, and where that comes from.
 
-    Parameters
-    ----------
-    asked : float, `auto` or None
-        As from `asked_unit`.
-    declared : float or None
-        By the file.
-    extent : float
-        Of its mesh in its own unit, for a guess.
-    unless_declared : bool
-        Whether `asked` is for files that declare no unit only.
-
-    Raises
-    ------
-    RequestError
-        As `guess_unit`.
+    `extent`: of its mesh in its own unit, for a guess; `unless_declared`: whether `asked` is for
+    files that declare no unit only. Raises RequestError as `guess_unit`.
     """
     if declared is not None and (unless_declared or asked in (None, AUTO)):
         return declared, "declared"
@@ -159,16 +116,7 @@ def unit_warnings(extent: float, unit: float, source: UnitSource,
                   declared: float | None) -> tuple[str, ...]:
     """Warn about a part of an unlikely size, a guessed unit, and one that the file contradicts.
 
-    Parameters
-    ----------
-    extent : float
-        Largest extent of the part, metres.
-    unit : float
-        Metres a unit.
-    source : str
-        Where that comes from.
-    declared : float or None
-        Metres a unit as the file declares.
+    `extent`: largest extent of the part, metres; `declared`: metres a unit as the file declares.
     """
     size, likely = length_in_words(extent), likely_unit(extent / unit)
     if source == "guessed":

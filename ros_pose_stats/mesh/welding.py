@@ -15,17 +15,9 @@ def weld(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Merge coincident vertices and drop the triangles that collapse.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    vertices : (W, 3) array
-        Those in use, each the first of its coincident ones, in the order given; the very
-        array given when nothing changes.
-    triangles : (U, 3) array
+    Takes `vertices` (V, 3), `triangles` (T, 3). Returns `vertices` (W, 3): those in use, each the
+    first of its coincident ones, in the order given; the very array given when nothing changes;
+    `triangles` (U, 3).
 
     Notes
     -----
@@ -68,16 +60,9 @@ def _without_collapsed(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
 def without_repeated(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
     """Remove triangles that occupy the same three vertices.
 
-    Parameters
-    ----------
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    (U, 3) array
-        One of each orientation is kept. Opposite pairs are internal walls, where two bodies
-        were joined, and vanish; unless every triangle has its opposite: then the mesh was
-        exported double-sided and the first of each pair stays.
+    Takes `triangles` (T, 3). Returns (U, 3): one of each orientation is kept. Opposite pairs are
+    internal walls, where two bodies were joined, and vanish; unless every triangle has its
+    opposite: then the mesh was exported double-sided and the first of each pair stays.
     """
     corners = np.sort(triangles, axis=1)
     a, b, c = triangles.T

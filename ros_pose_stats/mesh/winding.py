@@ -28,39 +28,19 @@ _MOST_PATCHES: Final = 256
 
 
 class Edges(NamedTuple):
-    """The directed edges of a mesh, grouped by the undirected edge they run along.
+    """The directed edges of a mesh, grouped by the undirected edge they run along."""
 
-    Attributes
-    ----------
-    triangle : (3T,) array
-        Owner of each directed edge, sorted by undirected edge.
-    forward : (3T,) array of bool
-        Whether it runs from the lower to the higher vertex.
-    start : (E,) array
-        Where each undirected edge begins in the two arrays above.
-    uses : (E,) array
-        How many triangles have that edge.
-    """
-
-    triangle: NDArray[np.int64]
-    forward: NDArray[np.bool_]
-    start: NDArray[np.int64]
-    uses: NDArray[np.int64]
+    triangle: NDArray[np.int64]  # (3T,); owner of each directed edge, sorted by undirected edge
+    forward: NDArray[np.bool_]  # (3T,) bool; whether it runs from the lower to the higher vertex
+    start: NDArray[np.int64]  # (E,); where each undirected edge begins in the two arrays above
+    uses: NDArray[np.int64]  # (E,); how many triangles have that edge
 
 
 class Shells(NamedTuple):
-    """A closed surface, consistently wound within each of its shells.
+    """A closed surface, consistently wound within each of its shells."""
 
-    Attributes
-    ----------
-    triangles : (T, 3) array
-    shell : (T,) array
-        Number of the shell of each triangle, 0, 1, ... without gaps.
-    total : int
-    """
-
-    triangles: NDArray[np.int64]
-    shell: NDArray[np.int64]
+    triangles: NDArray[np.int64]  # (T, 3)
+    shell: NDArray[np.int64]  # (T,); number of the shell of each triangle, 0, 1, ... without gaps
     total: int
 
 
@@ -69,18 +49,9 @@ def closed_shells(
 ) -> Shells | None:
     """Remove repeated triangles, split the rest into shells and wind each consistently.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Welded.
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    Shells or None
-        None when the surface is open, closed but one-sided as a Klein bottle, or made of
-        patches that meet at crowded edges and are wound against each other. An
-        inconsistent shell takes the winding that most of its area had.
+    `vertices` (V, 3): welded; `triangles` (T, 3). Returns none when the surface is open, closed
+    but one-sided as a Klein bottle, or made of patches that meet at crowded edges and are wound
+    against each other. An inconsistent shell takes the winding that most of its area had.
     """
     triangles, edges = _cleared(triangles)
     if len(triangles) == 0 or (edges.uses & 1).any():
@@ -108,16 +79,8 @@ def wound_alike(
 ) -> NDArray[np.int64] | None:
     """Remove repeated triangles and wind linked ones alike, whether they close or not.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-        Welded.
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    (U, 3) array or None
-        None where no winding is consistent.
+    `vertices` (V, 3): welded; `triangles` (T, 3). Returns (U, 3): none where no winding is
+    consistent.
     """
     triangles, edges = _cleared(triangles)
     pairs, agree = linked_triangles(*edges)

@@ -64,7 +64,7 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     most = MOST_DROPS if drops is None else drops
-    drop_request(most, seed, target_error, workers, "random", None)  # refused at once
+    drop_request(most, seed, target_error, workers, None)  # refused at once
     in_time = TimeLimit(max_seconds, begin, should_stop)
     found = estimate(part, AUTO, restitution=restitution, drop_height=drop_height,
                      cluster_tolerance=cluster_tolerance, round_sides=round_sides)
@@ -81,19 +81,8 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
 class TimeLimit:
     """Ends a run late or when the caller says so, and knows which.
 
-    Parameters
-    ----------
-    seconds : float
-        0 or above; 0 for no limit.
-    begin : float
-        `time.perf_counter()` at the start.
-    should_stop : callable, optional
-        The caller's own wish.
-
-    Raises
-    ------
-    RequestError
-        If the seconds are not such a number.
+    `seconds`: 0 or above; 0 for no limit. Raises RequestError if the seconds are not such a
+    number.
     """
 
     def __init__(self, seconds: float, begin: float,

@@ -53,12 +53,7 @@ def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_MET
     A drop so low that the estimator does not know it leaves next to nothing of its worth, so
     that drops have the say.
 
-    Parameters
-    ----------
-    resting : RestingPoses
-    scene : DropScene
-    method : str
-        The estimator; how its errors scatter over parts was fitted for the default one.
+    `method`: the estimator; how its errors scatter over parts was fitted for the default one.
     """
     estimate = estimated(method, resting, scene)
     expected = expected_error(method, resting, estimate, scene).here
@@ -69,12 +64,7 @@ def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_MET
 def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
     """The same from an estimate that was made before, or from its message.
 
-    Parameters
-    ----------
-    found : PoseStatistics
-        Of an estimator, of this part in this scene.
-    resting : RestingPoses
-    scene : DropScene
+    `found`: of an estimator, of this part in this scene.
     """
     poses = sorted(found.poses, key=lambda pose: pose.index)
     expected = found.expected_error if knows(found.method, resting, scene) else math.nan
@@ -140,10 +130,7 @@ def judge_drops(prior: PosePrior | None, counts: Counts) -> Judged:
 def points(error: float) -> str:
     """An error as a number of points.
 
-    Parameters
-    ----------
-    error : float
-        A fraction.
+    `error`: a fraction.
     """
     return f"{max(100.0 * error, LEAST_POINTS):.2g} points"
 

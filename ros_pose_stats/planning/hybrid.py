@@ -91,23 +91,11 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
 
     Takes about a millisecond or two for ten poses, so that it can be had at any moment of a run.
 
-    Parameters
-    ----------
-    counted : PoseStatistics
-        Of independent drops, as from `simulate` with random starting directions.
-    prior : PosePrior
-        From `pose_prior` of the same part, scene and cluster tolerance.
-
-    Returns
-    -------
-    PoseStatistics
-        As `counted`, with the method `hybrid`, and probabilities and errors of both together;
-        where the counts refute the estimate, `counted` itself with the warning `CONFLICT`.
-
-    Raises
-    ------
-    RequestError
-        If the prior is of another number of poses.
+    `counted`: of independent drops, as from `simulate` with random starting directions; `prior`:
+    from `pose_prior` of the same part, scene and cluster tolerance. Returns as `counted`, with the
+    method `hybrid`, and probabilities and errors of both together; where the counts refute the
+    estimate, `counted` itself with the warning `CONFLICT`. Raises RequestError if the prior is of
+    another number of poses.
     """
     poses = sorted(counted.poses, key=lambda pose: pose.index)
     counts = np.array([pose.count for pose in poses])
@@ -128,12 +116,8 @@ def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
                       refuted: NDArray[np.int64]) -> str:
     """The warning, with the pose that is farthest off first.
 
-    Parameters
-    ----------
-    counts : (P,) array of int
-    prior : PosePrior
-    refuted : (R,) array of int
-        Indices of the poses in which counts contradict the estimate, at least one.
+    `counts` (P,) int; `refuted` (R,) int: indices of the poses in which counts contradict the
+    estimate, at least one.
     """
     estimated = (prior.mean / prior.size)[prior.unit]
     share = counts / counts.sum()

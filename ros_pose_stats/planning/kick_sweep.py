@@ -22,42 +22,21 @@ SWEEP_FLIPS = 500
 
 
 class KickFeeding(NamedTuple):
-    """What one kick height makes of a feeder.
+    """What one kick height makes of a feeder."""
 
-    Attributes
-    ----------
-    kick_height : float
-        Metres.
-    flips : FlipStatistics
-    feeding : Feeding
-    """
-
-    kick_height: float
+    kick_height: float  # metres
     flips: FlipStatistics
     feeding: Feeding
 
 
 class KickSweep(NamedTuple):
-    """What a feeder gets at several kick heights.
+    """What a feeder gets at several kick heights."""
 
-    Attributes
-    ----------
-    wanted : tuple of int
-        Indices of the poses that are accepted.
-    rate : float
-        Parts dropped a minute.
-    cycle_time : float
-        Seconds from one kick to the next.
-    afresh : Feeding
-        Without kicks: parts that lie wrong are dropped again.
-    kicks : tuple of KickFeeding
-        By rising kick height; those that were complete when the sweep was stopped.
-    """
-
-    wanted: tuple[int, ...]
-    rate: float
-    cycle_time: float
-    afresh: Feeding
+    wanted: tuple[int, ...]  # indices of the poses that are accepted
+    rate: float  # parts dropped a minute
+    cycle_time: float  # seconds from one kick to the next
+    afresh: Feeding  # without kicks: parts that lie wrong are dropped again
+    # by rising kick height; those that were complete when the sweep was stopped
     kicks: tuple[KickFeeding, ...]
 
     @property
@@ -90,28 +69,11 @@ def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate
     All kicks have the same seed, so that they hit the part at the same points, and what is left
     of their difference is less a matter of chance.
 
-    Parameters
-    ----------
-    part : Part
-    dropped : PoseStatistics
-        Of this part, by any method; the kicks are in its scene.
-    wanted, rate, cycle_time
-        As for `flip_wrong_ones`.
-    kicks : sequence of float, optional
-        Heights, metres; default: from a twentieth of the part's radius to five of them.
-    drops : int
-        Flips out of each pose at each height.
-    seed, workers
-        As for `simulate_flips`.
-    on_progress : callable, optional
-        Takes the number of flips done, and of all.
-    should_stop : callable, optional
-        After True the sweep ends with the kicks that are complete by then, if any.
-
-    Raises
-    ------
-    RequestError
-        If a value is out of its range.
+    `dropped`: of this part, by any method; the kicks are in its scene; `kicks`: heights, metres;
+    default: from a twentieth of the part's radius to five of them; `drops`: flips out of each pose
+    at each height; `on_progress`: takes the number of flips done, and of all; `should_stop`: after
+    True the sweep ends with the kicks that are complete by then, if any. Raises RequestError if a
+    value is out of its range.
     """
     shares = pose_shares(dropped)
     afresh = drop_afresh(shares, wanted, rate)

@@ -31,25 +31,12 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
     The model is believed as far as its own error and that of the plate allow; how well the counts
     agree with it weighs in. Poses that symmetry makes equal share their counts.
 
-    Parameters
-    ----------
-    model : PoseStatistics
-        An estimate or of drops, with `plate_error`.
-    counts : (P,) array of int
-        Parts seen in each pose, by `index`.
-
-    Returns
-    -------
-    PoseStatistics
-        With the method `observed`: probabilities are posterior means, intervals the shortest ones
-        of 90 %, `count` what was counted, and `expected_error` and `plate_error` both the error
-        against the plate. Where the counts refute the model beyond both errors, the answer is
-        theirs alone, with the warning `CONFLICT`. Without any count, the model itself.
-
-    Raises
-    ------
-    RequestError
-        If there are not P counts from 0 up.
+    `model`: an estimate or of drops, with `plate_error`; `counts` (P,) int: parts seen in each
+    pose, by `index`. Returns with the method `observed`: probabilities are posterior means,
+    intervals the shortest ones of 90 %, `count` what was counted, and `expected_error` and
+    `plate_error` both the error against the plate. Where the counts refute the model beyond both
+    errors, the answer is theirs alone, with the warning `CONFLICT`. Without any count, the model
+    itself. Raises RequestError if there are not P counts from 0 up.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
     counted = np.asarray(counts)
@@ -71,10 +58,7 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
 def plate_prior(model: PoseStatistics) -> PosePrior:
     """What a result says of the part on a plate, before anything was counted there.
 
-    Parameters
-    ----------
-    model : PoseStatistics
-        Where its `expected_error` is not known, counts have the say.
+    `model`: where its `expected_error` is not known, counts have the say.
     """
     poses = sorted(model.poses, key=lambda pose: pose.index)
     error = math.hypot(model.expected_error, model.plate_error * _of_poses(poses))

@@ -20,19 +20,8 @@ def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
     no numbers is taken for a head. Rows of the same pose add up. The files of parts are looked
     for beside the table, then in the working directory.
 
-    Parameters
-    ----------
-    file : Path
-
-    Returns
-    -------
-    dict of Path to Counter
-        From the file of each part, in order of appearance, to the counts by pose.
-
-    Raises
-    ------
-    RequestError
-        If the file cannot be read, or a row is none of counts, with its number.
+    Returns from the file of each part, in order of appearance, to the counts by pose. Raises
+    RequestError if the file cannot be read, or a row is none of counts, with its number.
     """
     try:
         text = file.read_text(encoding="utf-8-sig")

@@ -18,22 +18,12 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class CountedPart:
-    """Counts of one part.
-
-    Attributes
-    ----------
-    part : Part
-    count : (P,) array of int
-        Parts seen in each pose, by `index`.
-    cluster_tolerance : float
-    round_sides : int
-        By which the poses are numbered.
-    """
+    """Counts of one part."""
 
     part: Part
-    count: Index
+    count: Index  # (P,) int; parts seen in each pose, by `index`
     cluster_tolerance: float
-    round_sides: int
+    round_sides: int  # by which the poses are numbered
 
     @property
     def resting(self) -> RestingPoses:
@@ -62,18 +52,9 @@ def count_part(part: Part, counts: Mapping[int, int], *,
                round_sides: int = DEFAULT_ROUND_SIDES) -> CountedPart:
     """Join a part and what was counted of it.
 
-    Parameters
-    ----------
-    part : Part
-    counts : mapping of int to int
-        From the `index` of a pose to the parts seen in it; 0 for those left out.
-    cluster_tolerance, round_sides
-        As of the statistics that numbered the poses.
-
-    Raises
-    ------
-    RequestError
-        If the part has no such pose, or a count is negative.
+    `counts`: from the `index` of a pose to the parts seen in it; 0 for those left out;
+    `cluster_tolerance, round_sides`: as of the statistics that numbered the poses. Raises
+    RequestError if the part has no such pose, or a count is negative.
     """
     poses = len(resting_poses(part, cluster_tolerance, round_sides).poses)
     count = np.zeros(poses, dtype=np.int64)

@@ -47,11 +47,7 @@ def join_likelihoods(explained: Sequence[ExplainedPart]) -> Array:
 def weigh_scenes(alternatives: Alternatives, without: int | None = None) -> Array:
     """Logarithm (C, n) of the likelihood of each number of sides and scene.
 
-    Parameters
-    ----------
-    alternatives : Alternatives
-    without : int, optional
-        Place of a part that is left out.
+    `without`: place of a part that is left out.
     """
     return np.array([
         averaged(join_likelihoods(parts)

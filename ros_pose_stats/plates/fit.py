@@ -52,31 +52,12 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
     is part of the likelihood. Round parts are dropped with each number of sides of `round_parts`
     anew. Where no scene explains the counts, the intervals are wider by that (`likelihood`).
 
-    Parameters
-    ----------
-    counted : sequence of CountedPart
-        Of one part or several; counts of one part are added up. Poses that look alike count
-        together.
-    seed : int
-        Of the drops, at least 0; the same one gives the same fit.
-    workers : int, optional
-        Threads; default: all cores.
-    on_progress : callable, optional
-        Told what share of the drops is done.
-    should_stop : callable, optional
-        Once it returns True the fit is given up.
-    background : bool
-        Whether the drops give way to other threads.
-
-    Returns
-    -------
-    PlateFit or None
-        None where it was given up.
-
-    Raises
-    ------
-    RequestError
-        If the counts cannot tell restitution and drop height, with what is missing.
+    `counted`: of one part or several; counts of one part are added up. Poses that look alike count
+    together; `seed`: of the drops, at least 0; the same one gives the same fit; `on_progress`:
+    told what share of the drops is done; `should_stop`: once it returns True the fit is given up;
+    `background`: whether the drops give way to other threads. Returns none where it was given up.
+    Raises RequestError if the counts cannot tell restitution and drop height, with what is
+    missing.
     """
     begin = time.perf_counter()
     told = [one for one in merge_counts(counted) if one.counted and one.free_shares]
@@ -157,9 +138,7 @@ def explain(counted: CountedPart, response: Response, grid: SceneGrid) -> Explai
 def refuse_too_little(counted: Sequence[CountedPart], told: Sequence[CountedPart]) -> None:
     """Refuse counts from which two numbers cannot follow, whatever they are.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     free = sum(one.free_shares for one in told)
     if free < 2:
@@ -179,9 +158,7 @@ def refuse_undecided(grid: SceneGrid, within: SceneRange,
                      alternatives: Alternatives) -> None:
     """Refuse counts that leave restitution and drop height anywhere in their range.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     logarithm = weigh_scenes(alternatives).max(axis=0)
     found = most_likely(grid, logarithm)

@@ -22,19 +22,11 @@ SETTLED = 1e-8
 
 
 class Kernel(NamedTuple):
-    """Covariance of the correction: a constant, and a part that varies (Matérn, order 3/2).
+    """Covariance of the correction: a constant, and a part that varies (Matérn, order 3/2)."""
 
-    Attributes
-    ----------
-    constant, varying : float
-        Standard deviations, of the logit.
-    lengths : (d,) array
-        Over which the varying part changes, in each coordinate.
-    """
-
-    constant: float
+    constant: float  # standard deviations, of the logit
     varying: float
-    lengths: Array
+    lengths: Array  # (d,); over which the varying part changes, in each coordinate
 
     @property
     def variance(self) -> float:
@@ -54,13 +46,8 @@ class Kernel(NamedTuple):
 class BinomialProcess:
     """A correction fitted to counts.
 
-    Parameters
-    ----------
-    covariance : (n, n) array
-        Of the correction at the points where was counted.
-    successes, trials : (n,) arrays
-    offset : (n,) array
-        Logit of the known function there.
+    `covariance` (n, n): of the correction at the points where was counted; `successes, trials`
+    (n,); `offset` (n,): logit of the known function there.
     """
 
     def __init__(self, covariance: Array, successes: Array, trials: Array,
@@ -87,12 +74,7 @@ class BinomialProcess:
     def predict(self, cross: Array, prior: float) -> tuple[Array, Array]:
         """Mean and variance (m,) of the correction at other points.
 
-        Parameters
-        ----------
-        cross : (m, n) array
-            Covariance with the points where was counted.
-        prior : float
-            Variance without any counts.
+        `cross` (m, n): covariance with the points where was counted.
         """
         inner = solve_triangular(self._factor, (cross * self._root).T, lower=True,
                                  overwrite_b=True, check_finite=False)

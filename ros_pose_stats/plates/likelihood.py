@@ -42,18 +42,10 @@ def averaged(likelihoods: Array) -> Array:
 
 
 class SceneEstimate(NamedTuple):
-    """The most likely scene.
+    """The most likely scene."""
 
-    Attributes
-    ----------
-    place : int
-        On the grid.
-    restitution, drop_height : tuple of float
-        Value and bounds of the 90 % interval; metres.
-    """
-
-    place: int
-    restitution: tuple[float, float, float]
+    place: int  # on the grid
+    restitution: tuple[float, float, float]  # value and bounds of the 90 % interval; metres
     drop_height: tuple[float, float, float]
 
 
@@ -63,11 +55,7 @@ def most_likely(grid: SceneGrid, logarithm: Array) -> SceneEstimate:
     The interval of one of the two holds the values at which some value of the other leaves the
     logarithm of the likelihood within `REACH` / 2 of its maximum (Wilks).
 
-    Parameters
-    ----------
-    grid : SceneGrid
-    logarithm : (n,) array
-        Of the likelihood.
+    `logarithm` (n,): of the likelihood.
     """
     table = logarithm.reshape(grid.shape)
     place = int(logarithm.argmax())

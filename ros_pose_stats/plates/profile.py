@@ -29,48 +29,25 @@ SIDES_FIELDS = "round_sides", "round_sides_low", "round_sides_high"
 class PlateProfile:
     """The scene that stands for a plate, and how far to trust it.
 
-    Attributes
-    ----------
-    name : str
-    restitution, restitution_low, restitution_high : float
-        Effective coefficient of restitution, and bounds of its 90 % interval.
-    drop_height, drop_height_low, drop_height_high : float
-        Effective height of the centre of mass at release, likewise, metres.
-    plate_error : float
-        Expected root mean square error on a part that was not counted, as a fraction.
-    p_value : float
-        Of the counts in this scene; NaN where nothing is left to test it.
-    parts : tuple of str
-        Names of the parts that were counted.
-    counted : int
-        Parts of all kinds together.
-    date : str
-        When it was fitted, ISO 8601, UTC.
-    version : str
-        Of this package.
-    round_sides, round_sides_low, round_sides_high : int
-        Sides a turn that round parts stand as, and the ends of the range that the counts do not
-        exclude.
-
-    Raises
-    ------
-    RequestError
-        If a value is out of its range.
+    Raises RequestError if a value is out of its range.
     """
 
     name: str
-    restitution: float
+    restitution: float  # effective coefficient of restitution, and bounds of its 90 % interval
     restitution_low: float
     restitution_high: float
-    drop_height: float
+    drop_height: float  # effective height of the centre of mass at release, likewise, metres
     drop_height_low: float
     drop_height_high: float
+    # expected root mean square error on a part that was not counted, as a fraction
     plate_error: float
-    p_value: float
-    parts: tuple[str, ...]
-    counted: int
-    date: str
-    version: str
+    p_value: float  # of the counts in this scene; NaN where nothing is left to test it
+    parts: tuple[str, ...]  # names of the parts that were counted
+    counted: int  # parts of all kinds together
+    date: str  # when it was fitted, ISO 8601, UTC
+    version: str  # of this package
+    # sides a turn that round parts stand as, and the ends of the range that the counts do not
+    # exclude
     round_sides: int = UNTOLD_SIDES[0]
     round_sides_low: int = UNTOLD_SIDES[1]
     round_sides_high: int = UNTOLD_SIDES[2]
@@ -99,9 +76,7 @@ class PlateProfile:
 def refuse_name(name: str) -> None:
     """Refuse a name that no plate can have.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
         raise RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
@@ -120,10 +95,7 @@ def profile_of(name: str, fit: PlateFit) -> PlateProfile:
 def read_profiles(file: Path) -> dict[str, PlateProfile]:
     """Read all plates of a file, by name.
 
-    Raises
-    ------
-    RequestError
-        If it cannot be read, or is no file of plates.
+    Raises RequestError if it cannot be read, or is no file of plates.
     """
     return {name: _profile(file, name, values) for name, values in _read(file).items()}
 
@@ -133,10 +105,7 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
 
     The file appears whole or stays as it was.
 
-    Raises
-    ------
-    RequestError
-        If the file is there and is none of plates.
+    Raises RequestError if the file is there and is none of plates.
     """
     plates: dict[Any, Any] = {}
     if file.exists():
@@ -150,9 +119,7 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
 def refuse_foreign(file: Path) -> None:
     """Check, before anything is fitted, that a plate can be written into a file.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if file.exists():
         _read(file)

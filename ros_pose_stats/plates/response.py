@@ -38,34 +38,17 @@ RAREST = 1e-6
 
 
 class Shares(NamedTuple):
-    """Expected shares of the groups at some scenes.
+    """Expected shares of the groups at some scenes."""
 
-    Attributes
-    ----------
-    share : (n, G) array
-        Summing to 1.
-    dispersion : (n,) array
-        Their variance over share × (1 - share): one over the drops that would tell as much.
-    """
-
-    share: Array
+    share: Array  # (n, G); summing to 1
+    # (n,); their variance over share × (1 - share): one over the drops that would tell as much
     dispersion: Array
 
 
 class Response:
     """Shares of one part's groups of poses, learnt from drops.
 
-    Parameters
-    ----------
-    counted : CountedPart
-    within : SceneRange
-    seed : tuple of int
-        Each at least 0.
-
-    Attributes
-    ----------
-    drops : int
-        So far.
+    Attributes `drops`: so far.
     """
 
     def __init__(self, counted: CountedPart, within: SceneRange, seed: tuple[int, ...]) -> None:

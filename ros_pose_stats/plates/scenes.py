@@ -21,14 +21,9 @@ class SceneRange:
     """Where a plate is looked for.
 
     A point is a restitution and the logarithm of a drop height in metres.
-
-    Attributes
-    ----------
-    lowest, highest : float
-        Drop heights, metres.
     """
 
-    lowest: float
+    lowest: float  # drop heights, metres
     highest: float
 
     @classmethod
@@ -53,17 +48,10 @@ class SceneRange:
 
 @dataclass(frozen=True, eq=False)
 class SceneGrid:
-    """Points on a grid that need not be even.
+    """Points on a grid that need not be even."""
 
-    Attributes
-    ----------
-    restitution : (n,) array
-    log_height : (m,) array
-        Logarithms of metres.
-    """
-
-    restitution: Array
-    log_height: Array
+    restitution: Array  # (n,)
+    log_height: Array  # (m,); logarithms of metres
 
     @classmethod
     def over(cls, bounds: Array, count: int) -> SceneGrid:

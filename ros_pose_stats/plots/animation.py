@@ -38,46 +38,22 @@ FOLLOWED = 1.7
 
 
 class Stage(NamedTuple):
-    """The parts of the figure that stay the same in every frame.
-
-    Attributes
-    ----------
-    figure : Figure
-    axes : Axes
-        Axes of the energy.
-    words : Text
-        Text about the poses that can still be reached.
-    clock : Text
-    box : (int, int, int, int)
-        Left, top, width and height of the scene, pixels.
-    """
+    """The parts of the figure that stay the same in every frame."""
 
     figure: Figure
-    axes: Axes
-    words: Text
+    axes: Axes  # axes of the energy
+    words: Text  # text about the poses that can still be reached
     clock: Text
-    box: tuple[int, int, int, int]
+    box: tuple[int, int, int, int]  # left, top, width and height of the scene, pixels
 
 
 def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
                      root: SplittingNode) -> Iterator[Picture]:
     """Draw a drop, frame by frame.
 
-    Parameters
-    ----------
-    part : Part
-    trajectory : Trajectory
-        Of that part.
-    frames : DropFrames
-        Of that trajectory.
-    root : SplittingNode
-        Splitting graph of the part.
-
-    Yields
-    ------
-    (height, width, 3) array of uint8
-        The part on the left, in a view that rises with it; on the right its energy over
-        weight, with the levels of the splitting graph, and what can still be reached.
+    `root`: splitting graph of the part. Yields (height, width, 3) uint8: the part on the left, in
+    a view that rises with it; on the right its energy over weight, with the levels of the
+    splitting graph, and what can still be reached.
     """
     stage = _stage(trajectory, frames, root)
     canvas = FigureCanvasAgg(stage.figure)

@@ -25,22 +25,9 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
                     pixels: int = PIXELS) -> list[tuple[Picture | None, Picture | None]]:
     """Pictures of corresponding poses of two parts, on the plate and all at one scale.
 
-    Parameters
-    ----------
-    parts : (Part, Part)
-    turn : (3, 3) array or None
-        From the frame of the first to that of the second; None where they are equal.
-    rows : sequence of (StablePose or None, StablePose or None)
-        Of the first part and of the second; None where there is none.
-    radius : float
-        Of the larger part, metres.
-    pixels : int
-        Width.
-
-    Returns
-    -------
-    list of pairs of (height, width, 3) array of uint8, or None
-        The second part is turned about the vertical as the first one is.
+    `turn` (3, 3): from the frame of the first to that of the second; None where they are equal;
+    `rows`: of the first part and of the second; None where there is none; `radius`: of the larger
+    part, metres. Returns the second part is turned about the vertical as the first one is.
     """
     first, second = (visible_triangles(part) - part.center_of_mass for part in parts)
     back = np.eye(3) if turn is None else turn.T

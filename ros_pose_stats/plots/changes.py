@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..design.describe import name_step
 from ..design.effects import Effect, Sensitivity
-from ..design.words import name_poses
 from ..mesh.decimation import visible_triangles
 from ..resting.convex_body import ConvexBody
+from ..text import name_poses
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, new_figure
 

@@ -28,11 +28,7 @@ RASTER = 150
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write `stem.png` and `stem.svg`; an equal figure gives equal bytes.
 
-    Parameters
-    ----------
-    figure : Figure
-    stem : Path
-        Without suffix, whatever dots it holds; its folder is created.
+    `stem`: without suffix, whatever dots it holds; its folder is created.
     """
     stem.parent.mkdir(parents=True, exist_ok=True)
     files = [stem.with_name(f"{stem.name}.{kind}") for kind in ("png", "svg")]
@@ -83,13 +79,7 @@ NEAR = 8
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write an animation that repeats for ever.
 
-    Parameters
-    ----------
-    file : Path
-    pictures : iterable of (height, width, 3) array of uint8
-        At least one.
-    rate : int
-        Pictures a second.
+    `rate`: pictures a second.
     """
     every = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, since colours would flicker otherwise.
@@ -108,10 +98,7 @@ def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:
 def ffmpeg() -> str:
     """Path of ffmpeg.
 
-    Raises
-    ------
-    RequestError
-        If there is none.
+    Raises RequestError if there is none.
     """
     found = shutil.which("ffmpeg")
     if found is None:
@@ -123,18 +110,8 @@ def ffmpeg() -> str:
 def write_mp4(file: Path, pictures: Iterable[Picture], rate: int) -> None:
     """Write a film with ffmpeg.
 
-    Parameters
-    ----------
-    file : Path
-    pictures : iterable of (height, width, 3) array of uint8
-        At least one; of even height and width.
-    rate : int
-        Pictures a second.
-
-    Raises
-    ------
-    RequestError
-        If there is no ffmpeg, or it cannot write the film.
+    `pictures`: at least one; of even height and width; `rate`: pictures a second. Raises
+    RequestError if there is no ffmpeg, or it cannot write the film.
     """
     waiting = iter(pictures)
     first = next(waiting)

@@ -29,20 +29,10 @@ TITLE = 0.34
 def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> Picture:
     """Draw a part's poses, their probabilities and the splitting graph as one picture.
 
-    Parameters
-    ----------
-    part : Part
-    found : sequence of PoseStatistics
-        Of that part, by one or two methods; the first is that of the pictures and the graph.
-    root : SplittingNode
-        Of that part.
-
-    Returns
-    -------
-    (height, width, 3) array of uint8
-        At the top the part and the scene; then the poses on the plate, most probable first; below
-        on the left probabilities with 90 % intervals, on the right the splitting graph with the
-        same probabilities, where there is more than one pose.
+    `found`: of that part, by one or two methods; the first is that of the pictures and the graph.
+    Returns (height, width, 3) uint8: at the top the part and the scene; then the poses on the
+    plate, most probable first; below on the left probabilities with 90 % intervals, on the right
+    the splitting graph with the same probabilities, where there is more than one pose.
     """
     first = found[0]
     above = poses_figure(part, first)

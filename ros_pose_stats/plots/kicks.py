@@ -20,15 +20,8 @@ ROOM = 1.1
 def kick_figure(sweep: KickSweep) -> Figure:
     """Draw a sweep.
 
-    Parameters
-    ----------
-    sweep : KickSweep
-
-    Returns
-    -------
-    Figure
-        Accepted parts a minute with 90 % intervals over the kick height in millimetres, the
-        best kick marked, and beside it what dropping afresh brings.
+    Returns accepted parts a minute with 90 % intervals over the kick height in millimetres, the
+    best kick marked, and beside it what dropping afresh brings.
     """
     figure = new_figure(6.4, 3.9, layout="constrained")
     axes = figure.add_subplot()

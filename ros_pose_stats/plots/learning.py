@@ -29,23 +29,10 @@ LEAST_SPAN = 0.05
 def learning_figure(results: Sequence[PoseStatistics], truth: PoseStatistics) -> Figure:
     """Draw what was predicted, what is true and what was learned, pose by pose.
 
-    Parameters
-    ----------
-    results : sequence of PoseStatistics
-        Of one part in the order in which they came: the first is the prediction, those with
-        `observed` above 0 were learned.
-    truth : PoseStatistics
-        Of the same part on the plate itself.
-
-    Returns
-    -------
-    Figure
-        Axes of equal span for each pose; the band is the 90 % interval of what was learned.
-
-    Raises
-    ------
-    RequestError
-        If nothing was learned.
+    `results`: of one part in the order in which they came: the first is the prediction, those with
+    `observed` above 0 were learned; `truth`: of the same part on the plate itself. Returns axes of
+    equal span for each pose; the band is the 90 % interval of what was learned. Raises
+    RequestError if nothing was learned.
     """
     learned = [one for one in results if one.observed]
     if not learned:

@@ -37,16 +37,7 @@ WIDTH, PLATE = 3.0, 1.05
 def poses_figure(part: Part, found: PoseStatistics) -> Figure:
     """Draw the most probable poses of a part.
 
-    Parameters
-    ----------
-    part : Part
-    found : PoseStatistics
-        Of that part.
-
-    Returns
-    -------
-    Figure
-        All poses at one scale, most probable first, at most eight.
+    Returns all poses at one scale, most probable first, at most eight.
     """
     shown = found.poses[:MOST]
     columns = min(COLUMNS, len(shown))
@@ -75,20 +66,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
                   pixels: int = PIXELS) -> list[NDArray[np.uint8]]:
     """Pictures of a part in some of its poses, on the plate and at one scale.
 
-    Parameters
-    ----------
-    part : Part
-    poses : sequence of StablePose
-        Of that part.
-    radius : float
-        Of the part, metres.
-    pixels : int
-        Width.
-
-    Returns
-    -------
-    list of (height, width, 3) array of uint8
-        High enough for the highest of the poses.
+    `radius`: of the part, metres. Returns high enough for the highest of the poses.
     """
     triangles = visible_triangles(part) - part.center_of_mass
     laid = [placed(triangles, pose) for pose in poses]

@@ -31,18 +31,8 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
                      energies: Sequence[float]) -> Figure:
     """Draw the poses that can still be reached at some energies (Eq. 7, Figs. 3D-F).
 
-    Parameters
-    ----------
-    sphere : PoseSphere
-    root : SplittingNode
-        Of the same part.
-    energies : sequence of float
-        Mechanical energy over weight, metres; a row of two discs each.
-
-    Returns
-    -------
-    Figure
-        Reachable poses light, a shade a component, the others dark; poses as numbers.
+    `energies`: mechanical energy over weight, metres; a row of two discs each. Returns reachable
+    poses light, a shade a component, the others dark; poses as numbers.
     """
     figure, discs = two_discs(len(energies), 0.25, 0.3)
     across = across_disc(sphere.R.shape[1])
@@ -77,13 +67,8 @@ def components_at(root: SplittingNode, energy: float,
                   heights: NDArray[np.float64]) -> list[tuple[int, ...]]:
     """Poses of each connected component of the reachable set.
 
-    Parameters
-    ----------
-    root : SplittingNode
-    energy : float
-        Over weight, metres.
-    heights : (P,) array
-        Of the poses, metres: what lies above the energy is out of reach.
+    `energy`: over weight, metres; `heights` (P,): of the poses, metres: what lies above the energy
+    is out of reach.
     """
     found, waiting = [], [root]
     while waiting:

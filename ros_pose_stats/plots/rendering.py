@@ -33,45 +33,22 @@ FINENESS = 2
 
 
 class View(NamedTuple):
-    """The part of the plate frame that a picture shows, and the viewer's direction.
+    """The part of the plate frame that a picture shows, and the viewer's direction."""
 
-    Attributes
-    ----------
-    center : (3,) array
-        Point in the middle of the picture, metres.
-    width : float
-        Metres across the picture.
-    pixels : (int, int)
-        Width and height.
-    elevation, azimuth : float
-        Of the viewer, degrees.
-    plate : float
-        Half the side of the plate around the origin, metres.
-    """
-
-    center: Array
-    width: float
-    pixels: tuple[int, int]
-    elevation: float = 22.0
+    center: Array  # (3,); point in the middle of the picture, metres
+    width: float  # metres across the picture
+    pixels: tuple[int, int]  # width and height
+    elevation: float = 22.0  # of the viewer, degrees
     azimuth: float = -62.0
-    plate: float = 0.0
+    plate: float = 0.0  # half the side of the plate around the origin, metres
 
 
 def rendered(triangles: Array, view: View, color: Array = PART) -> NDArray[np.uint8]:
     """Draw triangles above the plate z = 0.
 
-    Parameters
-    ----------
-    triangles : (t, 3, 3) array
-        Corners in the plate frame, metres, counter-clockwise seen from outside.
-    view : View
-    color : (3,) or (t, 3) array
-        Of the part, or of each triangle, 0 to 1.
-
-    Returns
-    -------
-    (height, width, 3) array of uint8
-        White where there is nothing.
+    `triangles` (t, 3, 3): corners in the plate frame, metres, counter-clockwise seen from outside;
+    `color`: of the part, or of each triangle, 0 to 1. Returns (height, width, 3) uint8: white
+    where there is nothing.
     """
     wide, high = (FINENESS * side for side in view.pixels)
     normals = _normals(triangles)
@@ -150,20 +127,9 @@ AT_ONCE = 3_000_000
 def nearest_triangles(corners: Array, wide: int, high: int) -> tuple[Index, Array]:
     """Find which triangle is seen in every pixel.
 
-    Parameters
-    ----------
-    corners : (t, 3, 3) array
-        Across and down the picture in pixels, and towards the viewer.
-    wide, high : int
-        Pixels.
-
-    Returns
-    -------
-    number : (high, wide) array of int
-        -1 where there is none.
-    depth : (high, wide) array
-        Of the triangle at the pixel's middle, towards the viewer; minus infinity where there
-        is none.
+    `corners` (t, 3, 3): across and down the picture in pixels, and towards the viewer. Returns
+    `number` (high, wide) int: -1 where there is none; `depth` (high, wide): of the triangle at the
+    pixel's middle, towards the viewer; minus infinity where there is none.
     """
     found = np.full(wide * high, -1, dtype=np.int64)
     depth = np.full(wide * high, -np.inf)

@@ -28,17 +28,8 @@ def shares_figure(found: Sequence[PoseStatistics], size: tuple[float, float] = (
                   ) -> Figure:
     """Draw the probability of each pose by one or two methods.
 
-    Parameters
-    ----------
-    found : sequence of PoseStatistics
-        One or two of the same part; the poses are in the order of the first.
-    size : (float, float)
-        Width and height, inches.
-
-    Returns
-    -------
-    Figure
-        Bars in percent with 90 % intervals, the most probable pose at the top.
+    `found`: one or two of the same part; the poses are in the order of the first. Returns bars in
+    percent with 90 % intervals, the most probable pose at the top.
     """
     figure = new_figure(*size, layout="constrained")
     axes = figure.add_subplot()

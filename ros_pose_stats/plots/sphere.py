@@ -36,18 +36,9 @@ def sphere_figure(sphere: PoseSphere, function: Function = "R",
                   root: SplittingNode | None = None) -> Figure:
     """Draw r or R over all poses, with basins, stable poses, saddles and peaks (Fig. 1C).
 
-    Parameters
-    ----------
-    sphere : PoseSphere
-    function : {'r', 'R'}
-    root : SplittingNode, optional
-        Splitting graph of the part, for the saddles where the reachable set splits.
-
-    Returns
-    -------
-    Figure
-        Two discs, the hemispheres of the directions that point down, in equal-area
-        projection, seen from outside; lighter is higher.
+    `root`: splitting graph of the part, for the saddles where the reachable set splits. Returns
+    two discs, the hemispheres of the directions that point down, in equal-area projection, seen
+    from outside; lighter is higher.
     """
     values = 1e3 * (sphere.r if function == "r" else sphere.R)
     low, high = float(np.nanmin(values)), float(np.nanmax(values))

@@ -31,18 +31,10 @@ LINE = "#0072B2"
 def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure:
     """Draw the splitting graph of a part (Fig. 3C).
 
-    Parameters
-    ----------
-    root : SplittingNode
-    poses : sequence of StablePose
-        All of the part, at the same cluster tolerance; their heights are taken.
-
-    Returns
-    -------
-    Figure
-        Boxes are components of the reachable set, at the height where they fall apart;
-        circles are poses. On the lines stand the transition probabilities (Eq. 8); a line is
-        the thicker the more probable its component. Levels too close to be read are set apart.
+    `poses`: all of the part, at the same cluster tolerance; their heights are taken. Returns boxes
+    are components of the reachable set, at the height where they fall apart; circles are poses. On
+    the lines stand the transition probabilities (Eq. 8); a line is the thicker the more probable
+    its component. Levels too close to be read are set apart.
     """
     heights = {pose.index: pose.height for pose in poses}
     top = drawn_tree(root)
@@ -140,20 +132,12 @@ the graph's height."""
 
 @dataclass
 class Branch:
-    """A component as it is drawn.
-
-    Attributes
-    ----------
-    node : SplittingNode
-    parts : list of Branch
-        What it falls apart into; empty at the lower end.
-    x, y : float
-        Where it is drawn.
-    """
+    """A component as it is drawn."""
 
     node: SplittingNode
+    # what it falls apart into; empty at the lower end
     parts: list[Branch] = field(default_factory=list)
-    x: float = 0.0
+    x: float = 0.0  # where it is drawn
     y: float = 0.0
 
     def walk(self) -> Iterator[Branch]:
@@ -166,11 +150,7 @@ class Branch:
 def drawn_tree(root: SplittingNode, most: int = MOST) -> Branch:
     """Merge tied splits of the graph, and open it from the top where it is most probable.
 
-    Parameters
-    ----------
-    root : SplittingNode
-    most : int
-        Ends at most; a split into more stays closed.
+    `most`: ends at most; a split into more stays closed.
     """
     top, order = Branch(root), count()
     waiting = [(-root.probability, next(order), top)]

@@ -38,18 +38,8 @@ def open_axes(axes: Axes, grid: str, width: float, axis: Literal["both", "x", "y
 def apart(heights: Array, gap: float, low: float = -math.inf, high: float = math.inf) -> Array:
     """Move heights as little as it takes to lie `gap` apart, in the same order.
 
-    Parameters
-    ----------
-    heights : (k,) array
-    gap : float
-        In the same unit.
-    low, high : float
-        Bounds of the moved heights. Where they leave too little room, `high` gives way.
-
-    Returns
-    -------
-    (k,) array
-        Smallest sum of squared moves; equal heights keep their order.
+    `heights` (k,); `low, high`: bounds of the moved heights. Where they leave too little room,
+    `high` gives way. Returns (k,): smallest sum of squared moves; equal heights keep their order.
     """
     order = np.argsort(heights, kind="stable")
     steps = gap * np.arange(len(heights))

@@ -19,13 +19,7 @@ COLORS = 24
 def pose_thumbnail(part: Part, pose: StablePose, radius: float) -> bytes:
     """Picture of a part in a pose, as a PNG file of some two kilobytes.
 
-    Parameters
-    ----------
-    part : Part
-    pose : StablePose
-        Of that part.
-    radius : float
-        Of the part, metres.
+    `radius`: of the part, metres.
     """
     (picture,) = pose_pictures(part, [pose], radius, PIXELS)
     flat = Image.fromarray(picture).quantize(COLORS, dither=Image.Dither.NONE)

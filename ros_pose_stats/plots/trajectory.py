@@ -35,19 +35,10 @@ SETTLED = 2e-3
 def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
     """Draw a drop: energy over weight, height of the centre of mass, and what happened when.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        As from `record_drop`.
-    root : SplittingNode
-        Splitting graph of the part; dashed lines are the levels at which the set that holds
-        the final pose splits off, the eight that part most where there are more.
-
-    Returns
-    -------
-    Figure
-        Millimetres over seconds, from release to where nothing moves that can be seen; below,
-        a row for each kind of event that is among them, with how many of all that are.
+    `root`: splitting graph of the part; dashed lines are the levels at which the set that holds
+    the final pose splits off, the eight that part most where there are more. Returns millimetres
+    over seconds, from release to where nothing moves that can be seen; below, a row for each kind
+    of event that is among them, with how many of all that are.
     """
     end = settling_time(trajectory)
     figure = new_figure(6.4, 4.6, layout="constrained")
@@ -95,12 +86,8 @@ def telling_levels(levels: Sequence[tuple[float, tuple[int, ...]]], poses: int
                    ) -> list[tuple[float, tuple[int, ...]]]:
     """Those of the levels below which the most poses get out of reach, and always the last.
 
-    Parameters
-    ----------
-    levels : sequence of (level, poses)
-        Levels (metres) from the top down, and the poses that are left below each.
-    poses : int
-        Number of poses above all levels.
+    `levels`: levels (metres) from the top down, and the poses that are left below each; `poses`:
+    number of poses above all levels.
     """
     before = [poses, *(len(left) for _, left in levels)]
     lost = [before[k] - before[k + 1] for k in range(len(levels))]

@@ -35,10 +35,7 @@ class DirectoryLock:
     def take(cls, directory: Path) -> DirectoryLock | None:
         """The directory's lock; None where another process, or another log, has it.
 
-        Raises
-        ------
-        OSError
-            There is no such directory, or no lock file can be made in it.
+        Raises OSError: there is no such directory, or no lock file can be made in it.
         """
         for _ in range(_GLANCES):
             number = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
@@ -56,10 +53,7 @@ class DirectoryLock:
     def holds(self, directory: Path) -> bool:
         """Whether it is this directory's: not when that was deleted or moved away.
 
-        Raises
-        ------
-        OSError
-            Nobody knows.
+        Raises OSError: nobody knows.
         """
         return is_file_at(self._number, directory / LOCK)
 
@@ -92,10 +86,7 @@ def is_locked(directory: Path) -> bool:
 def is_file_at(number: int, path: Path) -> bool:
     """Whether an open file is still to be found at a path.
 
-    Raises
-    ------
-    OSError
-        Nobody knows.
+    Raises OSError: nobody knows.
     """
     try:
         return os.path.samestat(os.fstat(number), path.stat())

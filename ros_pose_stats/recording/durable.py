@@ -38,24 +38,8 @@ def make_directories(directory: Path) -> None:
 def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -> int:
     """Write buffers one after the other, whatever pieces the kernel takes.
 
-    Parameters
-    ----------
-    number : int
-        File descriptor.
-    buffers : sequence of bytes-like
-        They are not copied.
-    offset : int
-        Where in the file the first byte goes.
-
-    Returns
-    -------
-    int
-        Offset behind the last byte.
-
-    Raises
-    ------
-    OSError
-        Not all of it could be written; some of it may be.
+    `offset`: where in the file the first byte goes. Returns offset behind the last byte. Raises
+    OSError: not all of it could be written; some of it may be.
     """
     waiting = [memoryview(buffer).cast("B") for buffer in buffers]
     while waiting:
@@ -73,10 +57,7 @@ def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -
 def replace_file(path: Path, content: bytes) -> None:
     """Write a whole file under another name, then rename: there is the old one or the new one.
 
-    Raises
-    ------
-    OSError
-        The old file is still there, unchanged.
+    Raises OSError: the old file is still there, unchanged.
     """
     half = path.with_name(path.name + HALF)
     try:

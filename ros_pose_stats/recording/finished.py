@@ -26,10 +26,7 @@ _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 def finished_contents(path: Path) -> Contents | None:
     """What the summary of a file says; None where the file does not end with a sound one.
 
-    Raises
-    ------
-    OSError
-        The file cannot be read.
+    Raises OSError: the file cannot be read.
     """
     with path.open("rb") as file:
         summary = _summary(file)
@@ -79,10 +76,7 @@ def is_described(directory: Path, files: Files) -> bool:
 def is_finished(directory: Path) -> bool:
     """Whether nothing is left to be done to a run.
 
-    Raises
-    ------
-    OSError
-        It cannot be read.
+    Raises OSError: it cannot be read.
     """
     files = finished_files(directory)
     return files is not None and is_described(directory, files)

@@ -23,8 +23,8 @@ LOW_DROP_RADII = 5.0
 HIGH_DROP_RADII = 1000.0
 
 DEFAULT_DROPS = 10_000
-SAMPLINGS = ("random", "lattice")
-"""Ways to choose starting directions."""
+DEFAULT_PLATE_ERROR = 0.05
+"""Of a plate that nobody has counted on."""
 
 
 @dataclass(frozen=True)
@@ -82,15 +82,9 @@ def describe_scene(restitution: float | Sequence[float], drop_height: float | No
                    radius: float = math.nan) -> str:
     """The scene in one sentence: how high, onto what, how bouncy.
 
-    Parameters
-    ----------
-    restitution : float or sequence of float
-        0 <= restitution < 1; several where each was dropped with.
-    drop_height : float or None
-        Metres; None for the default number of part radii; NaN where the method ignores both
-        height and restitution.
-    radius : float
-        Of the part, metres; NaN where the sentence is about many parts.
+    `restitution`: 0 <= restitution < 1; several where each was dropped with; `drop_height`:
+    metres; None for the default number of part radii; NaN where the method ignores both height and
+    restitution; `radius`: of the part, metres; NaN where the sentence is about many parts.
     """
     if drop_height is not None and math.isnan(drop_height):
         return "released at any height above a frictionless plate, at any restitution"

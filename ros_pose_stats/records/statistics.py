@@ -11,13 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import describe_scene
+from ..tolerances import SAME_SHARE, number_equal
+from .scene import DEFAULT_PLATE_ERROR, describe_scene
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
-
-DEFAULT_PLATE_ERROR = 0.05
-"""Of a plate that nobody has counted on."""
 
 
 class RestingShape(Protocol):
@@ -230,8 +228,9 @@ def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
     together: dict[int, float] = {}
     for pose in sorted(poses, key=lambda pose: pose.index):
         together[pose.group] = together.get(pose.group, 0.0) + pose.probability
-    return tuple(sorted((pose.with_group(together[pose.group]) for pose in poses),
-                        key=lambda pose: (-round(_number(pose.probability), 10), pose.index)))
+    rank = number_equal([-_number(pose.probability) for pose in poses], SAME_SHARE)
+    order = sorted(range(len(poses)), key=lambda k: (rank[k], poses[k].index))
+    return tuple(poses[k].with_group(together[poses[k].group]) for k in order)
 
 
 def _number(value: float) -> float:

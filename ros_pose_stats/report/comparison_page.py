@@ -29,17 +29,8 @@ MOST_ROWS = 60
 def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
     """Write the page of a comparison.
 
-    Parameters
-    ----------
-    found : Comparison
-        Of at least one drop.
-    commands : tuple of str
-        Commands that give the same answer again.
-
-    Returns
-    -------
-    str
-        HTML. No script, style, font or picture comes from anywhere else.
+    `found`: of at least one drop; `commands`: commands that give the same answer again. Returns
+    HTML. No script, style, font or picture comes from anywhere else.
     """
     named = [f"{letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]

@@ -34,35 +34,20 @@ given: a page should be there soon, and a real plate adds five points anyway."""
 
 @dataclass(frozen=True)
 class Feeder:
-    """A feeder that accepts some poses.
+    """A feeder that accepts some poses."""
 
-    Attributes
-    ----------
-    wanted : tuple of int
-        `index` of the accepted poses.
-    rate : float
-        Parts dropped a minute, those sent back included; None where none was given.
-    kick_height : float
-        Of kicks of parts that lie wrong, metres; None where it does not kick.
-    cycle_time : float
-        Seconds from one kick to the next.
-    changes : bool
-        Whether to find out which changes of the part raise the accepted share.
-    """
-
-    wanted: tuple[int, ...]
+    wanted: tuple[int, ...]  # `index` of the accepted poses
+    # parts dropped a minute, those sent back included; None where none was given
     rate: float | None = None
+    # of kicks of parts that lie wrong, metres; None where it does not kick
     kick_height: float | None = None
-    cycle_time: float = 1.0
-    changes: bool = False
+    cycle_time: float = 1.0  # seconds from one kick to the next
+    changes: bool = False  # whether to find out which changes of the part raise the accepted share
 
     def check(self, poses: int) -> None:
         """Check what is asked, before anything is dropped.
 
-        Raises
-        ------
-        RequestError
-            If there is no such pose, or a number is out of its range.
+        Raises RequestError if there is no such pose, or a number is out of its range.
         """
         if (self.wanted or self.changes or self.rate is not None
                 or self.kick_height is not None):
@@ -80,43 +65,20 @@ class Feeder:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """The numbers of a report.
-
-    Attributes
-    ----------
-    part : Part
-    simulated : PoseStatistics
-        Counted from drops.
-    hybrid : PoseStatistics
-        The same drops and an estimate, combined.
-    estimates : tuple of PoseStatistics
-        By every estimator, in the registry's order.
-    graph : SplittingNode
-        Splitting graph with the shares of the simulated drops.
-    sphere : PoseSphere
-    feeder : Feeder
-        What was asked; without wanted poses there is no feeder.
-    afresh : Feeding or None
-        What it gets if parts that lie wrong are dropped again.
-    sweep : KickSweep or None
-        What it gets by kicking them, from several heights, with that of the feeder among them.
-    target_error : float
-        That the drops were to reach; 0 where their number was given.
-    sensitivity : Sensitivity or None
-        What changes of the part do to the accepted share.
-    """
+    """The numbers of a report."""
 
     part: Part
-    simulated: PoseStatistics
-    hybrid: PoseStatistics
-    estimates: tuple[PoseStatistics, ...]
-    graph: SplittingNode
+    simulated: PoseStatistics  # counted from drops
+    hybrid: PoseStatistics  # the same drops and an estimate, combined
+    estimates: tuple[PoseStatistics, ...]  # by every estimator, in the registry's order
+    graph: SplittingNode  # splitting graph with the shares of the simulated drops
     sphere: PoseSphere
-    feeder: Feeder
-    afresh: Feeding | None
+    feeder: Feeder  # what was asked; without wanted poses there is no feeder
+    afresh: Feeding | None  # what it gets if parts that lie wrong are dropped again
+    # what it gets by kicking them, from several heights, with that of the feeder among them
     sweep: KickSweep | None
-    target_error: float
-    sensitivity: Sensitivity | None = None
+    target_error: float  # that the drops were to reach; 0 where their number was given
+    sensitivity: Sensitivity | None = None  # what changes of the part do to the accepted share
 
     @property
     def kicked(self) -> KickFeeding | None:
@@ -146,25 +108,11 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                 should_stop: Callable[[], bool] | None = None) -> Findings:
     """Compute the numbers of a report.
 
-    Parameters
-    ----------
-    part : Part
-    drops : int, optional
-        Default: as many as bring the error over the poses within a point, at most 10 000. The
-        same request gives the same counts on every machine.
-    seed, restitution, drop_height, cluster_tolerance, round_sides, workers
-        As for `simulate`.
-    feeder : Feeder, optional
-        One with a kick costs flips from several heights.
-    should_stop : callable, optional
-        Asked now and then; after True the simulation ends with the drops done by then.
-
-    Raises
-    ------
-    RequestError
-        If a value is out of its range or there is no such pose.
-    MeshError
-        If the part's hull does not enclose its centre of mass.
+    `drops`: default: as many as bring the error over the poses within a point, at most 10 000. The
+    same request gives the same counts on every machine; `feeder`: one with a kick costs flips from
+    several heights; `should_stop`: asked now and then; after True the simulation ends with the
+    drops done by then. Raises RequestError if a value is out of its range or there is no such
+    pose. Raises MeshError if the part's hull does not enclose its centre of mass.
     """
     resting = resting_poses(part, cluster_tolerance, round_sides)
     asked = Feeder(()) if feeder is None else feeder

@@ -53,16 +53,8 @@ ROUNDING = 1e-9
 def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     """Write the page of a part.
 
-    Parameters
-    ----------
-    findings : Findings
-    commands : tuple of str
-        Commands that give the same numbers again, for the section that says so.
-
-    Returns
-    -------
-    str
-        HTML. No script, style, font or picture comes from anywhere else.
+    `commands`: commands that give the same numbers again, for the section that says so. Returns
+    HTML. No script, style, font or picture comes from anywhere else.
     """
     part, found = findings.part, findings.simulated
     groups = pose_groups(found)

@@ -24,20 +24,9 @@ SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
 def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
     """Mesh and poses as JSON, lengths in radii.
 
-    Parameters
-    ----------
-    part : Part
-    poses : sequence of StablePose
-        Of that part, in the order of the buttons.
-    radius : float
-        Metres.
-
-    Returns
-    -------
-    str
-        `vertices`: base64 of little-endian float32, three a vertex, about the centre of mass;
-        `triangles`: base64 of little-endian uint16 or uint32
-        (`wide`); `poses`: label, quaternion x y z w and height.
+    `poses`: of that part, in the order of the buttons. Returns `vertices`: base64 of little-endian
+    float32, three a vertex, about the centre of mass; `triangles`: base64 of little-endian uint16
+    or uint32 (`wide`); `poses`: label, quaternion x y z w and height.
     """
     corners = (visible_triangles(part) - part.center_of_mass).reshape(-1, 3)
     # Integers of 16 bits would do for the places, but not for the normals of thin triangles, which

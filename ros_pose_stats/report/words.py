@@ -75,13 +75,7 @@ WORDS = {
 
 
 def in_words(warning: str) -> tuple[str, str, str]:
-    """Heading, what was found, and what it means.
-
-    Parameters
-    ----------
-    warning : str
-        `CODE: sentence`.
-    """
+    """Heading, what was found, and what it means."""
     code, _, sentence = warning.partition(": ")
     heading, meaning = WORDS.get(code, (code.replace("_", " ").capitalize(), ""))
     return heading, begin(sentence), meaning
@@ -95,14 +89,7 @@ def begin(sentence: str) -> str:
 def said_once(by_method: Iterable[tuple[str, Sequence[str]]]) -> tuple[str, ...]:
     """Join warnings of several methods that differ in the method's name only.
 
-    Parameters
-    ----------
-    by_method : iterable of (method, warnings)
-
-    Returns
-    -------
-    tuple of str
-        `CODE: sentence`, in the order of the methods.
+    Returns `CODE: sentence`, in the order of the methods.
     """
     told: dict[str, list[str]] = {}
     for method, warnings in by_method:

@@ -24,43 +24,26 @@ RUN_TOLERANCE = 0.025
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """The poses of a part as groups of stable faces.
+    """The poses of a part as groups of stable faces."""
 
-    Attributes
-    ----------
-    tolerance : float
-        Least rise of the centre of mass out of a pose, as a share of its height there.
-    lowest : (P,) array
-        Number of the stable face that stands for the pose, by rising height: its lowest; ties
-        go to the larger face, then to the smaller number.
-    pose : (S,) array
-        Pose of each stable face, in the numbering of `Equilibria.order`.
-    near : (S,) array of bool
-        Faces that the part rests on in its pose: no higher above the lowest one than the
-        tolerance. The others are shelves on the way there.
-    way_out : (P,) array
-        Level of the lowest saddle from any member to any other pose, in radii; infinite for a
-        single pose.
-    barrier : (P,) array
-        The same above the lowest member.
-    node : (N,) array
-        Largest nodes of the merge tree that hold a single pose. A pose may have several, since
-        a shelf may open only where its pose has others beside it already.
-    node_pose : (N,) array
-        That pose.
-    split : (S - 1,) array of bool
-        Whether a join of the merge tree holds several poses.
-    """
-
+    # least rise of the centre of mass out of a pose, as a share of its height there
     tolerance: float
+    # (P,); number of the stable face that stands for the pose, by rising height: its lowest; ties
+    # go to the larger face, then to the smaller number
     lowest: Index
-    pose: Index
+    pose: Index  # (S,); pose of each stable face, in the numbering of `Equilibria.order`
+    # (S,) bool; faces that the part rests on in its pose: no higher above the lowest one than the
+    # tolerance. The others are shelves on the way there
     near: NDArray[np.bool_]
+    # (P,); level of the lowest saddle from any member to any other pose, in radii; infinite for a
+    # single pose
     way_out: Array
-    barrier: Array
+    barrier: Array  # (P,); the same above the lowest member
+    # (N,); largest nodes of the merge tree that hold a single pose. A pose may have several, since
+    # a shelf may open only where its pose has others beside it already
     node: Index
-    node_pose: Index
-    split: NDArray[np.bool_]
+    node_pose: Index  # (N,); that pose
+    split: NDArray[np.bool_]  # (S - 1,) bool; whether a join of the merge tree holds several poses
 
     def gather(self, probability: Array) -> Array:
         """Sum what the nodes of the merge tree (2 S - 1,) have over the poses (P,)."""
@@ -71,11 +54,7 @@ class Clusters:
 def clusters(found: Equilibria, tolerance: float) -> Clusters:
     """Gather stable faces into poses.
 
-    Parameters
-    ----------
-    found : Equilibria
-    tolerance : float
-        Least rise out of a pose as a share of the height there; 0 gathers nothing.
+    `tolerance`: least rise out of a pose as a share of the height there; 0 gathers nothing.
     """
     tree = found.arrays.tree
     of_run = max(tolerance, RUN_TOLERANCE) if tolerance > 0.0 else 0.0

@@ -30,38 +30,19 @@ COAXIAL: Final = 5e-6
 
 @dataclass(eq=False)
 class Rim:
-    """A run while it is worked on.
+    """A run while it is worked on."""
 
-    Attributes
-    ----------
-    side : (E,) array
-        Polygon side of the body along each edge.
-    corner : (E,) or, where it is open, (E + 1,) array
-        Points of the body.
-    closed : bool
-    center, axis : (3,) arrays
-    radius, deviation : float
-        The latter the largest distance of a corner from the circle.
-    chord : (E,) array
-        Lengths of the edges.
-    stays : (E,) array of bool
-        Edges over a gap, or along a flat: nothing is put between their ends.
-    kind : 'round' or 'toothed'
-    absorbed : (k,) array
-        Other corners on the circle: at a seam where it does not quite close, or for rounding.
-    group : int
-    """
-
-    side: Index
-    corner: Index
+    side: Index  # (E,); polygon side of the body along each edge
+    corner: Index  # points of the body
     closed: bool
-    center: Array
+    center: Array  # (3,)
     axis: Array
-    radius: float
+    radius: float  # the latter the largest distance of a corner from the circle
     deviation: float
-    chord: Array
-    stays: Flags
+    chord: Array  # (E,); lengths of the edges
+    stays: Flags  # (E,) bool; edges over a gap, or along a flat: nothing is put between their ends
     kind: Kind
+    # (k,); other corners on the circle: at a seam where it does not quite close, or for rounding
     absorbed: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     group: int = -1
 

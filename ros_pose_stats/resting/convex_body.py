@@ -31,34 +31,19 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class ConvexBody:
-    """A convex polyhedron about its centre of mass, scaled to a radius of 1.
+    """A convex polyhedron about its centre of mass, scaled to a radius of 1."""
 
-    Attributes
-    ----------
-    radius : float
-        Largest distance from the centre of mass to a vertex, metres.
-    points : (H, 3) array
-        Hull points; all but those on straight edges or inside faces are corners.
-    arrays : BodyArrays
-        Faces as corner loops with their normals, distances, areas, solid angles and sides.
-    tolerance : float
-        Coplanarity at which the faces were merged, as a fraction of the radius.
-    runs : tuple of Run
-        Its round and toothed runs; none where the body stands as in the file.
-    run_of_face : (F,) array of int
-        Number of the strip that a face belongs to, the facets between two runs about one axis;
-        -1 for a face of none.
-    rounded : int
-        Runs that were given other numbers of sides than in the file.
-    """
-
-    radius: float
+    radius: float  # largest distance from the centre of mass to a vertex, metres
+    # (H, 3); hull points; all but those on straight edges or inside faces are corners
     points: Array
+    # faces as corner loops with their normals, distances, areas, solid angles and sides
     arrays: BodyArrays
-    tolerance: float
-    runs: tuple[Run, ...]
+    tolerance: float  # coplanarity at which the faces were merged, as a fraction of the radius
+    runs: tuple[Run, ...]  # its round and toothed runs; none where the body stands as in the file
+    # (F,) int; number of the strip that a face belongs to, the facets between two runs about one
+    # axis; -1 for a face of none
     run_of_face: Index
-    rounded: int
+    rounded: int  # runs that were given other numbers of sides than in the file
 
     @property
     def faces(self) -> int:
@@ -81,15 +66,7 @@ class ConvexBody:
     def r(self, directions: Array) -> Array:
         """Distance from the centre of mass to the surface (section 2.C).
 
-        Parameters
-        ----------
-        directions : (..., 3) array
-            Unit vectors in part axes.
-
-        Returns
-        -------
-        (...) array
-            In radii.
+        `directions` (..., 3): unit vectors in part axes. Returns (...): in radii.
         """
         along = np.asarray(directions, dtype=np.float64) @ self.arrays.normal.T
         with np.errstate(divide="ignore"):
@@ -99,15 +76,7 @@ class ConvexBody:
     def R(self, directions: Array) -> Array:  # noqa: N802 - the paper's name
         """Height of the centre of mass when `directions` points down (section 2.C).
 
-        Parameters
-        ----------
-        directions : (..., 3) array
-            Unit vectors in part axes.
-
-        Returns
-        -------
-        (...) array
-            In radii.
+        `directions` (..., 3): unit vectors in part axes. Returns (...): in radii.
         """
         return np.asarray((np.asarray(directions, dtype=np.float64) @ self.points.T).max(axis=-1))
 
@@ -138,16 +107,8 @@ def foot_directions(body: ConvexBody, sides: Index) -> Array:
 def convex_body(part: Part, round_sides: int) -> ConvexBody:
     """Convex body of a part, built once and kept as long as the part lives.
 
-    Parameters
-    ----------
-    part : Part
-    round_sides : int
-        Sides a turn that round surfaces are given; 0 takes the file as it is.
-
-    Raises
-    ------
-    MeshError
-        If no convex polyhedron around the centre of mass can be formed.
+    `round_sides`: sides a turn that round surfaces are given; 0 takes the file as it is. Raises
+    MeshError if no convex polyhedron around the centre of mass can be formed.
     """
     return part.prepare(_reshaped, round_sides) if round_sides else part.prepare(_build)
 

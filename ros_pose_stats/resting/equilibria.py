@@ -24,19 +24,11 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Equilibria:
-    """Stable, saddle and unstable equilibria of a convex body.
-
-    Attributes
-    ----------
-    body : ConvexBody
-    arrays : EquilibriumArrays
-        From the kernel; `arrays.stable` is in the order of face numbers.
-    order : (S,) array
-        Positions in `arrays.stable` by rising height: the numbering of the stable faces.
-    """
+    """Stable, saddle and unstable equilibria of a convex body."""
 
     body: ConvexBody
-    arrays: EquilibriumArrays
+    arrays: EquilibriumArrays  # from the kernel; `arrays.stable` is in the order of face numbers
+    # (S,); positions in `arrays.stable` by rising height: the numbering of the stable faces
     order: Index
 
     @cached_property
@@ -86,11 +78,7 @@ class Equilibria:
 def equilibria(part: Part, round_sides: int) -> Equilibria:
     """Equilibria of a part, found once and kept as long as the part lives.
 
-    Parameters
-    ----------
-    part : Part
-    round_sides : int
-        Sides a turn of round surfaces; 0 takes the file as it is.
+    `round_sides`: sides a turn of round surfaces; 0 takes the file as it is.
     """
     return part.prepare(_find, round_sides)
 
@@ -105,15 +93,7 @@ def _find(part: Part, round_sides: int) -> Equilibria:
 def pose_order(heights: Array, downs: Array) -> Index:
     """Order of poses by rising height, ties by the components of `down`.
 
-    Parameters
-    ----------
-    heights : (S,) array
-        In radii.
-    downs : (S, 3) array
-
-    Returns
-    -------
-    (S,) array of int
+    `heights` (S,): in radii; `downs` (S, 3). Returns (S,) int.
     """
     group = ties((heights, SAME_HEIGHT), *((down, SAME_DOWN) for down in downs.T))
     return np.argsort(group, kind="stable")
@@ -126,16 +106,8 @@ def ties(*keys: tuple[Array, float], within: Index | None = None) -> Index:
     So rounding decides nothing between separate values, and a dense sequence of values is not one
     long tie.
 
-    Parameters
-    ----------
-    *keys : pairs of (S,) array and float
-        Values and their tolerance, the most important first.
-    within : (S,) array of int, optional
-        Groups by which the values are ordered before all keys.
-
-    Returns
-    -------
-    (S,) array of int
+    `*keys`: values and their tolerance, the most important first; `within` (S,) int: groups by
+    which the values are ordered before all keys. Returns (S,) int.
     """
     size = keys[0][0].shape[0]
     group = np.zeros(size, dtype=np.int64) if within is None else within

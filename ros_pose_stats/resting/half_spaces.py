@@ -30,19 +30,9 @@ SAME: Final = 1e-9
 def corners_of_planes(normals: Array, distances: Array, before: Array) -> Array:
     """Corners (C, 3) of the body that planes bound.
 
-    Parameters
-    ----------
-    normals : (K, 3) array
-        Unit vectors, outward.
-    distances : (K,) array
-        From the origin, which lies inside. Planes that bound nothing are left out.
-    before : (H, 3) array
-        Corners of the body that was changed.
-
-    Raises
-    ------
-    MeshError
-        If the origin is not inside, or the planes leave the body open.
+    `normals` (K, 3): unit vectors, outward; `distances` (K,): from the origin, which lies inside.
+    Planes that bound nothing are left out; `before` (H, 3): corners of the body that was changed.
+    Raises MeshError if the origin is not inside, or the planes leave the body open.
     """
     if distances.min() <= 0.0:
         raise MeshError("faces around the centre of mass", "a face that was moved beyond it",

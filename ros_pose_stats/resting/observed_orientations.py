@@ -37,27 +37,13 @@ AT_ONCE: Final = 2**21
 
 @dataclass(frozen=True, eq=False)
 class PoseDirections:
-    """Directions that point down in the poses of a part, those of a group side by side.
+    """Directions that point down in the poses of a part, those of a group side by side."""
 
-    Attributes
-    ----------
-    down : (S, 3) array
-        Unit vectors in the part frame: those of the members of each pose.
-    first : (P,) array of int
-        Where the directions of each pose begin.
-    pose : (P,) array of int
-        Which pose that is.
-    first_of_group : (G,) array of int
-        Where the poses of each group begin.
-    group : (P,) array of int
-        Number of the group, as `first_of_group` counts them.
-    """
-
-    down: Array
-    first: Index
-    pose: Index
-    first_of_group: Index
-    group: Index
+    down: Array  # (S, 3); unit vectors in the part frame: those of the members of each pose
+    first: Index  # (P,) int; where the directions of each pose begin
+    pose: Index  # (P,) int; which pose that is
+    first_of_group: Index  # (G,) int; where the poses of each group begin
+    group: Index  # (P,) int; number of the group, as `first_of_group` counts them
 
 
 def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DEFAULT_ANGLE,
@@ -125,10 +111,7 @@ def observed_downs(orientations: ArrayLike) -> Array:
 
     NaN where the orientation is not known.
 
-    Raises
-    ------
-    RequestError
-        If they are not (n, 4) numbers, or one is no unit quaternion.
+    Raises RequestError if they are not (n, 4) numbers, or one is no unit quaternion.
     """
     try:
         given = real_array(orientations)

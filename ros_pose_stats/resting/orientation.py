@@ -13,16 +13,8 @@ Array = NDArray[np.float64]
 def resting_quaternions(downs: ArrayLike) -> Array:
     """Smallest rotations that take each `down` to -z.
 
-    Parameters
-    ----------
-    downs : (P, 3) array_like
-        Unit vectors in the part frame.
-
-    Returns
-    -------
-    (P, 4) array
-        Quaternions x y z w of the part frame in the plate frame. At +z the half turn about
-        the part's x axis is taken.
+    `downs` (P, 3): unit vectors in the part frame. Returns (P, 4): quaternions x y z w of the part
+    frame in the plate frame. At +z the half turn about the part's x axis is taken.
     """
     return quaternions_down(_plain(downs))
 

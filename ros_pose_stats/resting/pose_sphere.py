@@ -31,47 +31,25 @@ AT_ONCE = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class PoseSphere:
-    """Maps of the two hemispheres, those around -z and +z of the part.
+    """Maps of the two hemispheres, those around -z and +z of the part."""
 
-    Attributes
-    ----------
-    directions : (2, n, n, 3) array
-        Unit vectors in the part frame; NaN outside of the discs. Rows go up the page.
-    r, R : (2, n, n) array
-        Metres; NaN outside of the discs.
-    pose : (2, n, n) array of int
-        `index` of the pose whose basin the direction lies in; -1 outside of the discs.
-    downs : (P, 3) array
-        Minima: `down` of the poses, by their index.
-    heights : (P,) array
-        Their values of R, metres.
-    peaks : (U, 3) array
-        Maxima of r and R.
-    """
-
+    # (2, n, n, 3); unit vectors in the part frame; NaN outside of the discs. Rows go up the page
     directions: Array
-    r: Array
+    r: Array  # (2, n, n); metres; NaN outside of the discs
     R: Array
+    # (2, n, n) int; `index` of the pose whose basin the direction lies in; -1 outside of the discs
     pose: Index
-    downs: Array
-    heights: Array
-    peaks: Array
+    downs: Array  # (P, 3); minima: `down` of the poses, by their index
+    heights: Array  # (P,); their values of R, metres
+    peaks: Array  # (U, 3); maxima of r and R
 
 
 def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
     """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
 
-    Parameters
-    ----------
-    resting : RestingPoses
-    pixels : int, optional
-        Across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
-
-    Returns
-    -------
-    PoseSphere
-        The basin of a direction is that of the face which the direction meets: the pose in
-        which a part ends that topples from face to face without inertia.
+    `pixels`: across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
+    Returns the basin of a direction is that of the face which the direction meets: the pose in
+    which a part ends that topples from face to face without inertia.
     """
     body, found = resting.body, resting.equilibria
     directions = _directions(pixels or _fine_enough(body.faces + len(body.points)))
@@ -100,17 +78,8 @@ def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
 def on_map(directions: Array) -> tuple[Index, Array]:
     """Place directions on the maps.
 
-    Parameters
-    ----------
-    directions : (k, 3) array
-        Unit vectors in the part frame.
-
-    Returns
-    -------
-    hemisphere : (k,) array of int
-        0 around -z, 1 around +z.
-    place : (k, 2) array
-        Across and up, within the disc of radius 1.
+    `directions` (k, 3): unit vectors in the part frame. Returns `hemisphere` (k,) int: 0 around
+    -z, 1 around +z; `place` (k, 2): across and up, within the disc of radius 1.
     """
     x, y, z = np.asarray(directions, dtype=np.float64).reshape(-1, 3).T
     upper = (z > 0.0).astype(np.int64)

@@ -40,22 +40,12 @@ another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surf
 
 @dataclass(frozen=True, eq=False)
 class RestingPoses:
-    """Stable poses of a part at one cluster tolerance, in the order of their `index`.
-
-    Attributes
-    ----------
-    equilibria : Equilibria
-    clusters : Clusters
-    poses : tuple of StablePose
-        Without probabilities.
-    inertia : (3, 3) array
-        Central inertia in part axes over the mass and the squared radius.
-    """
+    """Stable poses of a part at one cluster tolerance, in the order of their `index`."""
 
     equilibria: Equilibria
     clusters: Clusters
-    poses: tuple[StablePose, ...]
-    inertia: Array
+    poses: tuple[StablePose, ...]  # without probabilities
+    inertia: Array  # (3, 3); central inertia in part axes over the mass and the squared radius
 
     @property
     def body(self) -> ConvexBody:

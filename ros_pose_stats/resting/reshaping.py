@@ -87,21 +87,8 @@ class Outline:
 def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: int) -> Outline:
     """Refine or thin the round runs of a body.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-    arrays : BodyArrays
-        The body as the file has it.
-    groups : sequence of Group
-        Its runs.
-    sides : int
-        A turn.
-
-    Returns
-    -------
-    Outline
-        Without the points that are no corners. Numbers of points are those of the body, new ones
-        follow.
+    `points` (H, 3); `arrays`: the body as the file has it. Returns without the points that are no
+    corners. Numbers of points are those of the body, new ones follow.
     """
     keeps = np.zeros(len(points), dtype=np.bool_)
     keeps[arrays.corner] = True

@@ -19,18 +19,8 @@ def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: S
            ) -> Index:
     """Number the strips of facets between two runs about one axis, or a run and a tip.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-    arrays : BodyArrays
-    groups : sequence of Group
-    chains : sequence of Chain
-        Their rims, as they stand in this body.
-
-    Returns
-    -------
-    (F,) array of int
-        Number of the strip of each face, from 0 on; -1 for a face of none.
+    `points` (H, 3); `chains`: their rims, as they stand in this body. Returns (F,) int: number of
+    the strip of each face, from 0 on; -1 for a face of none.
     """
     found = np.full(len(arrays.area), -1, dtype=np.int64)
     count = 0

@@ -21,16 +21,7 @@ def proper_rotations(part: Part, found: Equilibria) -> Array:
     Each rotation takes a stable face to one of its kind, so that those of the rarest kind tell
     them all. In doubt, and where there are too many to try, there is the identity alone.
 
-    Parameters
-    ----------
-    part : Part
-    found : Equilibria
-        Of that part.
-
-    Returns
-    -------
-    (k, 3, 3) array
-        The identity first.
+    Returns (k, 3, 3): the identity first.
     """
     identity = np.eye(3)[None]
     if found.order.shape[0] > MOST_FACES:

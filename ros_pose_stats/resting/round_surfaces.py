@@ -56,52 +56,25 @@ _POWERS: Final = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8,
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A circular chain of edges of a convex hull, in radii about the centre of mass.
+    """A circular chain of edges of a convex hull, in radii about the centre of mass."""
 
-    Attributes
-    ----------
-    center, axis : (3,) arrays
-        Of its circle; the run goes round the unit vector `axis` counter-clockwise.
-    radius : float
-    kind : 'round' or 'toothed'
-        Whether its edges are surface of the part, or mostly bridge gaps.
-    full : bool
-        Whether it is once around; else it is an arc.
-    corners : int
-        As the file has them.
-    sides : int
-        Sides a turn that it was reshaped to; 0 where it stands as in the file.
-    group : int
-        Equal for runs about one axis.
-    """
-
+    # (3,); of its circle; the run goes round the unit vector `axis` counter-clockwise
     center: Array
     axis: Array
     radius: float
-    kind: Kind
-    full: bool
-    corners: int
-    sides: int
-    group: int
+    kind: Kind  # whether its edges are surface of the part, or mostly bridge gaps
+    full: bool  # whether it is once around; else it is an arc
+    corners: int  # as the file has them
+    sides: int  # sides a turn that it was reshaped to; 0 where it stands as in the file
+    group: int  # equal for runs about one axis
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,
                 sides: int) -> list[Group]:
     """Runs of a part's hull, by their axes.
 
-    Parameters
-    ----------
-    part : Part
-    points : (H, 3) array
-        Its hull points, relative to the centre of mass, in radii.
-    arrays : BodyArrays
-        Their polyhedron.
-    scale : float
-        Metres a radius.
-    rounding : float
-        By which coordinates may be off, in radii.
-    sides : int
-        Sides a turn that runs are to have.
+    `points` (H, 3): its hull points, relative to the centre of mass, in radii; `rounding`: by
+    which coordinates may be off, in radii; `sides`: sides a turn that runs are to have.
     """
     runs = circular_runs(points, arrays, rounding)
     if len(runs.closed) == 0:
@@ -131,11 +104,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
 def rounding_of(part: Part, corners: Array) -> float:
     """By how much coordinates may be off, metres: as they were stored, or printed with few digits.
 
-    Parameters
-    ----------
-    part : Part
-    corners : (n, 3) array
-        Some of its vertices, metres.
+    `corners` (n, 3): some of its vertices, metres.
     """
     values = np.unique(np.abs(corners))
     largest = float(values[-1])

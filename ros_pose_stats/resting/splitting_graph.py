@@ -26,32 +26,19 @@ class SplittingNode:
 
     A shelf that belongs to a pose may part from the others before the pose does: then both parts
     hold that pose.
-
-    Attributes
-    ----------
-    poses : tuple of int
-        `index` of the stable poses that it holds.
-    probability : float
-        Probability that the part passes through this component.
-    level : float or None
-        Critical value at which it falls apart, metres; None for a single pose.
-    saddle : (3,) array or None
-        Direction, in the part frame, of the saddle where it falls apart.
-    parts : tuple of SplittingNode
-        The two components that it falls into; empty for a single pose.
-    angles : tuple of float
-        Their centroid solid angles at that level, steradians (Omega in Eq. 8).
-    transitions : tuple of float
-        Their transition probabilities (Eq. 8).
     """
 
-    poses: tuple[int, ...]
-    probability: float
+    poses: tuple[int, ...]  # `index` of the stable poses that it holds
+    probability: float  # probability that the part passes through this component
+    # critical value at which it falls apart, metres; None for a single pose
     level: float | None = None
+    # (3,); direction, in the part frame, of the saddle where it falls apart
     saddle: Array | None = None
+    # the two components that it falls into; empty for a single pose
     parts: tuple[SplittingNode, ...] = ()
+    # their centroid solid angles at that level, steradians (Omega in Eq. 8)
     angles: tuple[float, ...] = ()
-    transitions: tuple[float, ...] = ()
+    transitions: tuple[float, ...] = ()  # their transition probabilities (Eq. 8)
 
     def walk(self) -> Iterator[SplittingNode]:
         """Yield the node and all nodes below it, from the top down."""
@@ -117,16 +104,8 @@ def with_shares(root: SplittingNode, poses: Sequence[StablePose]) -> SplittingNo
     Each pose is at one end: a shelf that parts from its pose before is left out, since nothing
     that has come to rest tells which of the two it went through.
 
-    Parameters
-    ----------
-    root : SplittingNode
-    poses : sequence of StablePose
-        All of the part; their probabilities are taken, an unknown one as 0.
-
-    Returns
-    -------
-    SplittingNode
-        Components have the sum over their poses, transitions are its shares (0 of nothing).
+    `poses`: all of the part; their probabilities are taken, an unknown one as 0. Returns
+    components have the sum over their poses, transitions are its shares (0 of nothing).
     """
     share = {pose.index: pose.probability for pose in poses if pose.probability > 0.0}
     held = {id(root): root.poses}

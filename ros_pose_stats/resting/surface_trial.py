@@ -24,32 +24,19 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Planar regions and corners of the full surface, relative to the centre of mass.
+    """Planar regions and corners of the full surface, relative to the centre of mass."""
 
-    Attributes
-    ----------
-    regions : (G, 7) array
-        Centroid, normal times size and size (square root of the area) of each connected
-        planar region, largest first, in radii. The normal is weighed by the size because a
-        small region's normal is known only that well from rounded coordinates.
-    corners : (C, 3) array
-        Vertices where at least three regions meet.
-    """
-
+    # (G, 7); centroid, normal times size and size (square root of the area) of each connected
+    # planar region, largest first, in radii. The normal is weighed by the size because a small
+    # region's normal is known only that well from rounded coordinates
     regions: Array
-    corners: Array
+    corners: Array  # (C, 3); vertices where at least three regions meet
 
 
 def surface_features(part: Part, radius: float, tolerance: float) -> Features:
     """Planar regions and corners of a part's surface.
 
-    Parameters
-    ----------
-    part : Part
-    radius : float
-        Metres.
-    tolerance : float
-        Coplanarity, as a fraction of the radius.
+    `tolerance`: coplanarity, as a fraction of the radius.
     """
     points = (part.surface_vertices - part.center_of_mass) / radius
     regions, corners = regions_and_corners(points, part.surface_triangles, tolerance)
@@ -73,13 +60,7 @@ def keeps_inertia(part: Part, rotation: Array) -> bool:
 
 
 class SurfaceTrial:
-    """The whole surface of one part, on which rotations are tried.
-
-    Parameters
-    ----------
-    part : Part
-    body : ConvexBody
-    """
+    """The whole surface of one part, on which rotations are tried."""
 
     def __init__(self, part: Part, body: ConvexBody) -> None:
         self.features: Features = surface_features(

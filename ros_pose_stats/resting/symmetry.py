@@ -42,19 +42,9 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
                     surface: Callable[[], SurfaceTrial]) -> Index:
     """Group number of each pose.
 
-    Parameters
-    ----------
-    part : Part
-    found : Equilibria
-    pose : (S,) array
-        Pose of each stable face, -1 for one that no pose rests on.
-    surface : callable
-        Gives the part's surface, for rotations to be tried on.
-
-    Returns
-    -------
-    (P,) array of int
-        Groups numbered by their first pose.
+    `pose` (S,): pose of each stable face, -1 for one that no pose rests on; `surface`: gives the
+    part's surface, for rotations to be tried on. Returns (P,) int: groups numbered by their first
+    pose.
     """
     poses = int(pose.max()) + 1
     alone = np.arange(poses)

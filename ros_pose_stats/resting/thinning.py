@@ -31,12 +31,7 @@ def thin_out(outline: Outline, arrays: BodyArrays, sides: int) -> None:
     `sides`, or of fewer, but not below `COARSEST`, while there are more corners than `ENOUGH`. The
     directions are mirrored at the principal planes, so that a symmetric body stays so.
 
-    Parameters
-    ----------
-    outline : Outline
-    arrays : BodyArrays
-        The body as the file has it.
-    sides : int
+    `arrays`: the body as the file has it.
     """
     taken = np.zeros(len(outline.points), dtype=np.bool_)
     for chain in outline.chains:

@@ -30,14 +30,7 @@ MOST_NAMED = 3
 def pose_warnings(resting: RestingPoses) -> list[str]:
     """Warnings about a part's poses that hold for every method.
 
-    Parameters
-    ----------
-    resting : RestingPoses
-
-    Returns
-    -------
-    list of str
-        `CODE: sentence`, none where nothing is near a change.
+    Returns `CODE: sentence`, none where nothing is near a change.
     """
     found = (_rounded(resting.body), _coarse(resting), _clustered(resting),
              _marginal(resting.poses), _shallow(resting.poses), _near_tie(resting))

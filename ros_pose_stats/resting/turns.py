@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..mesh.vectors import lengths
 from ..records import Part
 from ..tolerances import SYMMETRY
 from .convex_body import ConvexBody
@@ -34,7 +35,6 @@ LARGEST_STEP = np.radians(24.8)
 SAME_AXIS = 1e-3
 """Sine of the angle within which two axes are one."""
 
-
 LEVEL = 1e-4
 """Sine of the angle to the axis within which a facet is along it."""
 
@@ -45,26 +45,18 @@ NEAR = 0.05
 def axis_offsets(body: ConvexBody, pose_of_face: Index, poses: int) -> Array:
     """How far the centre of mass lies beside the axis of the surface that a pose rests on.
 
-    Parameters
-    ----------
-    body : ConvexBody
-    pose_of_face : (F,) array of int
-        Pose to which each face descends.
-    poses : int
-
-    Returns
-    -------
-    (P,) array
-        In radii, of cylinders that are round all the way; 0 for all other poses.
+    `pose_of_face` (F,) int: pose to which each face descends. Returns (P,): in radii, of cylinders
+    that are round all the way; 0 for all other poses.
     """
     normal, distance = body.arrays.normal, body.arrays.distance
     found = np.zeros(poses)
     for run in body.runs:
         if run.kind != "round" or not run.full:
             continue
-        mine = (body.run_of_face >= 0) & (np.abs(normal @ run.axis) < LEVEL)
-        mine &= np.abs(distance - normal @ run.center - run.radius) < NEAR * run.radius
-        beside = float(np.linalg.norm(run.center - (run.center @ run.axis) * run.axis))
+        mine = (body.run_of_face >= 0) & (np.abs(_along(normal, run.axis)) < LEVEL)
+        mine &= np.abs(distance - _along(normal, run.center) - run.radius) < NEAR * run.radius
+        center = run.center[None]
+        beside = lengths(center - _along(center, run.axis)[:, None] * run.axis)
         np.maximum.at(found, pose_of_face[mine], beside)
     return found
 
@@ -73,21 +65,10 @@ def rolling_axes(body: ConvexBody, downs: Array, heights: Array, tolerance: floa
                  ) -> tuple[NDArray[np.bool_], Array]:
     """Which poses roll, and about what.
 
-    Parameters
-    ----------
-    body : ConvexBody
-    downs : (P, 3) array
-    heights : (P,) array
-        In radii.
-    tolerance : float
-        Rise over the height that does not stop a roll.
-
-    Returns
-    -------
-    rolls : (P,) array of bool
-        Whether the part can be turned by 90 degrees about the axis of a run and stays that low.
-    axis : (P, 3) array
-        That axis in the part frame, of either sign; zero where there is none, or several.
+    `downs` (P, 3); `heights` (P,): in radii; `tolerance`: rise over the height that does not stop
+    a roll. Returns `rolls` (P,) bool: whether the part can be turned by 90 degrees about the axis
+    of a run and stays that low; `axis` (P, 3): that axis in the part frame, of either sign; zero
+    where there is none, or several.
     """
     rolls = np.zeros(len(downs), dtype=np.bool_)
     axis = np.zeros((len(downs), 3))
@@ -139,20 +120,9 @@ def yaw_symmetries(part: Part, found: Equilibria, lowest: Index,
                    trial: Callable[[], SurfaceTrial]) -> Index:
     """Turns about the vertical that leave the part in a pose as it is.
 
-    Parameters
-    ----------
-    part : Part
-    found : Equilibria
-    lowest : (P,) array of int
-        Stable face of each pose.
-    trial : callable
-        Gives the part's surface, for rotations to be tried on.
-
-    Returns
-    -------
-    (P,) array of int
-        n-fold; 1 for no symmetry, and in doubt; 0 for any angle, where all that is turned about
-        the axis is round.
+    `lowest` (P,) int: stable face of each pose; `trial`: gives the part's surface, for rotations
+    to be tried on. Returns (P,) int: n-fold; 1 for no symmetry, and in doubt; 0 for any angle,
+    where all that is turned about the axis is round.
     """
     number = np.ones(len(lowest), dtype=np.int64)
     for pose, face in enumerate(lowest.tolist()):

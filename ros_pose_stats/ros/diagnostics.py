@@ -49,10 +49,7 @@ class _Refusal(NamedTuple):
 class Refusals:
     """Meshes and counts that were refused, meshes that were lost, and floods of either.
 
-    Parameters
-    ----------
-    say : callable
-        Told each refusal in one line, but for copies and, beyond the usual, of a flood.
+    `say`: told each refusal in one line, but for copies and, beyond the usual, of a flood.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
@@ -78,11 +75,7 @@ class Refusals:
     def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused.
 
-        Parameters
-        ----------
-        source : callable
-            Gives where it came from, once it has been looked at.
-        coming : Future
+        `source`: gives where it came from, once it has been looked at.
         """
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()

@@ -46,17 +46,8 @@ SEED = 1
 class FeedingService:
     """Answers at once where no flips are needed or they are remembered, else after flipping.
 
-    Parameters
-    ----------
-    node : PatientNode
-    settings : callable
-    parts : PartStore
-    jobs : Jobs
-        Of this service's flips alone, so that no goal keeps a planner waiting.
-    reports : FlipReports
-        Of these jobs.
-    goals : FlipReports
-        Of the flips that goals asked for, which serve here too if there are enough.
+    `jobs`: of this service's flips alone, so that no goal keeps a planner waiting; `goals`: of the
+    flips that goals asked for, which serve here too if there are enough.
     """
 
     def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,

@@ -22,10 +22,7 @@ MOST_SOURCES: Final = 1000
 class Floods:
     """Counts what comes from each source, minute by minute.
 
-    Parameters
-    ----------
-    say : callable
-        Told when a flood begins and, while it lasts, once a minute how many there were.
+    `say`: told when a flood begins and, while it lasts, once a minute how many there were.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
@@ -39,12 +36,7 @@ class Floods:
     def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
         """Count one more; return whether that is within what is usual.
 
-        Parameters
-        ----------
-        source : str
-            As it is to be told.
-        most : int
-            What is usual in a minute.
+        `source`: as it is to be told; `most`: what is usual in a minute.
         """
         with self._lock:
             told = self._turn()

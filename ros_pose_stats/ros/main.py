@@ -34,17 +34,8 @@ SWITCH_SECONDS = 0.001
 def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
-    Parameters
-    ----------
-    stop : StopSignals
-        Made before ROS was imported, which takes a second.
-    arguments : sequence of str, optional
-        With `--ros-args`; default: the process's own.
-
-    Returns
-    -------
-    int
-        0; 2 for a refused parameter; 1 for an internal failure.
+    `stop`: made before ROS was imported, which takes a second; `arguments`: with `--ros-args`;
+    default: the process's own. Returns 0; 2 for a refused parameter; 1 for an internal failure.
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
@@ -102,10 +93,7 @@ def _end_at_once(status: int) -> None:
 def warm_up(say: Callable[[str], object]) -> None:
     """Have the machine code of every kernel at hand before the first client comes.
 
-    Parameters
-    ----------
-    say : callable
-        Told if kernels are compiled, which takes a minute or more.
+    `say`: told if kernels are compiled, which takes a minute or more.
     """
     begin = time.monotonic()
     compiled: list[str] = []

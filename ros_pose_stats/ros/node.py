@@ -57,10 +57,7 @@ FIT_SECONDS = 0.2
 class PoseStatsNode(PatientNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
-    Raises
-    ------
-    PoseStatsError
-        If a parameter is refused.
+    Raises PoseStatsError if a parameter is refused.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -183,10 +180,7 @@ class PoseStatsNode(PatientNode):
 
         Whoever waits for a part is told that the node ends.
 
-        Returns
-        -------
-        bool
-            Whether nothing is computed any more.
+        Returns whether nothing is computed any more.
         """
         self.requests.close()
         self.builder.close()

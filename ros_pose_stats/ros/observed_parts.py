@@ -30,17 +30,7 @@ LEAST_CONFIDENCE = 0.5
 class ObservedSubscription:
     """Counts what each message shows, and hands that on as if a camera had counted it.
 
-    Parameters
-    ----------
-    node : Node
-    settings : callable
-    counts : CountSubscription
-        Takes the counts.
-    known : callable
-        A known part by its id, or None.
-    recorder : Recorder
-    refusals : Refusals
-        Told of what cannot be counted.
+    `known`: a known part by its id, or None; `refusals`: told of what cannot be counted.
     """
 
     def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
@@ -73,17 +63,8 @@ def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None]
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw; None where it saw none.
 
-    Parameters
-    ----------
-    seen : ObservedPoses
-    known : callable
-        A known part by its id, or None.
-    settings : Settings
-
-    Raises
-    ------
-    PoseStatsError
-        If the part is not known, or its orientations are not in the frame of the plate or none.
+    `known`: a known part by its id, or None. Raises PoseStatsError if the part is not known, or
+    its orientations are not in the frame of the plate or none.
     """
     if seen.frame_id not in ("", settings.plate_frame):
         raise RequestError(f"poses in the frame {shown(settings.plate_frame)} (parameter "

@@ -32,16 +32,7 @@ class Parameters:
     A whole number is taken where a fraction could stand. The file of plates is read whenever
     `plate` or `plates` is set, be it to the same value.
 
-    Parameters
-    ----------
-    node : Node
-    on_change : callable
-        Told the new `Settings`.
-
-    Raises
-    ------
-    RequestError
-        If a value given at the start is refused.
+    Raises RequestError if a value given at the start is refused.
     """
 
     def __init__(self, node: Node, on_change: Callable[[Settings], object]) -> None:
@@ -62,10 +53,7 @@ class Parameters:
     def use_plate(self, name: str) -> None:
         """Set the parameter `plate`, and read what the file of plates says of it.
 
-        Raises
-        ------
-        RequestError
-            If that is refused.
+        Raises RequestError if that is refused.
         """
         (result,) = self._node.set_parameters([Parameter("plate", Parameter.Type.STRING, name)])
         if not result.successful:

@@ -32,30 +32,10 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
                  drop_height: float | None = None) -> int:
     """Publish until SIGINT, SIGTERM or the end of the time.
 
-    Parameters
-    ----------
-    file : str
-    unit : str, optional
-        Default: what the file declares, else metres.
-    center_of_mass : three floats, optional
-        In the file's unit.
-    part_id : str
-        Empty: the file's name without its suffix.
-    topic : str
-    seconds : float, optional
-    arguments : sequence of str
-        For rclpy.
-    mass : float, optional
-        Kilograms; default: 1.
-    density : float, optional
-        kg/m³, in place of the mass.
-    restitution, drop_height : float, optional
-        Of the part's own scene, the height of the centre of mass in metres; default: the node's.
-
-    Raises
-    ------
-    PoseStatsError
-        If the file is no mesh of a part, or the scene is out of its range.
+    `unit`: default: what the file declares, else metres; `part_id`: empty: the file's name without
+    its suffix; `density`: kg/m³, in place of the mass; `restitution, drop_height`: of the part's
+    own scene, the height of the centre of mass in metres; default: the node's. Raises
+    PoseStatsError if the file is no mesh of a part, or the scene is out of its range.
     """
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")

@@ -28,16 +28,9 @@ MOST_PARTS = 10**12
 class CountSubscription:
     """Records each count as it is, and says if it cannot be compared with anything.
 
-    Parameters
-    ----------
-    node : Node
-    recorder : Recorder
-    known : callable
-        A known part by its id, or None.
-    refusals : Refusals
-        Told of bytes that are no count; in the bag they would be in the way of its readers.
-    learn : callable
-        Takes a known part and what was counted of it, where that can be compared.
+    `known`: a known part by its id, or None; `refusals`: told of bytes that are no count; in the
+    bag they would be in the way of its readers; `learn`: takes a known part and what was counted
+    of it, where that can be compared.
     """
 
     def __init__(self, node: Node, recorder: Recorder,
@@ -80,11 +73,7 @@ class CountSubscription:
 def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) -> str:
     """Why a camera's count cannot be compared with anything; empty where it can.
 
-    Parameters
-    ----------
-    counts : PoseCounts
-    known : callable
-        A known part by its id, or None.
+    `known`: a known part by its id, or None.
     """
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"

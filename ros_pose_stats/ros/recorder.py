@@ -55,27 +55,14 @@ def _repair_line(repair: Repair) -> str:
 class Recorder:
     """The run's bag.
 
-    Parameters
-    ----------
-    settings : Settings
-    node : str
-        Fully qualified name of the node.
-    say : callable
-        Told once when recording fails and once when it works again.
-
-    Attributes
-    ----------
-    on_gap : callable
-        Called, in a thread of its own, where something that still counts may be missing in the
-        bag: after recording has failed, when the bag was deleted and a new one begun, and
-        before the oldest files or runs are deleted for max_log_bytes. It records again what it
-        recorded while `mark` was below what is `trusted_from` now.
-    before_record : callable
-        Puts on record what has to be there before anything else; whether it is.
-    counts_lost : int
-        Messages of cameras that a flood overran.
-    closing : bool
-        Whether the node ends, and nothing is to be recorded again any more.
+    `node`: fully qualified name of the node; `say`: told once when recording fails and once when
+    it works again. Attributes `on_gap`: called, in a thread of its own, where something that still
+    counts may be missing in the bag: after recording has failed, when the bag was deleted and a
+    new one begun, and before the oldest files or runs are deleted for max_log_bytes. It records
+    again what it recorded while `mark` was below what is `trusted_from` now; `before_record`: puts
+    on record what has to be there before anything else; whether it is; `counts_lost`: messages of
+    cameras that a flood overran; `closing`: whether the node ends, and nothing is to be recorded
+    again any more.
     """
 
     def __init__(self, settings: Settings, node: str, say: Callable[[str], object]) -> None:
@@ -106,10 +93,7 @@ class Recorder:
     def record(self, topic: str, data: bytes, *, durable: bool = False) -> bool:
         """Write a serialised message; durable ones are on disk when this returns.
 
-        Returns
-        -------
-        bool
-            False if it could not be written; `problem` says why.
+        Returns false if it could not be written; `problem` says why.
         """
         if not self.before_record():
             return False

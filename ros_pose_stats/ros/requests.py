@@ -35,25 +35,14 @@ LONGEST_ACCEPTANCE = 0.5
 
 
 class ResolvedPart(NamedTuple):
-    """The part of a request.
-
-    Attributes
-    ----------
-    coming : Future of KnownPart
-    part_id : str
-    content : callable
-        Gives the digest of the mesh as it was sent, which takes a while for a large one.
-    scene_override : (restitution, drop_height)
-        Of the part's own scene; negative: the node's.
-    slow : bool
-        It may take longer than an answer should.
-    """
+    """The part of a request."""
 
     coming: Future[KnownPart]
     part_id: str
+    # gives the digest of the mesh as it was sent, which takes a while for a large one
     content: Callable[[], bytes]
-    scene_override: tuple[float, float]
-    slow: bool = False
+    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
+    slow: bool = False  # it may take longer than an answer should
 
 
 def poses_in(part: Part, scene: DropScene) -> object:
@@ -86,18 +75,9 @@ class Requests:
                      accepted: threading.Event | None = None) -> ResolvedPart:
         """The part of a request: known, or carried and on its way.
 
-        Parameters
-        ----------
-        part_id : str
-        message : PartMesh
-            Is let go of: the request is kept until it is answered.
-        accepted : Event, optional
-            A mesh that takes longer than its answer should is begun with only then.
-
-        Raises
-        ------
-        PoseStatsError
-            If there is none, or two.
+        `message`: is let go of: the request is kept until it is answered; `accepted`: a mesh that
+        takes longer than its answer should is begun with only then. Raises PoseStatsError if there
+        is none, or two.
         """
         if self._closed:
             raise ending()
@@ -165,10 +145,7 @@ class Requests:
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.
 
-        Raises
-        ------
-        PoseStatsError
-            With the value and the bound.
+        Raises PoseStatsError with the value and the bound.
         """
         settings = self._settings()
         asked = _numbers(request, settings)
@@ -199,9 +176,7 @@ def _source(part_id: str) -> str:
 def check_target(value: float) -> None:
     """Refuse a target error that is none.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if not 0.0 <= value < 1.0:
         raise RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
@@ -231,11 +206,8 @@ def ending() -> RequestError:
 def wait_for(coming: Future[T], timeout: float | None = None) -> T:
     """What is coming, once it is there.
 
-    Raises
-    ------
-    PoseStatsError
-        If it is refused, or the node ends.
-    concurrent.futures.TimeoutError
+    Raises PoseStatsError if it is refused, or the node ends. Raises
+    concurrent.futures.TimeoutError.
     """
     try:
         return coming.result(timeout)

@@ -16,11 +16,11 @@ from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_PLATE_ERROR,
     DEFAULT_RESTITUTION,
     DEFAULT_ROUND_SIDES,
     MOST_ROUND_SIDES,
 )
-from ..records.statistics import DEFAULT_PLATE_ERROR
 from .parts.part_requests import check_name, shown
 
 if TYPE_CHECKING:
@@ -49,11 +49,6 @@ class Settings:
     """The parameters, and their values at one time.
 
     This is the one table: the declaration, the bounds, the descriptions and the documents follow.
-
-    Attributes
-    ----------
-    profile : PlateProfile or None
-        What the file `plates` says of `plate`; no parameter itself.
     """
 
     mesh_topics: tuple[str, ...] = _parameter(
@@ -120,6 +115,7 @@ class Settings:
     log_drops: bool = _parameter(False, "Record every single drop of the simulations.")
     restore: bool = _parameter(
         True, "Begin with the parts and results of the newest bag.", fixed=True)
+    # what the file `plates` says of `plate`; no parameter itself
     profile: PlateProfile | None = None
 
     @property
@@ -139,15 +135,8 @@ class Settings:
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
         """The scene of the first that has a say: request, part, plate, node.
 
-        Parameters
-        ----------
-        *scene_override : (restitution, drop_height)
-            Negative where there is none.
-
-        Raises
-        ------
-        RequestError
-            If a value is out of its range.
+        `*scene_override`: negative where there is none. Raises RequestError if a value is out of
+        its range.
         """
         own = self.profile or self
         ladder = (*scene_override, (own.restitution, own.drop_height))
@@ -159,10 +148,7 @@ class Settings:
     def kick(self, kick_height: float) -> float:
         """The kick that a request means: its own, or the node's where it is negative; 0: none.
 
-        Raises
-        ------
-        RequestError
-            If it is no height.
+        Raises RequestError if it is no height.
         """
         if not kick_height < math.inf:
             raise RequestError("a kick_height in metres, 0 for none, or a negative one for the "
@@ -190,16 +176,8 @@ BY_NAME = {setting.name: setting for setting in TABLE}
 def settings_of(values: dict[str, Any]) -> Settings:
     """Check values and freeze them.
 
-    Parameters
-    ----------
-    values : dict
-        Of the right types; what is left out has its default. Without `profile` the file of plates
-        is read.
-
-    Raises
-    ------
-    RequestError
-        With the parameter, the value and the bound.
+    `values`: of the right types; what is left out has its default. Without `profile` the file of
+    plates is read. Raises RequestError with the parameter, the value and the bound.
     """
     frozen: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value
                               for name, value in values.items()}
@@ -228,10 +206,7 @@ def find_profile(plates: str, plate: str) -> PlateProfile | None:
 
     The file may be missing as long as no plate is named: `~/fit_plate` writes it.
 
-    Raises
-    ------
-    RequestError
-        If the file is none of plates, or has no such plate.
+    Raises RequestError if the file is none of plates, or has no such plate.
     """
     if not plates:
         return None
@@ -275,15 +250,7 @@ def _check_text(setting: Setting, value: Any) -> None:
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
     """Topics by the id of the part that comes on them.
 
-    Parameters
-    ----------
-    entries : sequence of str
-        `topic` or `part_id=topic`.
-
-    Raises
-    ------
-    RequestError
-        If an entry is no topic, or two have the same id.
+    Raises RequestError if an entry is no topic, or two have the same id.
     """
     found: dict[str, str] = {}
     for entry in entries:

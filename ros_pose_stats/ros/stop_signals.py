@@ -18,10 +18,7 @@ class StopSignals:
     No ``threading.Event``: a handler runs in the thread that waits, maybe in the middle of
     ``Event.wait`` while that holds the lock for which ``Event.set`` then waits for ever.
 
-    Attributes
-    ----------
-    asked : bool
-        Whether the process is to end.
+    Attributes `asked`: whether the process is to end.
     """
 
     def __init__(self) -> None:

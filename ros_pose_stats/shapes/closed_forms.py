@@ -81,25 +81,10 @@ def box(x: float, y: float, z: float) -> Surface:
 def prism(sides: int, radius: float, length: float) -> Surface:
     """Regular prism along z.
 
-    Parameters
-    ----------
-    sides : int
-        Corners of the base, at least 3; the first lies on the x axis.
-    radius : float
-        Circumradius of the base.
-    length : float
-        Distance of the bases, at z = -length/2 and z = +length/2.
-
-    Returns
-    -------
-    vertices : (2 sides, 3) array
-        The lower base, then the upper.
-    triangles : (4 sides - 4, 3) array
-
-    Raises
-    ------
-    RequestError
-        If there are fewer than 3 sides or a length is not above 0.
+    `sides`: corners of the base, at least 3; the first lies on the x axis; `length`: distance of
+    the bases, at z = -length/2 and z = +length/2. Returns `vertices` (2 sides, 3): the lower base,
+    then the upper; `triangles` (4 sides - 4, 3). Raises RequestError if there are fewer than 3
+    sides or a length is not above 0.
     """
     _require_lengths(radius, length)
     if sides < 3:
@@ -147,23 +132,10 @@ def dodecahedron() -> Surface:
 def hull_mesh(points: NDArray[np.float64]) -> Surface:
     """Outward triangles of a point cloud's convex hull.
 
-    Parameters
-    ----------
-    points : (N, 3) array
-        At least four, not in one plane.
-
-    Returns
-    -------
-    vertices : (V, 3) array
-        The points on the hull, in the order given.
-    triangles : (T, 3) array
-        Coplanar faces come triangulated; each triangle begins at its smallest corner, and
-        triangles rise by their corners.
-
-    Raises
-    ------
-    MeshError
-        If the points are not finite or span no volume.
+    `points` (N, 3): at least four, not in one plane. Returns `vertices` (V, 3): the points on the
+    hull, in the order given; `triangles` (T, 3): coplanar faces come triangulated; each triangle
+    begins at its smallest corner, and triangles rise by their corners. Raises MeshError if the
+    points are not finite or span no volume.
     """
     points = np.asarray(points, dtype=np.float64)
     try:
@@ -186,16 +158,7 @@ def hull_mesh(points: NDArray[np.float64]) -> Surface:
 def sphere_points(n: int, seed: int) -> NDArray[np.float64]:
     """Random points, uniform on the unit sphere.
 
-    Parameters
-    ----------
-    n : int
-        How many.
-    seed : int
-        Of numpy's default generator; equal seeds give equal points.
-
-    Returns
-    -------
-    (n, 3) array
+    `seed`: of numpy's default generator; equal seeds give equal points. Returns (n, 3).
     """
     directions = np.random.default_rng(seed).standard_normal((n, 3))
     unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)

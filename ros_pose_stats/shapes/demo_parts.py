@@ -104,21 +104,10 @@ DEMO_PARTS: dict[str, Callable[[], Surface]] = {
 def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
     """Write each demo part to `<name>.stl`, binary STL in millimetres.
 
-    Parameters
-    ----------
-    directory : path
-        Created when it does not exist. Files of the same names are replaced, each at once:
-        a reader sees the old file or the new one, never a part of it.
-
-    Returns
-    -------
-    list of Path
-        The files, in the order of `DEMO_PARTS`; the same bytes in every run.
-
-    Raises
-    ------
-    MeshFileError
-        If the path is no directory or cannot be written to.
+    `directory`: created when it does not exist. Files of the same names are replaced, each at
+    once: a reader sees the old file or the new one, never a part of it. Returns the files, in the
+    order of `DEMO_PARTS`; the same bytes in every run. Raises MeshFileError if the path is no
+    directory or cannot be written to.
     """
     folder = Path(directory)
     try:

@@ -19,16 +19,9 @@ Outline = NDArray[np.float64]
 def unit_circle(sides: int) -> Outline:
     """Corners of a regular polygon on the unit circle, the first on the x axis.
 
-    Parameters
-    ----------
-    sides : int
-        Number of corners, at least 3.
-
-    Returns
-    -------
-    (sides, 2) array
-        Each corner is found from an angle in the first octant, so that reflections and
-        quarter turns of the polygon map its coordinates onto each other bit for bit.
+    `sides`: number of corners, at least 3. Returns (sides, 2): each corner is found from an angle
+    in the first octant, so that reflections and quarter turns of the polygon map its coordinates
+    onto each other bit for bit.
     """
     octant, within = np.divmod(8 * np.arange(sides), sides)
     within = np.where(octant % 2 == 1, sides - within, within)
@@ -48,17 +41,8 @@ def rounded_polygon(
 ) -> Outline:
     """Polygon whose corners are replaced by tangent arcs.
 
-    Parameters
-    ----------
-    corners : sequence of (x, y, radius)
-        Counter-clockwise; the radius of the fillet in the unit of x and y, 0 keeps the
-        corner sharp. Convex and re-entrant corners alike.
-    steps : int
-        Chords of each arc.
-
-    Returns
-    -------
-    (N, 2) array
+    `corners`: counter-clockwise; the radius of the fillet in the unit of x and y, 0 keeps the
+    corner sharp. Convex and re-entrant corners alike. Returns (N, 2).
     """
     points = np.array([corner[:2] for corner in corners], dtype=np.float64)
     arcs = [
@@ -89,19 +73,8 @@ def _fillet(
 def spur_gear(teeth: int, module: float, pressure_angle: float = np.radians(20.0)) -> Outline:
     """Involute spur gear with standard addendum (1 module) and dedendum (1.25 modules).
 
-    Parameters
-    ----------
-    teeth : int
-        The first tooth points along x.
-    module : float
-        Pitch diameter over teeth, a length.
-    pressure_angle : float
-        Radians.
-
-    Returns
-    -------
-    (N, 2) array
-        Below the base circle the flanks run radially to the root circle.
+    `teeth`: the first tooth points along x; `module`: pitch diameter over teeth, a length. Returns
+    (N, 2): below the base circle the flanks run radially to the root circle.
     """
     pitch = teeth * module / 2.0
     base, tip = pitch * np.cos(pressure_angle), pitch + module

@@ -41,20 +41,10 @@ class Chunk(NamedTuple):
 class DropWorkers:
     """Threads that compute the drops of one simulation.
 
-    Parameters
-    ----------
-    drop : callable
-        From the first drop and a count to their outcomes; called from the workers.
-    drops : int
-        Most drops of the simulation.
-    workers : int
-        Number of threads.
-    should_stop : callable
-        Asked from the caller's thread; after True the workers finish their chunks and end.
-    background : bool
-        Whether the workers give way to other threads.
-    wanted : int, optional
-        Drops that are needed for certain; default: all. See `request_drops`.
+    `drop`: from the first drop and a count to their outcomes; called from the workers; `drops`:
+    most drops of the simulation; `should_stop`: asked from the caller's thread; after True the
+    workers finish their chunks and end; `background`: whether the workers give way to other
+    threads; `wanted`: drops that are needed for certain; default: all. See `request_drops`.
     """
 
     def __init__(self, drop: Callable[[int, int], DropOutcomes], drops: int, workers: int,

@@ -37,24 +37,12 @@ THINNEST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class PreparedBody:
-    """A convex body ready to be dropped.
+    """A convex body ready to be dropped."""
 
-    Attributes
-    ----------
-    resting : RestingPoses
-        The poses whose `index` numbers the outcomes.
-    arrays : DropBody
-        In principal axes.
-    axes : (3, 3) array
-        Principal axes as columns, part axes to principal by `vector @ axes`.
-    corner : (C,) array
-        Hull point of each corner of `arrays`.
-    """
-
-    resting: RestingPoses
-    arrays: DropBody
-    axes: Array
-    corner: Index
+    resting: RestingPoses  # the poses whose `index` numbers the outcomes
+    arrays: DropBody  # in principal axes
+    axes: Array  # (3, 3); principal axes as columns, part axes to principal by `vector @ axes`
+    corner: Index  # (C,); hull point of each corner of `arrays`
 
     @property
     def radius(self) -> float:
@@ -136,19 +124,10 @@ ROUNDING = 1e-12
 def ball_tree(points: Array) -> tuple[Index, Array, Index]:
     """Binary tree of balls, in the order in which it is walked.
 
-    Parameters
-    ----------
-    points : (C, 3) array
-
-    Returns
-    -------
-    order : (C,) array
-        Points as the leaves hold them, from the first leaf to the last.
-    ball : (B, 5) array
-        Centre, radius, and distance of the centre from the origin.
-    ball_range : (B, 3) array
-        Begin and end of its corners in `order`, and the node that follows its subtree, which is
-        the next node for a leaf.
+    Takes `points` (C, 3). Returns `order` (C,): points as the leaves hold them, from the first
+    leaf to the last; `ball` (B, 5): centre, radius, and distance of the centre from the origin;
+    `ball_range` (B, 3): begin and end of its corners in `order`, and the node that follows its
+    subtree, which is the next node for a leaf.
     """
     order: list[Index] = []
     balls: list[tuple[float, ...]] = []

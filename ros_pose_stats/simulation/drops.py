@@ -38,29 +38,17 @@ NO_TAPE: Array = np.zeros((0, TAPE))
 
 @dataclass(frozen=True, eq=False)
 class DropOutcomes:
-    """Outcomes of consecutive drops.
+    """Outcomes of consecutive drops."""
 
-    Attributes
-    ----------
-    pose : (n,) array of int
-        `index` of the pose that the part came to rest in; -1 where it did not settle.
-    impacts : (n,) array of int
-        Single impacts.
-    seconds : (n,) array
-        From release until the outcome was certain.
-    energy_left : (n,) array
-        Mechanical energy at that time, the plate at 0, in m g radius.
-    trapped : (n,) array of bool
-        Whether the outcome was certain before the part came to rest.
-    touched : (n,) array of bool
-        Whether it was released touching the plate, since it did not fit under the drop height.
-    """
-
+    # (n,) int; `index` of the pose that the part came to rest in; -1 where it did not settle
     pose: Index
-    impacts: Index
-    seconds: Array
-    energy_left: Array
+    impacts: Index  # (n,) int; single impacts
+    seconds: Array  # (n,); from release until the outcome was certain
+    energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
+    # (n,) bool; whether the outcome was certain before the part came to rest
     trapped: NDArray[np.bool_]
+    # (n,) bool; whether it was released touching the plate, since it did not fit under the drop
+    # height
     touched: NDArray[np.bool_]
 
     def first(self, count: int) -> DropOutcomes:
@@ -69,32 +57,17 @@ class DropOutcomes:
 
 
 class DropChunk(NamedTuple):
-    """Consecutive drops that were counted, each with its start and its outcome.
+    """Consecutive drops that were counted, each with its start and its outcome."""
 
-    Attributes
-    ----------
-    first : int
-        Number of the first of them.
-    downs : (n, 3) array
-        Unit vectors in the part frame that point down at release.
-    outcomes : DropOutcomes
-    """
-
-    first: int
-    downs: Array
+    first: int  # number of the first of them
+    downs: Array  # (n, 3); unit vectors in the part frame that point down at release
     outcomes: DropOutcomes
 
 
 def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> DropRules:
     """Join the scene and the thresholds of `tolerances`, in the units of the kernels.
 
-    Parameters
-    ----------
-    scene : DropScene
-    radius : float
-        Metres.
-    to_rest : bool
-        Whether a drop goes on when its outcome is decided, until the part lies still.
+    `to_rest`: whether a drop goes on when its outcome is decided, until the part lies still.
     """
     return DropRules(float(scene.restitution), release_height(scene, radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
@@ -109,14 +82,8 @@ def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
                   tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute the drops of a body from starting directions, in the caller's thread.
 
-    Parameters
-    ----------
-    body : PreparedBody
-    rules : DropRules
-    downs : (n, 3) array
-        Unit vectors in part axes that point vertically down at release.
-    tape : (T, 14) array
-        Takes the events of the last drop; see `kernels.drops.layout`.
+    `downs` (n, 3): unit vectors in part axes that point vertically down at release; `tape` (T,
+    14): takes the events of the last drop; see `kernels.drops.layout`.
     """
     return compute_motions(body, rules, states_at_rest(body, rules.height, downs), tape)
 
@@ -124,13 +91,8 @@ def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
 def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> Array:
     """States (n, 8) of a body at rest, in principal axes.
 
-    Parameters
-    ----------
-    body : PreparedBody
-    heights : float or (n,) array
-        Of the centre of mass, radii.
-    downs : (n, 3) array
-        Unit vectors in part axes that point vertically down.
+    `heights`: of the centre of mass, radii; `downs` (n, 3): unit vectors in part axes that point
+    vertically down.
     """
     states = np.zeros((downs.shape[0], STATE))
     states[:, Z] = heights
@@ -142,15 +104,8 @@ def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
                     tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute what becomes of a body that is released in given states.
 
-    Parameters
-    ----------
-    body : PreparedBody
-    rules : DropRules
-        Whose height has no say.
-    states : (n, 8) array
-        At release, in principal axes; see `kernels.drops.layout`.
-    tape : (T, 14) array
-        Takes the events of the last one.
+    `rules`: whose height has no say; `states` (n, 8): at release, in principal axes; see
+    `kernels.drops.layout`; `tape` (T, 14): takes the events of the last one.
     """
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))

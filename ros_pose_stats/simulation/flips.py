@@ -77,9 +77,8 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
     scene = DropScene(restitution, None, cluster_tolerance, round_sides)
     body = drop_body(part, cluster_tolerance, round_sides)
     poses = body.resting.poses
-    per_pose = drop_request(drops, seed, 0.0, workers, "random", None)
-    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers,
-                           "random", None)
+    per_pose = drop_request(drops, seed, 0.0, workers, None)
+    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers, None)
     outcomes = _count(body, scene, kick, request, on_progress, should_stop, background)
     counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
     settled = counts.sum(axis=1)
@@ -100,10 +99,7 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
 def check_kick(kick_height: float) -> float:
     """A kick height as a number.
 
-    Raises
-    ------
-    RequestError
-        If it is none, or below 0.
+    Raises RequestError if it is none, or below 0.
     """
     kick = real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:

@@ -38,33 +38,15 @@ UNSEEN = 5e-3
 
 @dataclass(frozen=True, eq=False)
 class DropFrames:
-    """Frames of a drop.
+    """Frames of a drop."""
 
-    Attributes
-    ----------
-    times : (n,) array
-        Seconds since release; the frames at rest share the last one.
-    heights : (n,) array
-        Of the centre of mass, metres.
-    orientations : (n, 4) array
-        Quaternions x y z w of the part frame in the plate frame.
-    energies : (n,) array
-        Joules, never rising; the last is that at rest.
-    rest : int
-        First frame at rest; n where the part did not settle.
-    slower : float
-        Factor by which the motion is slowed.
-    begin, end : float
-        Seconds since release at the first frame, and at the last in motion.
-    """
-
-    times: Array
-    heights: Array
-    orientations: Array
-    energies: Array
-    rest: int
-    slower: float
-    begin: float
+    times: Array  # (n,); seconds since release; the frames at rest share the last one
+    heights: Array  # (n,); of the centre of mass, metres
+    orientations: Array  # (n, 4); quaternions x y z w of the part frame in the plate frame
+    energies: Array  # (n,); joules, never rising; the last is that at rest
+    rest: int  # first frame at rest; n where the part did not settle
+    slower: float  # factor by which the motion is slowed
+    begin: float  # seconds since release at the first frame, and at the last in motion
     end: float
 
 
@@ -73,10 +55,7 @@ def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
                    round_sides: int) -> Trajectory:
     """Record a drop to rest, or until its pose is certain where that takes too long.
 
-    Raises
-    ------
-    RequestError
-        If a value is out of its range, or the drop does not settle.
+    Raises RequestError if a value is out of its range, or the drop does not settle.
     """
     for to_rest in (True, False):
         found = record_drop(part, drop, restitution, seed, drop_height, to_rest=to_rest,
@@ -90,19 +69,9 @@ def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
 def drop_frames(part: Part, trajectory: Trajectory, resting: RestingPoses) -> DropFrames:
     """Cut a drop into frames at even steps of time, some seven seconds of them at most.
 
-    Parameters
-    ----------
-    part : Part
-    trajectory : Trajectory
-        Of a drop that comes to rest in a pose.
-    resting : RestingPoses
-        Of the part, at the trajectory's cluster tolerance.
-
-    Returns
-    -------
-    DropFrames
-        The last frames lie in the pose of the trajectory, on the stable face nearest to
-        where the motion is cut off.
+    `trajectory`: of a drop that comes to rest in a pose; `resting`: of the part, at the
+    trajectory's cluster tolerance. Returns the last frames lie in the pose of the trajectory, on
+    the stable face nearest to where the motion is cut off.
     """
     weight = trajectory.energies[0] / trajectory.heights[0]
     begin = _begin_time(trajectory)

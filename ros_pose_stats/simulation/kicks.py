@@ -19,28 +19,18 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Kicks:
-    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon.
-
-    Attributes
-    ----------
-    body : PreparedBody
-    height : float
-        Energy of a kick over the weight, radii.
-    corner, first, second : (T, 3) array
-        A triangle of a contact polygon, in principal axes: a corner and the sides that leave it.
-    end : (T,) array
-        Share of the polygon's area that it and those before it have, plus the pose's index.
-    begin : (T,) array
-        The same without the triangle itself.
-    """
+    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
 
     body: PreparedBody
-    height: float
+    height: float  # energy of a kick over the weight, radii
+    # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that leave
+    # it
     corner: Array
     first: Array
     second: Array
+    # (T,); share of the polygon's area that it and those before it have, plus the pose's index
     end: Array
-    begin: Array
+    begin: Array  # (T,); the same without the triangle itself
 
     def states(self, seed: int, first: int, count: int) -> Array:
         """States (count, 8) just after kicks first ... first + count - 1, all poses in turn.
@@ -75,14 +65,7 @@ class Kicks:
 
 
 def kicks_of(body: PreparedBody, height: float) -> Kicks:
-    """Prepare the contact polygons of a body.
-
-    Parameters
-    ----------
-    body : PreparedBody
-    height : float
-        Radii.
-    """
+    """Prepare the contact polygons of a body."""
     resting = body.resting
     faces = resting.equilibria.faces[resting.clusters.lowest]
     rows: list[Array] = []

@@ -43,7 +43,7 @@ from ..resting.orientation import resting_quaternions
 from .drop_body import PreparedBody, drop_body
 from .drops import DropOutcomes, compute_drops, drop_rules, release_height
 from .request import drop_request, real_number
-from .starts import starting_directions
+from .starts import random_starts
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ FIRST_TAPE = 512
 
 
 def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUTION,
-                seed: int = 0, drop_height: float | None = None, sampling: str = "random",
+                seed: int = 0, drop_height: float | None = None,
                 start: ArrayLike | None = None, to_rest: bool = False,
                 interval: float | None = None, *,
                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
@@ -72,7 +72,7 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
     drop : int
         Number of the drop in a simulation by `simulate` with the same arguments; the motion is
         the very same.
-    restitution, seed, drop_height, sampling, cluster_tolerance, round_sides
+    restitution, seed, drop_height, cluster_tolerance, round_sides
         As for `simulate`; take the seed out of its answer.
     start : (3,) array, optional
         Direction in the part frame that points down at release, in place of drop and seed.
@@ -94,13 +94,13 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
         If the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    request = drop_request(None if start is None else 1, seed, 0.0, 1, sampling, _as_row(start))
+    request = drop_request(None if start is None else 1, seed, 0.0, 1, _as_row(start))
     if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
     body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
-    down = (starting_directions(sampling, request.seed, int(drop), 1) if request.starts is None
+    down = (random_starts(request.seed, int(drop), 1) if request.starts is None
             else request.starts)
     tape, outcomes = _record_tape(body, scene, down, to_rest)
     unit = math.sqrt(body.radius / GRAVITY)

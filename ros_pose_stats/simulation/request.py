@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
-from ..records.scene import DEFAULT_DROPS, SAMPLINGS
+from ..records.scene import DEFAULT_DROPS
 
 Array = NDArray[np.float64]
 
@@ -22,44 +22,21 @@ SEEDS = 2 ** 64
 
 @dataclass(frozen=True, eq=False)
 class DropRequest:
-    """How many drops, from which starts, and by how many threads.
+    """How many drops, from which starts, and by how many threads."""
 
-    Attributes
-    ----------
-    drops : int
-        Most drops; all of them without a target error.
-    seed : int
-        0 where the starting directions are given.
-    target_error : float
-        0 asks for all drops.
-    workers : int
-        Threads.
-    sampling : str
-        `random`, `lattice` or `given`.
-    starts : (k, 3) array or None
-        Given starting directions, unit vectors.
-    """
-
-    drops: int
-    seed: int
-    target_error: float
-    workers: int
-    sampling: str
-    starts: Array | None
+    drops: int  # most drops; all of them without a target error
+    seed: int  # 0 where the starting directions are given
+    target_error: float  # 0 asks for all drops
+    workers: int  # threads
+    starts: Array | None  # (k, 3); given starting directions, unit vectors
 
 
 def drop_request(drops: int | None, seed: int | None, target_error: float, workers: int | None,
-                 sampling: str, starts: ArrayLike | None) -> DropRequest:
+                 starts: ArrayLike | None) -> DropRequest:
     """Fill in defaults and check the values.
 
-    Raises
-    ------
-    RequestError
-        If a value is out of its range.
+    Raises RequestError if a value is out of its range.
     """
-    if sampling not in SAMPLINGS:
-        raise RequestError(f"a sampling out of {', '.join(SAMPLINGS)}", f"{sampling!r}",
-                           "random is the default")
     target = real_number("target_error", target_error)
     if not 0.0 <= target < 1.0:
         raise RequestError("a target error from 0 to below 1, as a fraction", f"{target_error}",
@@ -72,8 +49,8 @@ def drop_request(drops: int | None, seed: int | None, target_error: float, worke
     bound = _bound(drops, directions)
     drawn = _seed(seed)
     if directions is not None:
-        return DropRequest(bound, 0, target, threads, "given", directions)
-    return DropRequest(bound, drawn, target, threads, sampling, None)
+        return DropRequest(bound, 0, target, threads, directions)
+    return DropRequest(bound, drawn, target, threads, None)
 
 
 def _bound(drops: int | None, starts: Array | None) -> int:
@@ -130,10 +107,7 @@ def _whole(name: str, value: object) -> int:
 def real_number(name: str, value: object) -> float:
     """Read a number of a request as a float.
 
-    Raises
-    ------
-    RequestError
-        If it is no number.
+    Raises RequestError if it is no number.
     """
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return float(value)

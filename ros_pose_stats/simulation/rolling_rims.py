@@ -18,47 +18,25 @@ from ..kernels.drops.layout import RIM
 from ..mesh.vectors import lengths, turn_vectors
 from ..resting.convex_body import ConvexBody
 from ..resting.poses import RestingPoses
+from ..resting.turns import LEVEL
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-LEVEL = 1e-4
-"""Sine of the angle to the axis within which a facet is along it."""
-
-
 class RollingRims(NamedTuple):
-    """What is added to a drop body; `kernels.drops.trap` tells how it is used.
+    """What is added to a drop body; `kernels.drops.trap` tells how it is used."""
 
-    Attributes
-    ----------
-    pose : (C,) array
-        Pose that a part is in that rolls on this corner's rim; -1 for none.
-    level : (C,) array
-        Energy without that of the spin with which it can tip over.
-    climb : (C,) array
-        Height of the centre of mass above that at the rim's lowest place.
-    rim : (P, 5) array
-        See `kernels.drops.layout`.
-    """
-
-    pose: Index
-    level: Array
-    climb: Array
-    rim: Array
+    pose: Index  # (C,); pose that a part is in that rolls on this corner's rim; -1 for none
+    level: Array  # (C,); energy without that of the spin with which it can tip over
+    climb: Array  # (C,); height of the centre of mass above that at the rim's lowest place
+    rim: Array  # (P, 5); see `kernels.drops.layout`
 
 
 def rolling_rims(resting: RestingPoses, moment: Array, axes: Array, corner: Index) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
-    Parameters
-    ----------
-    resting : RestingPoses
-    moment : (3,) array
-        Principal moments of inertia of unit mass, lengths in radii.
-    axes : (3, 3) array
-        Principal axes as columns.
-    corner : (C,) array
-        Hull points that the tables are about.
+    `moment` (3,): principal moments of inertia of unit mass, lengths in radii; `axes` (3, 3):
+    principal axes as columns; `corner` (C,): hull points that the tables are about.
     """
     body, found = resting.body, resting.equilibria
     pose_of_face = resting.clusters.pose[found.rank][found.arrays.basin]

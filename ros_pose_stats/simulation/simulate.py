@@ -24,14 +24,14 @@ from .chunks import DropWorkers
 from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, release_height
 from .request import DropRequest, drop_request
-from .starts import starting_directions
+from .starts import random_starts
 
 Array = NDArray[np.float64]
 
 
 def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
              seed: int | None = None, drop_height: float | None = None,
-             target_error: float = 0.0, workers: int | None = None, sampling: str = "random",
+             target_error: float = 0.0, workers: int | None = None,
              starts: ArrayLike | None = None,
              on_progress: Callable[[DropProgress], object] | None = None,
              should_stop: Callable[[], bool] | None = None, *,
@@ -60,8 +60,6 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         confidence, which is checked after 100, 150, 225, ... drops. 0 asks for all drops.
     workers : int, optional
         Threads; default: all cores.
-    sampling : {'random', 'lattice'}
-        Independent starting directions, or evenly spread ones.
     starts : (k, 3) array, optional
         Directions in the part frame that point down at release, one a drop.
     on_progress, on_drops : callable, optional
@@ -89,7 +87,7 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    request = drop_request(drops, seed, target_error, workers, sampling, starts)
+    request = drop_request(drops, seed, target_error, workers, starts)
     return _Simulation(part, scene, request, judge).count_drops(on_progress, should_stop, on_drops,
                                                                 background)
 
@@ -104,7 +102,7 @@ class _Simulation:
         self._body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
         self._rules = drop_rules(scene, self._body.radius)
         self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
-                              request.sampling == "lattice", judge)
+                              judge)
         self._touched = 0
 
     def count_drops(self, on_progress: Callable[[DropProgress], object] | None,
@@ -142,7 +140,7 @@ class _Simulation:
         request = self._request
         if request.starts is not None:
             return request.starts[first:first + count]
-        return starting_directions(request.sampling, request.seed, first, count)
+        return random_starts(request.seed, first, count)
 
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""

@@ -1,1 +1,1 @@
-"""How sure counted drops are: intervals, standard errors, when to stop, lattice blocks, tests."""
+"""How sure counted drops are: intervals, standard errors, when to stop, tests."""

@@ -26,28 +26,16 @@ ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True)
 class ChiSquare:
-    """Outcome of a test.
+    """Outcome of a test."""
 
-    Attributes
-    ----------
-    statistic : float
-        NaN where there are too few counts for two bins.
-    degrees_of_freedom : int
-        Bins less one; nothing is fitted to the counts. 0 where there are too few.
-    p_value : float
-        Chance of a statistic this large if the counts do follow the prediction; NaN where
-        there are too few, or where the error of the prediction is not known.
-    bins : int
-        That were compared, after pooling.
-    pooled : int
-        Bins that were put together into one; 0 for none.
-    """
-
-    statistic: float
+    statistic: float  # naN where there are too few counts for two bins
+    # bins less one; nothing is fitted to the counts. 0 where there are too few
     degrees_of_freedom: int
+    # chance of a statistic this large if the counts do follow the prediction; NaN where there are
+    # too few, or where the error of the prediction is not known
     p_value: float
-    bins: int
-    pooled: int
+    bins: int  # that were compared, after pooling
+    pooled: int  # bins that were put together into one; 0 for none
 
     @property
     def too_few(self) -> bool:
@@ -63,22 +51,12 @@ def goodness_of_fit(counts: ArrayLike, probabilities: ArrayLike,
     of the covariance parts into a sum over units, with both chances, and one over the bins
     within each unit, with that of the counts alone.
 
-    Parameters
-    ----------
-    counts : (K,) array
-        0 <= count.
-    probabilities : (K,) array
-        0 <= probability, of which at least one is above 0; scaled to the sum 1. A bin of
-        probability 0 is pooled if something was counted there, else left out.
-    errors : (K,) array, optional
-        Standard errors of the probabilities; NaN where one is not known. Default: exact.
-    unit : (K,) array of int, optional
-        Bins of one number share their error evenly. Default: each has its own.
-
-    Raises
-    ------
-    RequestError
-        If these are no counts or no probabilities, or not as many of each.
+    `counts` (K,): 0 <= count; `probabilities` (K,): 0 <= probability, of which at least one is
+    above 0; scaled to the sum 1. A bin of probability 0 is pooled if something was counted there,
+    else left out; `errors` (K,): standard errors of the probabilities; NaN where one is not known.
+    Default: exact; `unit` (K,) int: bins of one number share their error evenly. Default: each has
+    its own. Raises RequestError if these are no counts or no probabilities, or not as many of
+    each.
     """
     observed, weights = _checked("counts", counts), _checked("probabilities", probabilities)
     if observed.shape != weights.shape or not weights.sum() > 0.0:
@@ -134,15 +112,8 @@ def _test_both(observed: Array, expected: Array, pooled: int,
 def homogeneity(first: ArrayLike, second: ArrayLike) -> ChiSquare:
     """Compare two sets of counts, both with their own chance.
 
-    Parameters
-    ----------
-    first, second : (K,) arrays
-        0 <= count. A bin that is empty in both is left out.
-
-    Raises
-    ------
-    RequestError
-        If these are no counts, or not as many of each.
+    `first, second` (K,): 0 <= count. A bin that is empty in both is left out. Raises RequestError
+    if these are no counts, or not as many of each.
     """
     rows = [_checked("counts", first), _checked("counts", second)]
     if rows[0].shape != rows[1].shape:
@@ -164,17 +135,8 @@ def pooled_bins(expected: ArrayLike, least: float = LEAST_EXPECTED) -> tuple[Ind
     All bins below the bound become one; while that one stays below, the smallest of the others
     joins it.
 
-    Parameters
-    ----------
-    expected : (K,) array
-    least : float
-
-    Returns
-    -------
-    bins : (K,) array of int
-        Number of the new bin of each old one, from 0 on.
-    pooled : int
-        How many old ones share a new one; 0 for none.
+    Takes `expected` (K,). Returns `bins` (K,) int: number of the new bin of each old one, from 0
+    on; `pooled`: how many old ones share a new one; 0 for none.
     """
     values = np.asarray(expected, dtype=np.float64)
     order = np.argsort(values, kind="stable")

@@ -20,18 +20,8 @@ def log_likelihood(counts: ArrayLike, shares: ArrayLike,
     The shares p that the counts follow scatter around those expected with the variance
     p (1 - p) × dispersion; at dispersion 0 the counts are multinomial.
 
-    Parameters
-    ----------
-    counts : (G,) array
-        At least 0.
-    shares : (..., G) array
-        Expected, summing to 1.
-    dispersion : (...) array
-        0 to below 1.
-
-    Returns
-    -------
-    (...) array
+    `counts` (G,): at least 0; `shares` (..., G): expected, summing to 1; `dispersion` (...): 0 to
+    below 1. Returns (...).
     """
     of = np.asarray(counts, dtype=np.float64)
     expected = np.maximum(np.asarray(shares, dtype=np.float64), LEAST_SHARE)

@@ -28,18 +28,11 @@ DEVIATE: Final = 1.4050715603096329
 
 
 class Judged(NamedTuple):
-    """What drops so far are worth.
+    """What drops so far are worth."""
 
-    Attributes
-    ----------
-    expected_error : float
-        Root mean square of the poses' standard errors; NaN before a drop has settled.
-    bound : float
-        That the root mean square error keeps; infinite before a drop has settled.
-    """
-
+    # root mean square of the poses' standard errors; NaN before a drop has settled
     expected_error: float
-    bound: float
+    bound: float  # that the root mean square error keeps; infinite before a drop has settled
 
 
 def judge_counts(counts: Index) -> Judged:
@@ -48,7 +41,7 @@ def judge_counts(counts: Index) -> Judged:
                   counted_bound(counts))
 
 
-def counted_bound(counts: Index, factor: float = 1.0) -> float:
+def counted_bound(counts: Index) -> float:
     """Bound that the error of counts keeps, a fraction.
 
     The squared error of shares is a sum of squares of normal variables, taken as a gamma
@@ -56,17 +49,7 @@ def counted_bound(counts: Index, factor: float = 1.0) -> float:
     Hilferty: 1.3 % low in the error for two poses, nearer for more. There are only products and
     roots in it, so that runs end alike on all machines.
 
-    Parameters
-    ----------
-    counts : (K,) array
-        Settled drops in each pose.
-    factor : float
-        Variance over that of independent drops.
-
-    Returns
-    -------
-    float
-        Infinite before a drop has settled.
+    `counts` (K,): settled drops in each pose. Returns infinite before a drop has settled.
     """
     settled = int(counts.sum())
     if not settled:
@@ -79,7 +62,7 @@ def counted_bound(counts: Index, factor: float = 1.0) -> float:
     variance = 2.0 * (squares - 2.0 * cubes + squares * squares)
     spread = variance / (9.0 * mean * mean)
     root = 1.0 - spread + DEVIATE * math.sqrt(spread)
-    return math.sqrt(factor * mean / (settled * counts.size) * root * root * root)
+    return math.sqrt(mean / (settled * counts.size) * root * root * root)
 
 
 def judge_posterior(posterior: Posterior) -> Judged:

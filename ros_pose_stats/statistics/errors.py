@@ -19,22 +19,10 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
     never or always seen from looking certain. The only pose of a part (K = 1) has q = 1 and
     the error 0.
 
-    Parameters
-    ----------
-    counts : (K,) array
-        Drops that came to rest in each of all K poses, also those with 0; 0 <= count <= n.
-    settled : int
-        n, the drops that came to rest at all.
-
-    Returns
-    -------
-    (K,) array
-        As fractions, from 0 to 1/2; NaN where n = 0, for a single pose too.
-
-    Raises
-    ------
-    RequestError
-        If a count is below 0 or above `settled`.
+    `counts` (K,): drops that came to rest in each of all K poses, also those with 0; 0 <= count <=
+    n; `settled`: n, the drops that came to rest at all. Returns (K,): as fractions, from 0 to 1/2;
+    NaN where n = 0, for a single pose too. Raises RequestError if a count is below 0 or above
+    `settled`.
     """
     counted = np.atleast_1d(np.asarray(counts, dtype=float))
     if counted.size and not (counted.min() >= 0.0 and counted.max() <= settled):
@@ -49,10 +37,8 @@ def standard_errors(counts: ArrayLike, settled: int) -> Array:
 def error_variances(counts: ArrayLike, settled: ArrayLike, poses: ArrayLike) -> Array:
     """Squares of `standard_errors`, for poses of many parts at once.
 
-    Parameters
-    ----------
-    counts, settled, poses : array
-        Of each pose: its count, the settled drops of its part, above 0, and the part's poses.
+    `counts, settled, poses`: of each pose: its count, the settled drops of its part, above 0, and
+    the part's poses.
     """
     total = np.asarray(settled, dtype=float)
     q = (np.asarray(counts, dtype=float) + 0.5) / (total + 0.5 * np.asarray(poses, dtype=float))

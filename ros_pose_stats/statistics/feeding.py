@@ -32,25 +32,14 @@ class Bounded(NamedTuple):
 
 
 class Feeding(NamedTuple):
-    """What becomes of the parts that are dropped.
+    """What becomes of the parts that are dropped."""
 
-    Attributes
-    ----------
-    accepted : Bounded
-        Share of the parts dropped that are accepted before they are dropped again.
-    passes : Bounded
-        Drops that an accepted part took.
-    flips : Bounded
-        Flips that an accepted part took; infinite where a pose that is not wanted can keep a part
-        for ever.
-    per_minute : Bounded
-        Accepted parts a minute.
-    """
-
-    accepted: Bounded
-    passes: Bounded
+    accepted: Bounded  # share of the parts dropped that are accepted before they are dropped again
+    passes: Bounded  # drops that an accepted part took
+    # flips that an accepted part took; infinite where a pose that is not wanted can keep a part
+    # for ever
     flips: Bounded
-    per_minute: Bounded
+    per_minute: Bounded  # accepted parts a minute
 
 
 CERTAIN = 1e15
@@ -62,18 +51,9 @@ NO_FLIPS = Bounded(0.0, 0.0, 0.0)
 def drop_afresh(dropped: PoseShares, wanted: Sequence[int], rate: float = math.nan) -> Feeding:
     """Feed a part by dropping those again that lie wrong.
 
-    Parameters
-    ----------
-    dropped : PoseShares
-    wanted : sequence of int
-        Indices of the poses that are accepted, at least one.
-    rate : float
-        Parts dropped a minute, those sent back included, above 0; NaN where it is not known.
-
-    Raises
-    ------
-    RequestError
-        If a pose does not exist, or the rate is out of its range.
+    `wanted`: indices of the poses that are accepted, at least one; `rate`: parts dropped a minute,
+    those sent back included, above 0; NaN where it is not known. Raises RequestError if a pose
+    does not exist, or the rate is out of its range.
     """
     kept = check_wanted(wanted, dropped.probability.size)
     if not math.isnan(rate):
@@ -91,22 +71,10 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
 
     A part that is dropped takes 60 / rate seconds, and each flip as long as a cycle.
 
-    Parameters
-    ----------
-    dropped : PoseShares
-    counts : (K, K) array
-        Flips out of each pose, by the pose in which they ended.
-    wanted : sequence of int
-        Indices of the poses that are accepted, at least one.
-    rate : float
-        Parts dropped a minute, above 0.
-    cycle_time : float
-        Seconds from one kick to the next, 0 or more.
-
-    Raises
-    ------
-    RequestError
-        If a pose does not exist, flips of a pose are missing, or a number is out of its range.
+    `counts` (K, K): flips out of each pose, by the pose in which they ended; `wanted`: indices of
+    the poses that are accepted, at least one; `rate`: parts dropped a minute, above 0;
+    `cycle_time`: seconds from one kick to the next, 0 or more. Raises RequestError if a pose does
+    not exist, flips of a pose are missing, or a number is out of its range.
     """
     flips = np.asarray(counts, dtype=float)
     kept = check_wanted(wanted, dropped.probability.size)
@@ -194,10 +162,7 @@ def _share_interval(share: float, dropped: PoseShares,
 def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
     """Which of all poses (K,) are accepted.
 
-    Raises
-    ------
-    RequestError
-        If there is no such pose, or none is wanted.
+    Raises RequestError if there is no such pose, or none is wanted.
     """
     indices = [int(one) for one in wanted]
     bad = [one for one in indices if not 0 <= one < poses]
@@ -214,9 +179,7 @@ def check_wanted(wanted: Sequence[int], poses: int) -> NDArray[np.bool_]:
 def check_rate(rate: float) -> None:
     """Refuse a rate of drops that is none.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if not 0.0 < rate < math.inf:
         raise RequestError("a rate above 0 parts a minute", f"{rate}",
@@ -226,9 +189,7 @@ def check_rate(rate: float) -> None:
 def check_cycle_time(cycle_time: float) -> None:
     """Refuse a time from kick to kick that is none.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if not 0.0 <= cycle_time < math.inf:
         raise RequestError("a cycle time of 0 s or more", f"{cycle_time}",

@@ -25,25 +25,10 @@ def jeffreys_interval(count: ArrayLike, total: ArrayLike,
     DasGupta, "Interval estimation for a binomial proportion", Statistical Science 16 (2001),
     section 4.1. Without these ends the interval would miss every probability near 0 or 1.
 
-    Parameters
-    ----------
-    count : array
-        0 <= count <= total. Broadcast against `total`.
-    total : array
-        Need not be whole: an effective number of drops is (count and total divided alike).
-        Where it is 0 the interval is (0, 1).
-    level : float
-        0 < level < 1.
-
-    Returns
-    -------
-    low, high : arrays of the common shape
-        0 <= low <= high <= 1.
-
-    Raises
-    ------
-    RequestError
-        If a count or the level is out of its range.
+    `count`: 0 <= count <= total. Broadcast against `total`; `total`: need not be whole: an
+    effective number of drops is (count and total divided alike). Where it is 0 the interval is (0,
+    1); `level`: 0 < level < 1. Returns 0 <= low <= high <= 1. Raises RequestError if a count or
+    the level is out of its range.
     """
     counted, totals = np.broadcast_arrays(np.asarray(count, float), np.asarray(total, float))
     if not 0.0 < level < 1.0:

@@ -27,23 +27,10 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
     taken to the power (G - 1) / G. That is exact for two units and for many, and errs by some
     per cent between.
 
-    Parameters
-    ----------
-    deviation : (M, G) or (G,) array
-        Standard deviations of the units, as fractions.
-    level : float
-        0 < level < 1.
-    weight : (M,) array
-        Of the cases, summing to 1.
-    away : (M, G) array
-        How far the middle of a unit lies from what is told of it.
-    size : (G,) array of int
-        Poses of each unit, which share its error evenly.
-
-    Returns
-    -------
-    float
-        From 0 to 1; NaN where a deviation is.
+    `deviation`: standard deviations of the units, as fractions; `level`: 0 < level < 1; `weight`
+    (M,): of the cases, summing to 1; `away` (M, G): how far the middle of a unit lies from what is
+    told of it; `size` (G,) int: poses of each unit, which share its error evenly. Returns from 0
+    to 1; NaN where a deviation is.
     """
     share = 1.0 / np.asarray(size, dtype=np.float64)
     spread = np.minimum(np.atleast_2d(deviation), WIDEST) * share

@@ -20,31 +20,17 @@ Array = NDArray[np.float64]
 
 
 class PairedDifference(NamedTuple):
-    """How much more often one thing happened than another in the same trials.
+    """How much more often one thing happened than another in the same trials."""
 
-    Attributes
-    ----------
-    value : float
-        Share of the second less that of the first; NaN without trials.
-    standard_error : float
-        Of the value.
-    low, high : float
-        90 % interval of the difference, for this one by itself.
-    gained, lost : int
-        Trials in which only the second happened, and only the first.
-    trials : int
-    p_value : float
-        Chance of trials that differ this much if none is more frequent, exact: `gained` of
-        `gained + lost` as in the tosses of a fair coin (McNemar's test).
-    """
-
-    value: float
-    standard_error: float
-    low: float
+    value: float  # share of the second less that of the first; NaN without trials
+    standard_error: float  # of the value
+    low: float  # 90 % interval of the difference, for this one by itself
     high: float
-    gained: int
+    gained: int  # trials in which only the second happened, and only the first
     lost: int
     trials: int
+    # chance of trials that differ this much if none is more frequent, exact: `gained` of `gained +
+    # lost` as in the tosses of a fair coin (McNemar's test)
     p_value: float
 
 
@@ -55,17 +41,8 @@ def paired_difference(first: ArrayLike, second: ArrayLike,
     The interval is that of Agresti and Min, "Simple improved confidence intervals for comparing
     matched proportions", Statistics in Medicine 24 (2005): half a trial of each kind is added.
 
-    Parameters
-    ----------
-    first, second : (n,) arrays of bool
-        Whether each happened in a trial.
-    level : float
-        Of the interval, 0 < level < 1.
-
-    Raises
-    ------
-    RequestError
-        If these are not as many trials of each.
+    `first, second` (n,): whether each happened in a trial; `level`: of the interval, 0 < level <
+    1. Raises RequestError if these are not as many trials of each.
     """
     one, other = np.asarray(first, dtype=np.bool_), np.asarray(second, dtype=np.bool_)
     if one.ndim != 1 or one.shape != other.shape:
@@ -104,15 +81,8 @@ def chance_of_split(gained: int, lost: int) -> float:
 def adjust_together(p_values: ArrayLike) -> Array:
     """Adjust chances of several tests so that all together are wrong as seldom as one (Holm).
 
-    Parameters
-    ----------
-    p_values : (K,) array
-
-    Returns
-    -------
-    (K,) array
-        A test whose adjusted chance is at most 0.05 stands; with a chance of 95 % none stands
-        wrongly, however the tests hang together (Holm 1979).
+    Takes `p_values` (K,). Returns (K,): a test whose adjusted chance is at most 0.05 stands; with
+    a chance of 95 % none stands wrongly, however the tests hang together (Holm 1979).
     """
     chances = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(chances, kind="stable")

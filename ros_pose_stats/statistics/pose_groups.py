@@ -7,30 +7,20 @@ from dataclasses import dataclass
 
 from ..methods import SIMULATION
 from ..records import PoseStatistics, StablePose
+from ..tolerances import SAME_SHARE, number_equal
 from .intervals import jeffreys_interval
 
 
 @dataclass(frozen=True, eq=False)
 class PoseGroup:
-    """Poses that a proper rotation of the part carries into each other, or a single pose.
+    """Poses that a proper rotation of the part carries into each other, or a single pose."""
 
-    Attributes
-    ----------
-    poses : tuple of StablePose
-        At least one, by rising `index`. All are as high; what ties decide may differ a little.
-    probability : float
-        Of all of them together.
-    probability_low, probability_high : float
-        Bounds of its 90 % interval; NaN where none is known.
-    count : int
-        Drops that came to rest in any of them.
-    """
-
+    # at least one, by rising `index`. All are as high; what ties decide may differ a little
     poses: tuple[StablePose, ...]
-    probability: float
-    probability_low: float
+    probability: float  # of all of them together
+    probability_low: float  # bounds of its 90 % interval; NaN where none is known
     probability_high: float
-    count: int
+    count: int  # drops that came to rest in any of them
 
     @property
     def first(self) -> StablePose:
@@ -61,17 +51,9 @@ class PoseGroup:
 def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     """Take poses that are alike together.
 
-    Parameters
-    ----------
-    found : PoseStatistics
-
-    Returns
-    -------
-    tuple of PoseGroup
-        The most probable first. The interval of several counted poses is that of the sum of
-        their counts, as for independent drops; from a lattice of starts, which is the more even,
-        it is wider than need be. Estimates and `hybrid` know of the symmetry and share one error
-        evenly among the poses: their bounds add up to those of the sum.
+    Returns the most probable first. The interval of several counted poses is that of the sum of
+    their counts. Estimates and `hybrid` know of the symmetry and share one error evenly
+    among the poses: their bounds add up to those of the sum.
     """
     groups: dict[int, list[StablePose]] = {}
     for pose in sorted(found.poses, key=lambda pose: pose.index):
@@ -79,9 +61,10 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     settled = sum(pose.count for pose in found.poses)
     joined = [_joined(poses, settled if found.method == SIMULATION else None)
               for poses in groups.values()]
-    return tuple(sorted(joined, key=lambda group: (
-        -round(0.0 if math.isnan(group.probability) else group.probability, 12),
-        group.first.index)))
+    rank = number_equal([0.0 if math.isnan(group.probability) else -group.probability
+                         for group in joined], SAME_SHARE)
+    return tuple(joined[k] for k in sorted(range(len(joined)), key=lambda k: (
+        rank[k], joined[k].first.index)))
 
 
 def single_poses(found: PoseStatistics) -> tuple[PoseGroup, ...]:

@@ -24,21 +24,14 @@ MOST_ROUNDS = 40
 
 
 class PoseShares(NamedTuple):
-    """In which poses a part comes to rest that is dropped, and how surely that is known.
+    """In which poses a part comes to rest that is dropped, and how surely that is known."""
 
-    Attributes
-    ----------
-    probability : (K,) array
-        Of the poses by their index.
-    drops : float
-        Whose counts would be as uncertain; infinite where nothing is uncertain, NaN where
-        nothing is known about it.
-    unit : (K,) array of int
-        Poses of one number, from 0 on, are equally probable by symmetry and share one error.
-    """
-
-    probability: Array
+    probability: Array  # (K,); of the poses by their index
+    # whose counts would be as uncertain; infinite where nothing is uncertain, NaN where nothing is
+    # known about it
     drops: float
+    # (K,) int; poses of one number, from 0 on, are equally probable by symmetry and share one
+    # error
     unit: Index
 
     @property
@@ -59,15 +52,7 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
     Of counted poses each has an error of its own. Estimates, and whatever else knows of the
     symmetry, share one error evenly among the poses that are alike.
 
-    Parameters
-    ----------
-    found : PoseStatistics
-        By any method.
-
-    Raises
-    ------
-    RequestError
-        If no drop has come to rest.
+    Raises RequestError if no drop has come to rest.
     """
     poses = sorted(found.poses, key=lambda pose: pose.index)
     probability = np.array([pose.probability for pose in poses])

@@ -15,7 +15,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .blocks import BlockSums
 from .error_bound import Judged, counted_bound
 from .errors import expected_error, standard_errors
 from .intervals import DEFAULT_LEVEL, jeffreys_interval
@@ -42,19 +41,9 @@ def next_checkpoint(done: int, drops: int, first: int = FIRST_CHECKPOINT) -> int
     The prefixes are 100, 150, 225, 337, 505, 757, ..., each one and a half times the one
     before, rounded down; and the bound.
 
-    Parameters
-    ----------
-    done : int
-        Length of the prefix behind, 0 <= done.
-    drops : int
-        The bound of the run, 1 <= drops.
-    first : int
-        The shortest prefix, 2 <= first.
-
-    Returns
-    -------
-    int
-        At most `drops`; `drops` itself once `done` has reached it.
+    `done`: length of the prefix behind, 0 <= done; `drops`: the bound of the run, 1 <= drops;
+    `first`: the shortest prefix, 2 <= first. Returns at most `drops`; `drops` itself once `done`
+    has reached it.
     """
     checkpoint = first
     while checkpoint <= done:
@@ -67,19 +56,8 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
 
     The error falls at most as the root of the number of drops, so this is a little beyond.
 
-    Parameters
-    ----------
-    done : int
-        Length of the prefix that was looked at, 1 <= done.
-    error : float
-        There, above the target.
-    target_error : float
-        As a fraction, above 0.
-
-    Returns
-    -------
-    float
-        A whole number above `done`; infinite where the error says nothing.
+    `done`: length of the prefix that was looked at, 1 <= done; `target_error`: as a fraction,
+    above 0. Returns a whole number above `done`; infinite where the error says nothing.
     """
     if not math.isfinite(error):
         return math.inf
@@ -91,63 +69,39 @@ def sooner_checkpoint(done: int, error: float, target_error: float) -> float:
 def target_reached(bound: float, target_error: float) -> bool:
     """Whether a run stops at the checkpoint where its error keeps this bound.
 
-    Parameters
-    ----------
-    bound : float
-        Of the prefix, as a fraction; infinite (nothing settled yet) never stops a run.
-    target_error : float
-        As a fraction, 0 <= target_error; 0 asks for all drops.
+    `bound`: of the prefix, as a fraction; infinite (nothing settled yet) never stops a run;
+    `target_error`: as a fraction, 0 <= target_error; 0 asks for all drops.
     """
     return target_error > 0.0 and bound <= target_error
 
 
 @dataclass(frozen=True)
 class Judge:
-    """Who knows more about the error of counts than the counts themselves.
+    """Who knows more about the error of counts than the counts themselves."""
 
-    Attributes
-    ----------
-    judge : callable
-        From counts (K,) to what they are worth.
-    first : int
-        Drops before the first look. Later ones come where the target may be reached, at the
-        latest after half as many drops again.
-    pause : float
-        Seconds between judgements that are only shown: they take tens of milliseconds where
-        poses are many.
-    """
-
-    judge: Callable[[Index], Judged]
+    judge: Callable[[Index], Judged]  # from counts (K,) to what they are worth
+    # drops before the first look. Later ones come where the target may be reached, at the latest
+    # after half as many drops again
     first: int = FIRST_CHECKPOINT
+    # seconds between judgements that are only shown: they take tens of milliseconds where poses
+    # are many
     pause: float = 0.0
 
 
 class Prefix:
     """Counts of the contiguous prefix of a run, cut where the target is reached.
 
-    Parameters
-    ----------
-    poses : int
-        K, the number of poses.
-    drops : int
-        The bound of the run.
-    target_error : float
-        Stop at the first checkpoint where the error keeps this bound; 0 for never.
-    blocks : bool
-        Whether the drops come in independently rotated blocks, whose scatter then gives the
-        errors in place of the binomial ones.
-    judge : Judge, optional
-        Judges in their place.
+    `poses`: K, the number of poses; `drops`: the bound of the run; `target_error`: stop at the
+    first checkpoint where the error keeps this bound; 0 for never.
     """
 
-    def __init__(self, poses: int, drops: int, target_error: float, blocks: bool,
+    def __init__(self, poses: int, drops: int, target_error: float,
                  judge: Judge | None = None) -> None:
         self.bound = drops
         self.target_error = target_error
         self.counts = np.zeros(poses, dtype=np.int64)
         self.drops = 0
         self.finished = False
-        self._sums = BlockSums(poses) if blocks else None
         self._judge = judge
         self._judged = -1, Judged(math.nan, math.inf)
         self._judged_at = -math.inf
@@ -167,10 +121,7 @@ class Prefix:
     def add(self, outcomes: Index) -> int:
         """Lengthen the prefix; return how many of the drops were still wanted.
 
-        Parameters
-        ----------
-        outcomes : (n,) array of int
-            Index of the pose of each next drop; -1 where it did not settle.
+        `outcomes` (n,) int: index of the pose of each next drop; -1 where it did not settle.
         """
         begin = 0
         while begin < outcomes.shape[0] and not self.finished:
@@ -195,13 +146,10 @@ class Prefix:
     def _count(self, outcomes: Index) -> None:
         self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]
         self.drops += outcomes.shape[0]
-        if self._sums is not None:
-            self._sums.add(outcomes)
 
     def standard_errors(self) -> Array:
         """Of each pose's count / settled, (K,); NaN as long as nothing has settled."""
-        factor = 1.0 if self._sums is None else self._sums.factor()
-        return math.sqrt(factor) * standard_errors(self.counts, self.settled)
+        return standard_errors(self.counts, self.settled)
 
     def expected_error(self) -> float:
         """Root mean square of the standard errors; NaN as long as nothing has settled."""
@@ -217,8 +165,7 @@ class Prefix:
     def _judgement(self) -> Judged:
         if self._judge is not None:
             return self._judge.judge(self.counts)
-        factor = 1.0 if self._sums is None else self._sums.cautious_factor()
-        return Judged(self.expected_error(), counted_bound(self.counts, factor))
+        return Judged(self.expected_error(), counted_bound(self.counts))
 
     def largest_error(self) -> float:
         """Bound that the error of every pose keeps with 90 % confidence."""
@@ -235,5 +182,4 @@ class Prefix:
         """Bounds (K,) of the 90 % Jeffreys intervals."""
         if self.counts.shape[0] == 1 and self.settled:
             return np.ones(1), np.ones(1)
-        factor = np.ones(1) if self._sums is None else self._sums.factors()
-        return jeffreys_interval(self.counts / factor, self.settled / factor)
+        return jeffreys_interval(self.counts, self.settled)

@@ -6,24 +6,15 @@ import math
 from collections.abc import Sequence
 
 from ..records import PoseStatistics
-from ..text import listed, ranges
+from ..text import listed, name_poses
 from .pose_groups import pose_groups
 
 
 def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ...]:
     """Warn where only some of the poses that look the same are wanted.
 
-    Parameters
-    ----------
-    found : PoseStatistics
-        By any method.
-    wanted : sequence of int
-        Indices of the poses that are accepted; none for no question.
-
-    Returns
-    -------
-    tuple of str
-        One warning or none. Those named count all the same, and no others.
+    `wanted`: indices of the poses that are accepted; none for no question. Returns one warning or
+    none. Those named count all the same, and no others.
     """
     kept = set(map(int, wanted))
     groups = [group.indices for group in sorted(pose_groups(found), key=lambda one: one.indices)]
@@ -32,15 +23,11 @@ def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ..
     if not split:
         return ()
     missing = [index for _, outside in split for index in outside]
-    told = listed([f"{_named(outside)} look{'s' if len(outside) == 1 else ''} the same as "
-                   f"{_named(inside)}" for inside, outside in split])
+    told = listed([f"{name_poses(outside)} look{'s' if len(outside) == 1 else ''} the same as "
+                   f"{name_poses(inside)}" for inside, outside in split])
     are = "is" if len(missing) == 1 else "are"
     return (f"WANTED_ALIKE: {told} (symmetry) and {are} not among the wanted ones"
             f"{_shares(found, kept, kept.union(missing))}.",)
-
-
-def _named(poses: Sequence[int]) -> str:
-    return f"pose{'' if len(poses) == 1 else 's'} {ranges(poses)}"
 
 
 def _shares(found: PoseStatistics, kept: set[int], every: set[int]) -> str:

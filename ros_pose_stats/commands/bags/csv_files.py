@@ -44,10 +44,7 @@ HEADS: dict[str, tuple[str, ...]] = {
 def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
     """Write all files, each at once under its name; return their paths.
 
-    Raises
-    ------
-    OSError
-        If one cannot be written; files under their names are whole.
+    Raises OSError if one cannot be written; files under their names are whole.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = []

@@ -25,24 +25,8 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
 
     Counts that name no plate are taken too, as those of the only plate there was.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        As of `read_bags`.
-    plate : str
-    on_progress : callable, optional
-        As of `read_bags`.
-
-    Returns
-    -------
-    counted : list of CountedPart
-    notes : list of str
-        What could not be used, one sentence each.
-
-    Raises
-    ------
-    BagError, RequestError
-        If there is no bag, or nothing was counted on this plate.
+    Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
+    RequestError if there is no bag, or nothing was counted on this plate.
     """
     told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]

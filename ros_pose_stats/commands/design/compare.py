@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import RequestError
+from ...records.scene import DEFAULT_PLATE_ERROR
 from ..arguments import (
     JoinIndices,
     add_pose_options,
@@ -60,7 +61,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          default=[], metavar="I",
                          help="poses of the first variant that a feeder accepts, for instance 0 1 "
                          "or 0-3: what it gets of each variant")
-    command.add_argument("--plate-error", type=float, default=0.05, metavar="E",
+    command.add_argument("--plate-error", type=float, default=DEFAULT_PLATE_ERROR, metavar="E",
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")
     command.add_argument("--drops", type=read_count, default=MOST_DROPS, metavar="N",
@@ -116,10 +117,7 @@ def run(options: argparse.Namespace) -> int:
 def load_variants(options: argparse.Namespace) -> list[Part]:
     """Load the parts that the options name.
 
-    Raises
-    ------
-    RequestError
-        If centres of mass are given for some of them only.
+    Raises RequestError if centres of mass are given for some of them only.
     """
     from ...mesh.parts import load_part
 

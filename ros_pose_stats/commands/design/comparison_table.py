@@ -14,12 +14,7 @@ MOST_ROWS = 40
 
 
 def comparison_table(found: Comparison) -> str:
-    """All variants beside the first one, as text.
-
-    Parameters
-    ----------
-    found : Comparison
-    """
+    """All variants beside the first one, as text."""
     lines = [f"{letter(place)} {one.part_id}: {several(len(one.poses), 'stable pose')}, "
              f"radius {1e3 * one.radius:.4g} mm" for place, one in enumerate(found.found)]
     lines += [found.found[0].scene,

@@ -15,9 +15,8 @@ from ...design.describe import (
 )
 from ...design.effects import Effect, Sensitivity
 from ...design.suggest import Suggestion
-from ...design.words import name_poses
 from ...statistics.feeding import Bounded
-from ...text import Column, columns, several
+from ...text import Column, columns, name_poses, several
 
 MOST_ROWS = 30
 

@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
         refuse_name(options.plate)
         refuse_unwritable(file.parent)
         refuse_foreign(file)
-        drop_request(None, options.seed, 0.0, options.workers, "random", None)
+        drop_request(None, options.seed, 0.0, options.workers, None)
         counted, notes = _read_counts(options)
         prepare_kernels()
     for note in notes:

@@ -64,13 +64,8 @@ class Arcs(NamedTuple):
 def make_arcs(points: Array, body: BodyArrays, inertia: Array, inverse: Array) -> Arcs:
     """Measure all half arcs.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Hull points about the centre of mass.
-    body : BodyArrays
-    inertia, inverse : (3, 3) arrays
-        Central inertia over the mass, in the square of the points' unit, and its inverse.
+    `points` (H, 3): hull points about the centre of mass; `inertia, inverse` (3, 3): central
+    inertia over the mass, in the square of the points' unit, and its inverse.
     """
     count = body.twin.shape[0]
     arcs = Arcs(np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count),

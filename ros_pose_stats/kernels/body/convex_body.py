@@ -49,20 +49,10 @@ def build_body(points: Fixed2, simplices: FixedIndex2, adjacent: FixedIndex2,
                tolerance: float) -> tuple[bool, BodyArrays]:
     """Merge coplanar hull triangles into faces and measure them.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Hull points relative to the centre of mass.
-    simplices, adjacent : (M, 3) arrays
-        Triangles of the hull; `adjacent[t, i]` lies opposite to vertex i.
-    tolerance : float
-        Coplanarity, in the unit of the points.
-
-    Returns
-    -------
-    valid : bool
-        False where merging at this tolerance gives no convex polyhedron around the origin.
-    body : BodyArrays
+    `points` (H, 3): hull points relative to the centre of mass; `simplices, adjacent` (M, 3):
+    triangles of the hull; `adjacent[t, i]` lies opposite to vertex i; `tolerance`: coplanarity, in
+    the unit of the points. Returns `valid`: false where merging at this tolerance gives no convex
+    polyhedron around the origin; `body`.
     """
     triangles, neighbors = simplices.copy(), adjacent.copy()
     orient(points, triangles, neighbors)

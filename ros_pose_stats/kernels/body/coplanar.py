@@ -109,18 +109,9 @@ def twins(triangles: Index, neighbors: Index) -> Index:
 def planar_regions(points: Array, triangles: Index, neighbors: Index, tolerance: float) -> Index:
     """Number of the planar region of each triangle.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-    triangles, neighbors : (M, 3) arrays
-        Oriented, as `orient` leaves them; a neighbour of -1 is none.
-    tolerance : float
-        Distance of a vertex from its region's plane; 0 keeps every triangle apart.
-
-    Returns
-    -------
-    (M,) array of int
-        Regions numbered from 0, larger seeds first.
+    `points` (H, 3); `triangles, neighbors` (M, 3): oriented, as `orient` leaves them; a neighbour
+    of -1 is none; `tolerance`: distance of a vertex from its region's plane; 0 keeps every
+    triangle apart. Returns (M,) int: regions numbered from 0, larger seeds first.
     """
     count = triangles.shape[0]
     if tolerance <= 0.0:

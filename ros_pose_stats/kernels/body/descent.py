@@ -87,12 +87,7 @@ def descend(body: BodyArrays, beyond: Index) -> Index:
 def basins(parent: Index) -> tuple[Index, Index]:
     """Stable faces in order of number, and for each face the stable face it descends to.
 
-    Returns
-    -------
-    stable : (S,) array
-        Face numbers.
-    basin : (F,) array
-        Position in `stable`.
+    Returns `stable` (S,): face numbers; `basin` (F,): position in `stable`.
     """
     faces = parent.shape[0]
     basin = np.full(faces, -1, np.int64)

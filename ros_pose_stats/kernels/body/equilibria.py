@@ -33,11 +33,7 @@ class EquilibriumArrays(NamedTuple):
 def find_equilibria(points: Fixed2, body: BodyArrays) -> EquilibriumArrays:
     """Find the equilibria of a convex body (sections 2.C, 4.B and 4.D).
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Hull points relative to the centre of mass, scaled to a radius of 1.
-    body : BodyArrays
+    `points` (H, 3): hull points relative to the centre of mass, scaled to a radius of 1.
     """
     beyond = faces_beyond(body)
     parent = descend(body, beyond)
@@ -93,13 +89,8 @@ def settle_on_stable(initial: Fixed1, target: FixedIndex2, share: Fixed2) -> Arr
 def ways_out(body: BodyArrays, basin: FixedIndex1, pose: FixedIndex1) -> Index:
     """Polygon sides (k,) of stable faces that lead out of their pose.
 
-    Parameters
-    ----------
-    body : BodyArrays
-    basin : (F,) array
-        See `EquilibriumArrays`.
-    pose : (F,) array
-        Pose of each stable face, -1 for other faces.
+    `basin` (F,): see `EquilibriumArrays`; `pose` (F,): pose of each stable face, -1 for other
+    faces.
     """
     face, twin, inset = body.face, body.twin, body.inset
     found = np.empty(twin.shape[0], np.int64)

@@ -17,18 +17,9 @@ def edges_on_surface(vertices: Fixed2, triangles: FixedIndex2, ends: FixedIndex2
     An edge of the hull that is an edge of the mesh has two, and so has one that the mesh
     divides. Over a gap there are none.
 
-    Parameters
-    ----------
-    vertices : (V, 3) array
-    triangles : (T, 3) array
-        The mesh.
-    ends : (E, 2) array
-        Vertices of the edges.
-    first : (V + 1,) array
-    order : (2E,) array
-        Ends by vertex: 2 e + i is end i of edge e, from `first[v]` on those at vertex v.
-    tolerance : float
-        By how much vertices on an edge may be off its line.
+    `vertices` (V, 3); `triangles` (T, 3): the mesh; `ends` (E, 2): vertices of the edges; `first`
+    (V + 1,); `order` (2E,): ends by vertex: 2 e + i is end i of edge e, from `first[v]` on those
+    at vertex v; `tolerance`: by how much vertices on an edge may be off its line.
     """
     seen = np.zeros(order.shape[0], np.bool_)
     for t in range(triangles.shape[0]):

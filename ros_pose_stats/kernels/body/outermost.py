@@ -21,18 +21,9 @@ def outermost_corners(points: Fixed2, first: FixedIndex1, beside: FixedIndex1, a
     far apart as those of a circle of `sides` or half as far; a row has a fraction 2^-k of the
     directions of the equator.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Corners of a convex hull.
-    first : (H + 1,) array
-    beside : (2E,) array
-        Neighbours of each corner: `beside[first[i]:first[i + 1]]`.
-    axes : (3, 3) array
-        The rows span the grid; the last goes through its poles.
-    sides : int
-    tie : float
-        What lies this little behind the farthest counts as well.
+    `points` (H, 3): corners of a convex hull; `first` (H + 1,); `beside` (2E,): neighbours of each
+    corner: `beside[first[i]:first[i + 1]]`; `axes` (3, 3): the rows span the grid; the last goes
+    through its poles; `tie`: what lies this little behind the farthest counts as well.
     """
     found = np.zeros(points.shape[0], np.bool_)
     here = 0

@@ -35,24 +35,11 @@ def corner_loops(triangles: Index, region: Index, opposite: Index,
                  points: int) -> tuple[bool, Index, Index, Index]:
     """Walk each region's boundary once and keep its corners.
 
-    Parameters
-    ----------
-    triangles : (M, 3) array
-    region : (M,) array
-    opposite : (3 M,) array
-        Twin of each half-edge.
-    points : int
-        Number of hull points.
-
-    Returns
-    -------
-    valid : bool
-        False where a region is no disc or has fewer than three corners.
-    face_start : (F + 1,) array
-    first : (N,) array
-        First triangle half-edge of each polygon side, counter-clockwise face by face.
-    side_of : (3 M,) array
-        Polygon side that a boundary half-edge belongs to, else -1.
+    `triangles` (M, 3); `region` (M,); `opposite` (3 M,): twin of each half-edge; `points`: number
+    of hull points. Returns `valid`: false where a region is no disc or has fewer than three
+    corners; `face_start` (F + 1,); `first` (N,): first triangle half-edge of each polygon side,
+    counter-clockwise face by face; `side_of` (3 M,): polygon side that a boundary half-edge
+    belongs to, else -1.
     """
     faces, halves = region.max() + 1, opposite.shape[0]
     if opposite.min() < 0:
@@ -85,16 +72,9 @@ def _boundaries(triangles: Index, region: Index, opposite: Index,
                 points: int) -> tuple[Flags, Index, Flags, Index]:
     """Half-edges between two regions.
 
-    Returns
-    -------
-    boundary : (3 M,) array of bool
-        Which they are.
-    border : (F,) array
-        How many each region has.
-    is_corner : (3 M,) array of bool
-        Those that start at a corner.
-    entry : (F,) array
-        One such of each region, -1 where it has none.
+    Returns `boundary` (3 M,) bool: which they are; `border` (F,): how many each region has;
+    `is_corner` (3 M,) bool: those that start at a corner; `entry` (F,): one such of each region,
+    -1 where it has none.
     """
     halves, faces = opposite.shape[0], region.max() + 1
     degree, border = np.zeros(points, np.int64), np.zeros(faces, np.int64)
@@ -204,11 +184,7 @@ def pair_sides(face_start: Index, corner: Index, first: Index, side_of: Index,
                opposite: Index) -> tuple[bool, Index, Index]:
     """Twin of each polygon side and the face that it belongs to.
 
-    Returns
-    -------
-    valid : bool
-        False where two sides do not run between the same corners.
-    twin, face : (N,) arrays
+    Returns `valid`: false where two sides do not run between the same corners; `twin, face` (N,).
     """
     sides = corner.shape[0]
     twin = np.empty(sides, np.int64)

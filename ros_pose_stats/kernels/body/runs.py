@@ -50,14 +50,8 @@ class Runs(NamedTuple):
 def circular_runs(points: Fixed2, body: BodyArrays, rounding: float) -> Runs:
     """Find all chains of edges whose corners lie on one circle.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Hull points relative to the centre of mass, scaled to a radius of 1.
-    body : BodyArrays
-        Their polyhedron.
-    rounding : float
-        By which the coordinates may be off.
+    `points` (H, 3): hull points relative to the centre of mass, scaled to a radius of 1;
+    `rounding`: by which the coordinates may be off.
     """
     follow = _following_sides(body.face_start, body.corner.shape[0])
     onward = _continuations(points, body, follow)

@@ -62,17 +62,8 @@ def tops(points: Fixed2, downs: Fixed2) -> Array:
 def silhouette(points: Fixed2, body: BodyArrays, rotation: Fixed2) -> Array:
     """Convex outline seen along the plate's normal.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-    body : BodyArrays
-    rotation : (3, 3) array
-        Part axes to plate axes.
-
-    Returns
-    -------
-    (k, 2) array
-        In the unit of the points, counter-clockwise, without collinear points.
+    `points` (H, 3); `rotation` (3, 3): part axes to plate axes. Returns (k, 2): in the unit of the
+    points, counter-clockwise, without collinear points.
     """
     up = point_at(rotation, 2)
     on_outline = np.zeros(points.shape[0], np.bool_)

@@ -27,12 +27,8 @@ def toppling(points: Array, body: BodyArrays, beyond: Index,
     foot of the centre of mass; where the segment leaves through a corner, both sides there
     take an even share.
 
-    Returns
-    -------
-    target : (F, 2) array of int
-        Faces that take the part, -1 for none.
-    share : (F, 2) array
-        Fractions, summing to 1 for unstable faces and to 0 for stable ones.
+    Returns `target` (F, 2) int: faces that take the part, -1 for none; `share` (F, 2): fractions,
+    summing to 1 for unstable faces and to 0 for stable ones.
     """
     faces = parent.shape[0]
     target = np.full((faces, 2), -1, np.int64)
@@ -118,16 +114,8 @@ def _inset_of(place: Vec3, normal: Vec3, v: Vec3, w: Vec3) -> float:
 def settle(initial: Array, target: Index, share: Array) -> Array:
     """Carry initial probabilities of all faces down the toppling graph.
 
-    Parameters
-    ----------
-    initial : (F,) array
-    target, share : (F, 2) arrays
-        As from `toppling`.
-
-    Returns
-    -------
-    (F,) array
-        Zero on unstable faces; the sum is that of `initial`.
+    `initial` (F,); `target, share` (F, 2): as from `toppling`. Returns (F,): zero on unstable
+    faces; the sum is that of `initial`.
     """
     faces = initial.shape[0]
     mass = initial.copy()

@@ -52,18 +52,11 @@ def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 
-    Parameters
-    ----------
-    body : DropBody
-    rules : DropRules
-    releases : (k, 8) array
-        State at release; see `layout`. A body that reaches below the plate is lifted onto it.
-    outcome : (k, 5) array
-        Filled; see `layout` for its columns. The pose is -1 where a drop is unsettled.
-    measure : (k, 2) array
-        Filled with duration and energy left, in sqrt(radius / g) and m g radius.
-    tape : (T, 14) array
-        Filled with the events of the last drop from row 1 on; empty for none.
+    `releases` (k, 8): state at release; see `layout`. A body that reaches below the plate is
+    lifted onto it; `outcome` (k, 5): filled; see `layout` for its columns. The pose is -1 where a
+    drop is unsettled; `measure` (k, 2): filled with duration and energy left, in sqrt(radius / g)
+    and m g radius; `tape` (T, 14): filled with the events of the last drop from row 1 on; empty
+    for none.
     """
     work = new_work(body.x.shape[0])
     top = 0.0

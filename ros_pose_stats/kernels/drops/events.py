@@ -33,12 +33,7 @@ FEW = 2
 def first_release(work: Work, last: int) -> tuple[float, int]:
     """When the first contact force comes down to zero, as a fraction of the step.
 
-    Returns
-    -------
-    float
-        Infinity if none does.
-    int
-        Which of the contacts, or `NOTHING`.
+    Returns infinity if none does; which of the contacts, or `NOTHING`.
     """
     series, poly = work.series, work.poly
     mode = work.tally[MODE]
@@ -74,14 +69,8 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
     plate and moves up touches nothing.
 
-    Returns
-    -------
-    float
-        Infinity if none does.
-    int
-        The corner.
-    int
-        Number of corners in `work.found`: all that come as close as counts as touching.
+    Returns infinity if none does; the corner; number of corners in `work.found`: all that come as
+    close as counts as touching.
     """
     first, corner = math.inf, -1
     flying = work.tally[MODE] == FLIGHT

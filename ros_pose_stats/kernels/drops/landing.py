@@ -42,10 +42,7 @@ def resolve(body: DropBody, rules: DropRules, work: Work, tape: Array) -> bool:
     Each round the fastest vertex is struck. Once all are slow they are brought to rest, and
     the contact is chosen; one that could not be (see `stop_slow`) is struck.
 
-    Returns
-    -------
-    bool
-        False where the steps granted ran out before.
+    Returns false where the steps granted ran out before.
     """
     state, near, tally = work.state, work.near, work.tally
     tally[MODE] = FLIGHT

@@ -27,10 +27,7 @@ def first_zero(c: Array, first: int, last: int, upto: float, d: Array) -> float:
     The polynomial starts above zero, or at zero and falls, which gives a zero at once. `d`
     is scratch.
 
-    Returns
-    -------
-    float
-        Infinity if it stays positive.
+    Returns infinity if it stays positive.
     """
     begin, length = 0.0, upto
     n = last - first

@@ -25,25 +25,10 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
                   first_turn: Fixed1, times: Fixed1, states: Array2, turns: Array2) -> None:
     """States at given times of one smooth phase.
 
-    Parameters
-    ----------
-    moment : (3,) array
-    axes : (3, 3) array
-        Principal axes as columns.
-    mode : int
-        Contact mode.
-    contact : (7,) array
-        See `layout`.
-    start : (8,) array
-        State at time 0.
-    first_turn : (4,) array
-        Quaternion x y z w of the part frame in the plate frame at time 0.
-    times : (n,) array
-        Rising, from 0 on.
-    states : (n, 8) array
-        Filled.
-    turns : (n, 4) array
-        Filled.
+    `moment` (3,); `axes` (3, 3): principal axes as columns; `contact` (7,): see `layout`; `start`
+    (8,): state at time 0; `first_turn` (4,): quaternion x y z w of the part frame in the plate
+    frame at time 0; `times` (n,): rising, from 0 on; `states` (n, 8): filled; `turns` (n, 4):
+    filled.
     """
     state, series = start.copy(), np.zeros((ORDER + 1, COLUMNS))
     turn, turn_series = first_turn.copy(), np.zeros((ORDER + 1, 4))

@@ -31,12 +31,7 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
                    truncation: float, series: Array) -> int:
     """Fill the series of a sliding phase; return its last row.
 
-    Parameters
-    ----------
-    state, moment, contact, series
-        See `layout`.
-    edge : bool
-        Sliding on the edge rather than on the vertex alone.
+    `edge`: sliding on the edge rather than on the vertex alone.
     """
     begin_series(state, step, series)
     r, e = read_vector(contact, CORNER), read_vector(contact, ALONG)

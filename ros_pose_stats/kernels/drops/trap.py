@@ -111,10 +111,7 @@ def energy(state: Array, moment: Array) -> float:
 def pose_below(body: DropBody, up: Vec3, corner: int) -> int:
     """Pose that a descent in R(u) from u = -up ends in.
 
-    Parameters
-    ----------
-    corner : int
-        The lowest one, so that R(u) = u . r around here.
+    `corner`: the lowest one, so that R(u) = u . r around here.
 
     Notes
     -----

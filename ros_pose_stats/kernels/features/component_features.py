@@ -86,17 +86,8 @@ def joined_soon(found: Array, tree: MergeTree, wanted: Flags, of: int, rise: flo
 
     What joins higher up counts the less the higher. Where joins tie, it is the same in any order.
 
-    Parameters
-    ----------
-    found : (S - 1, 3, FEATURES) array
-        Features; `column` of it is written.
-    tree, wanted
-        As for `split_features`.
-    of : int
-        Feature that is the logarithm of the measure.
-    rise : float
-        Of the level, in radii, over which a later join is forgotten.
-    column : int
+    `found` (S - 1, 3, FEATURES): features; `column` of it is written; `of`: feature that is the
+    logarithm of the measure; `rise`: of the level, in radii, over which a later join is forgotten.
     """
     joins = tree.level.shape[0]
     later = np.zeros(joins)

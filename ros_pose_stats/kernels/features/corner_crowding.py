@@ -30,18 +30,9 @@ CELLS = 2.0
 def corner_crowding(points: Fixed2, body: BodyArrays, reaches: Fixed1) -> Array:
     """Sum over all pairs of corners of both shares times (1 - (distance / reach)^2)^2.
 
-    Parameters
-    ----------
-    points : (H, 3) array
-        Hull points about the centre of mass, at most 1 away from it.
-    body : BodyArrays
-    reaches : (n,) array
-        Rising, in the points' unit; nothing counts from there on.
-
-    Returns
-    -------
-    (n,) array
-        From one over the number of corners, if they are equal and far apart, to 1.
+    `points` (H, 3): hull points about the centre of mass, at most 1 away from it; `reaches` (n,):
+    rising, in the points' unit; nothing counts from there on. Returns (n,): from one over the
+    number of corners, if they are equal and far apart, to 1.
     """
     share = corner_shares(points, body)
     there = np.flatnonzero(share)
@@ -84,13 +75,8 @@ def _add_pairs(found: Array, i: int, begin: int, end: int, share: Array, place: 
 def _grid(place: Array, cells: int) -> tuple[Index, Index, Index]:
     """Sort points by the cells of a grid over [-1, 1]^3.
 
-    Returns
-    -------
-    order : (n,) array
-    cell : (n, 3) array
-        Of the sorted points.
-    start : (cells^3 + 1,) array
-        First sorted point of each cell, which run fastest along z.
+    Returns `order` (n,); `cell` (n, 3): of the sorted points; `start` (cells^3 + 1,): first sorted
+    point of each cell, which run fastest along z.
     """
     cell = np.empty(place.shape, np.int64)
     key = np.empty(place.shape[0], np.int64)

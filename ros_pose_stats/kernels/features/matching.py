@@ -44,17 +44,8 @@ def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
 def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
     """First of the chosen features with no feature of its own where the rotation puts it.
 
-    Parameters
-    ----------
-    grid : FeatureGrid
-    rotation : (3, 3) array
-    chosen : (M,) array
-        Numbers of features; an empty array chooses all.
-
-    Returns
-    -------
-    int
-        Number of a feature; -1 when all find one.
+    `rotation` (3, 3); `chosen` (M,): numbers of features; an empty array chooses all. Returns
+    number of a feature; -1 when all find one.
     """
     rows, head, chain, taken = grid.rows, grid.head, grid.chain, grid.taken
     grid.trials[0] += 1

@@ -60,22 +60,11 @@ def split_features(points: Fixed2, body: BodyArrays, stable: FixedIndex1, basin:
                    inertia: Fixed2) -> Array:
     """Features of both components of every split, and of the one that they come from.
 
-    Parameters
-    ----------
-    points, body, stable, basin, tree
-        As from `build_body` and `find_equilibria`.
-    wanted : (S - 1,) array of bool
-        Joins that are splits between poses.
-    areas_r, areas_R : (S - 1, 2) arrays
-        As from `split_probabilities`, steradians.
-    inertia : (3, 3) array
-        Central inertia over the mass and the squared radius.
-
-    Returns
-    -------
-    (S - 1, 3, FEATURES) array
-        At the level of the join, in the order of `tree.child`, the whole last; 0 where not
-        wanted.
+    `points, body, stable, basin, tree`: as from `build_body` and `find_equilibria`; `wanted` (S -
+    1,) bool: joins that are splits between poses; `areas_r, areas_R` (S - 1, 2): as from
+    `split_probabilities`, steradians; `inertia` (3, 3): central inertia over the mass and the
+    squared radius. Returns (S - 1, 3, FEATURES): at the level of the join, in the order of
+    `tree.child`, the whole last; 0 where not wanted.
     """
     joins = tree.level.shape[0]
     found = np.zeros((joins, 3, FEATURES))

@@ -28,20 +28,9 @@ def regions_and_corners(points: Fixed2, triangles: FixedIndex2,
                         tolerance: float) -> tuple[Array, Index]:
     """Planar regions of a closed surface and the vertices where at least three of them meet.
 
-    Parameters
-    ----------
-    points : (V, 3) array
-    triangles : (T, 3) array
-    tolerance : float
-        Coplanarity, in the unit of the points.
-
-    Returns
-    -------
-    regions : (G, 7) array
-        Centroid, normal times size and size (square root of the area), largest first. Regions
-        without area are left out.
-    corners : (C,) array
-        Numbers of vertices.
+    `points` (V, 3); `triangles` (T, 3); `tolerance`: coplanarity, in the unit of the points.
+    Returns `regions` (G, 7): centroid, normal times size and size (square root of the area),
+    largest first. Regions without area are left out; `corners` (C,): numbers of vertices.
     """
     region = planar_regions(points, triangles, neighbours(triangles), tolerance)
     sums = _sums(points, triangles, region)

@@ -32,18 +32,9 @@ FLOWS: Final = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 def moments_along(regions: Fixed2, directions: Fixed2) -> Array:
     """Moments of regions along directions, the same for a turned surface and direction.
 
-    Parameters
-    ----------
-    regions : (G, 7) array
-        Centroid c, normal n times size and size (square root of the area A).
-    directions : (S, 3) array
-        Unit vectors u.
-
-    Returns
-    -------
-    (S, 7) array
-        Sums over the regions of A (c·u)^k for k = 2, 3, 4, and of A² (n·u) (c·u)^k for
-        k = 0, 1, 2, 3.
+    `regions` (G, 7): centroid c, normal n times size and size (square root of the area A);
+    `directions` (S, 3): unit vectors u. Returns (S, 7): sums over the regions of A (c·u)^k for k =
+    2, 3, 4, and of A² (n·u) (c·u)^k for k = 0, 1, 2, 3.
     """
     areas, flows = np.zeros(35), np.zeros((3, 20))
     terms = np.empty(35)

@@ -101,10 +101,7 @@ def _add_side(total: float, triangles: RightTriangles, k: int, level: float,
 def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
     """Centroid solid angle of the reachable set on each face, steradians.
 
-    Returns
-    -------
-    (F,) array
-        Of {r < level} on the face, or of {R < level} next to its normal.
+    Returns (F,): of {r < level} on the face, or of {R < level} next to its normal.
     """
     triangles = measure_triangles(body, np.array([level]), of_R)
     faces = np.arange(body.distance.shape[0])

@@ -67,14 +67,8 @@ def grown_areas(body: BodyArrays, triangles: RightTriangles, tree: MergeTree, la
                 path: Index, of_R: bool) -> Array:
     """Area (n,) of the growing component at every join of a path.
 
-    Parameters
-    ----------
-    body, triangles, tree
-    larger : (S - 1,) array
-        Which child of each join has more faces.
-    path : (n,) array
-        Joins along the larger children, by rising level.
-    of_R : bool
+    `larger` (S - 1,): which child of each join has more faces; `path` (n,): joins along the larger
+    children, by rising level.
     """
     count = path.shape[0]
     into = _nothing_yet(tree.level[path])

@@ -27,37 +27,23 @@ def gather_poses(body: BodyArrays, basin: FixedIndex1, height: Fixed1, rank: Fix
                  run: FixedIndex1, tolerance: float, of_run: float) -> tuple[Index, Array]:
     """Gather stable faces into poses.
 
-    Parameters
-    ----------
-    body : BodyArrays
-    basin : (F,) array of int
-        Stable face that each face descends to.
-    height : (S,) array
-        Of the centre of mass on the stable faces.
-    rank : (S,) array of int
-        A permutation: which face stands for a pose that holds several, the smallest first.
-    run : (S,) array of int
-        Round or toothed surface that the stable faces belong to, -1 for none.
-    tolerance : float
-        Least rise out of a pose over its height; 0 gathers nothing.
-    of_run : float
-        The same between neighbours on one round or toothed surface.
-
-    Returns
-    -------
-    eldest : (S,) array of int
-        Stable face that stands for the pose of each.
-    way_out : (S,) array
-        Level of the lowest saddle out of the pose that each stands for; infinite for others, and
-        for a single pose.
+    `basin` (F,) int: stable face that each face descends to; `height` (S,): of the centre of mass
+    on the stable faces; `rank` (S,) int: a permutation: which face stands for a pose that holds
+    several, the smallest first; `run` (S,) int: round or toothed surface that the stable faces
+    belong to, -1 for none; `tolerance`: least rise out of a pose over its height; 0 gathers
+    nothing; `of_run`: the same between neighbours on one round or toothed surface. Returns
+    `eldest` (S,) int: stable face that stands for the pose of each; `way_out` (S,): level of the
+    lowest saddle out of the pose that each stands for; infinite for others, and for a single pose.
     """
     faces = height.shape[0]
     sides, levels = borders(body, basin)
     order = stable_order(levels)
-    _lower_across_first(body, basin, rank, sides, levels, order)
     component, region = np.arange(faces), np.arange(faces)
-    for place in order:
-        k, level = sides[place], levels[place]
+    tie = 0
+    for i in range(order.shape[0]):
+        if i == tie:
+            tie = _lower_across_first(body, basin, rank, component, sides, levels, order, i)
+        k, level = sides[order[i]], levels[order[i]]
         s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
         if run[s] >= 0 and run[s] == run[t]:
             _pour(region, height, rank, s, t, level, of_run)
@@ -99,44 +85,29 @@ def _join(region: Index, rank: Index, s: int, t: int) -> None:
 
 
 @kernel
-def _lower_across_first(body: BodyArrays, basin: Index, rank: Index, sides: Index, levels: Array,
-                        order: Index) -> None:
-    """Put borders that tie in the order of the lowest face at each.
-
-    So what a shallow region is poured into does not hang on rounding where two of its saddles
-    are equally high.
-    """
-    begin = 0
-    while begin < order.shape[0]:
-        end = begin + 1
-        while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_HEIGHT:
-            end += 1
-        if end - begin > 1:
-            lowest = np.empty(end - begin)
-            for j in range(begin, end):
-                k = sides[order[j]]
-                lowest[j - begin] = min(rank[basin[body.face[k]]],
-                                        rank[basin[body.face[body.twin[k]]]])
-            order[begin:end] = order[begin:end][stable_order(lowest)]
-        begin = end
+def _lower_across_first(body: BodyArrays, basin: Index, rank: Index, component: Index,
+                        sides: Index, levels: Array, order: Index, begin: int) -> int:
+    """Order borders that tie with the one at `begin` by the face across; where the tie ends."""
+    end = begin + 1
+    while end < order.shape[0] and levels[order[end]] - levels[order[begin]] <= SAME_HEIGHT:
+        end += 1
+    if end - begin > 1:
+        across = np.empty(end - begin)
+        for j in range(begin, end):
+            k = sides[order[j]]
+            s, t = basin[body.face[k]], basin[body.face[body.twin[k]]]
+            elder = s if rank[root(component, s)] < rank[root(component, t)] else t
+            across[j - begin] = rank[elder]
+        order[begin:end] = order[begin:end][stable_order(across)]
+    return end
 
 
 @entry_kernel
 def part_poses(tree: MergeTree, pose: FixedIndex1) -> tuple[Index, Flags]:
     """Find where the merge tree parts poses from each other.
 
-    Parameters
-    ----------
-    tree : MergeTree
-    pose : (S,) array of int
-        Pose of each leaf.
-
-    Returns
-    -------
-    held : (2 S - 1,) array of int
-        The pose that a node belongs to, if all its leaves do; else -1.
-    split : (S - 1,) array of bool
-        Joins that hold several poses.
+    `pose` (S,) int: pose of each leaf. Returns `held` (2 S - 1,) int: the pose that a node belongs
+    to, if all its leaves do; else -1; `split` (S - 1,) bool: joins that hold several poses.
     """
     leaves = pose.shape[0]
     held = np.full(2 * leaves - 1, -1)

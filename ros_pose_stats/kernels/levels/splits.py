@@ -30,21 +30,11 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
                         of_R: bool) -> tuple[Array, Array]:
     """Solid angles of the components at each split, and the probabilities that follow.
 
-    Parameters
-    ----------
-    body, tree
-    wanted : (S - 1,) array of bool
-        Joins to measure. A join may only be left out together with all joins below it: its
-        node is then a leaf.
-    of_R : bool
-        Whether the reachable set is that of R (Eq. 7) or of r.
-
-    Returns
-    -------
-    areas : (S - 1, 2) array
-        Steradians just before each join, in the order of `tree.child`; 0 where not wanted.
-    probability : (2 S - 1,) array
-        Of reaching each node of the tree (Eq. 8); 0 below unwanted joins.
+    `wanted` (S - 1,) bool: joins to measure. A join may only be left out together with all joins
+    below it: its node is then a leaf; `of_R`: whether the reachable set is that of R (Eq. 7) or of
+    r. Returns `areas` (S - 1, 2): steradians just before each join, in the order of `tree.child`;
+    0 where not wanted; `probability` (2 S - 1,): of reaching each node of the tree (Eq. 8); 0
+    below unwanted joins.
     """
     joins = tree.level.shape[0]
     areas = np.zeros((joins, 2))
@@ -126,15 +116,9 @@ def descend_splits(weight: Fixed2, kept: Fixed2, tree: MergeTree, wanted: FixedF
     splits off. Where two join, their weights add, and go on growing as the logarithm does from
     there on. So poses whose splits tie come out the same in any order of the splits.
 
-    Parameters
-    ----------
-    weight : (S - 1, 3) array
-        For both children and the whole at each join.
-    kept : (S - 1, 2) array
-        How much of the difference between the sum of weights and the whole's own one a child
-        keeps that was put together below, 0 to 1.
-    tree, wanted
-        As for `split_features`.
+    `weight` (S - 1, 3): for both children and the whole at each join; `kept` (S - 1, 2): how much
+    of the difference between the sum of weights and the whole's own one a child keeps that was put
+    together below, 0 to 1.
     """
     joins = tree.level.shape[0]
     grown = np.zeros(2 * joins + 1)

@@ -15,19 +15,9 @@ from .components import join, root
 def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[bool, Index]:
     """For each point the lowest number among those that it coincides with.
 
-    Parameters
-    ----------
-    points : (V, 3) array
-    low : (3,) array
-        Their lowest coordinates.
-    tolerance : float
-        Points that are no farther apart coincide, and those that a chain of such links.
-
-    Returns
-    -------
-    any : bool
-        Whether two points coincide.
-    first : (V,) array
+    `points` (V, 3); `low` (3,): their lowest coordinates; `tolerance`: points that are no farther
+    apart coincide, and those that a chain of such links. Returns `any`: whether two points
+    coincide; `first` (V,).
     """
     count = points.shape[0]
     head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)

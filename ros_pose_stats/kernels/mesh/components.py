@@ -31,17 +31,8 @@ def join(link: Index, a: int, b: int) -> None:
 def component_labels(count: int, pairs: FixedIndex2) -> Index:
     """Component label of each node.
 
-    Parameters
-    ----------
-    count : int
-        Number of nodes.
-    pairs : (k, 2) array
-        Linked nodes, in any order, repeated or not.
-
-    Returns
-    -------
-    (count,) array
-        Labels 0, 1, ... without gaps, in the order of the components' lowest nodes.
+    `pairs` (k, 2): linked nodes, in any order, repeated or not. Returns (count,): labels 0, 1, ...
+    without gaps, in the order of the components' lowest nodes.
     """
     link = np.arange(count)
     for k in range(pairs.shape[0]):

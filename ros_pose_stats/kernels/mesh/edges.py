@@ -25,18 +25,10 @@ FEW = 48
 def grouped_edges(triangles: FixedIndex2) -> tuple[Index, Flags, Index, Index]:
     """Directed edges by rising numbers of their lower, then of their higher vertex.
 
-    Parameters
-    ----------
-    triangles : (T, 3) array
-
-    Returns
-    -------
-    triangle : (3T,) array
-        Owner of each directed edge, sorted by undirected edge.
-    forward : (3T,) array of bool
-        Whether it runs from the lower to the higher vertex.
-    start, uses : (E,) arrays
-        Where each undirected edge begins in the two arrays above, and how many it has there.
+    Takes `triangles` (T, 3). Returns `triangle` (3T,): owner of each directed edge, sorted by
+    undirected edge; `forward` (3T,) bool: whether it runs from the lower to the higher vertex;
+    `start, uses` (E,): where each undirected edge begins in the two arrays above, and how many it
+    has there.
     """
     entries, stop = _sorted_edges(triangles)
     count = entries.shape[0]
@@ -62,11 +54,7 @@ def _sorted_edges(triangles: Index) -> tuple[Index, Index]:
     Vertex numbers are small integers: counting puts the edges in order by the lower vertex.
     Few share it as a rule, so these are put in order by the higher one one by one.
 
-    Returns
-    -------
-    entries : (3T, 2) array
-    stop : (V,) array
-        Where the edges with each lower vertex end.
+    Returns `entries` (3T, 2); `stop` (V,): where the edges with each lower vertex end.
     """
     vertices = 0
     for t in range(triangles.shape[0]):

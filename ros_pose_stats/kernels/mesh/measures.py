@@ -63,18 +63,9 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
 def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Integrals of 1, x, y, z, xx, yy, zz, xy, xz and yz over the inside of a closed surface.
 
-    Parameters
-    ----------
-    points : (V, 3) array
-        Of size one, about the middle.
-    triangles : (T, 3) array
-        Wound outward; what inward ones enclose counts negative.
-
-    Returns
-    -------
-    (10,) array
-        The sums over the tetrahedra are compensated (Neumaier 1974): their errors do not grow with
-        the number of triangles.
+    `points` (V, 3): of size one, about the middle; `triangles` (T, 3): wound outward; what inward
+    ones enclose counts negative. Returns (10,): the sums over the tetrahedra are compensated
+    (Neumaier 1974): their errors do not grow with the number of triangles.
     """
     total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
     for t in range(triangles.shape[0]):

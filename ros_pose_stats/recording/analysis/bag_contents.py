@@ -17,85 +17,41 @@ Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
 
 @dataclass(frozen=True)
 class BagFile:
-    """One file of a bag, and how whole it was.
-
-    Attributes
-    ----------
-    bag, path : Path
-    state : str
-        `whole`, `open`, `cut`, `damaged` or `unreadable`.
-    note : str
-        The same for people; empty where it is whole.
-    messages : int
-        Of this package's types that were read.
-    """
+    """One file of a bag, and how whole it was."""
 
     bag: Path
     path: Path
-    state: str
-    note: str
-    messages: int
+    state: str  # `whole`, `open`, `cut`, `damaged` or `unreadable`
+    note: str  # the same for people; empty where it is whole
+    messages: int  # of this package's types that were read
 
 
 @dataclass(frozen=True, eq=False)
 class PartRecord:
-    """What the bags hold about one part; equal names with several digests are several parts.
-
-    Attributes
-    ----------
-    part_id, part_digest : str
-    radius : float
-        Metres; NaN where no result tells it.
-    histories : tuple of ResultHistory
-        One a numbering, the one with most results first.
-    jobs : tuple of Job
-        By time.
-    forgotten : tuple of int
-        When the node forgot the part, nanoseconds since 1970.
-    warnings : tuple of str
-        Of all results, each once.
-    plates : tuple of str
-        Named by results.
-    drop_log : DropLog
-        Drops recorded one by one.
-    """
+    """What the bags hold about one part; equal names with several digests are several parts."""
 
     part_id: str
     part_digest: str
-    radius: float
-    histories: tuple[ResultHistory, ...]
-    jobs: tuple[Job, ...]
-    forgotten: tuple[int, ...]
-    warnings: tuple[str, ...]
-    plates: tuple[str, ...]
-    drop_log: DropLog
+    radius: float  # metres; NaN where no result tells it
+    histories: tuple[ResultHistory, ...]  # one a numbering, the one with most results first
+    jobs: tuple[Job, ...]  # by time
+    forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
+    warnings: tuple[str, ...]  # of all results, each once
+    plates: tuple[str, ...]  # named by results
+    drop_log: DropLog  # drops recorded one by one
 
 
 @dataclass(frozen=True, eq=False)
 class BagContents:
-    """All of it.
-
-    Attributes
-    ----------
-    files : tuple of BagFile
-    messages : dict
-        How many of each type were read, copies included.
-    begin, end : int
-        Times of recording of the first and the last of them, nanoseconds since 1970.
-    parts : tuple of PartRecord
-        In the order of first appearance.
-    counts : tuple of CameraCounts
-    notes : tuple of str
-        What could not be read or used, one sentence each.
-    """
+    """All of it."""
 
     files: tuple[BagFile, ...]
-    messages: dict[str, int]
-    begin: int
+    messages: dict[str, int]  # how many of each type were read, copies included
+    begin: int  # times of recording of the first and the last of them, nanoseconds since 1970
     end: int
-    parts: tuple[PartRecord, ...]
+    parts: tuple[PartRecord, ...]  # in the order of first appearance
     counts: tuple[CameraCounts, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what could not be read or used, one sentence each
 
     @property
     def bags(self) -> tuple[Path, ...]:

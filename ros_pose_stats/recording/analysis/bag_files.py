@@ -28,20 +28,9 @@ OnRead = Callable[[float], None]
 def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     """Files of all bags under the paths, each file once, in the order of recording.
 
-    Parameters
-    ----------
-    paths : iterable of Path
-        Bag directories, directories of many bags, or single files.
-
-    Returns
-    -------
-    dict
-        Its keys are the bags: directories, or the file itself where a file was named.
-
-    Raises
-    ------
-    BagError
-        If a path does not exist, or there is no bag under it.
+    `paths`: bag directories, directories of many bags, or single files. Returns its keys are the
+    bags: directories, or the file itself where a file was named. Raises BagError if a path does
+    not exist, or there is no bag under it.
     """
     bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
@@ -99,20 +88,10 @@ def _readable(files: Iterable[Path]) -> list[Path]:
 class FileMessages:
     """Goes through a file once.
 
-    Parameters
-    ----------
-    file : Path
-        MCAP, or SQLite in rosbag2's layout.
-    on_read : callable
-        Told now and then which fraction of the file has been read.
-
-    Attributes
-    ----------
-    state : str
-        `whole`; `open` (never closed, but every record is whole); `cut` (it ends inside a
-        record); `damaged`; or `unreadable`. Known once the messages are through.
-    note : str
-        The same for people; empty where it is whole.
+    `file`: MCAP, or SQLite in rosbag2's layout; `on_read`: told now and then which fraction of the
+    file has been read. Attributes `state`: `whole`; `open` (never closed, but every record is
+    whole); `cut` (it ends inside a record); `damaged`; or `unreadable`. Known once the messages
+    are through; `note`: the same for people; empty where it is whole.
     """
 
     def __init__(self, file: Path, on_read: OnRead) -> None:
@@ -124,10 +103,7 @@ class FileMessages:
     def __iter__(self) -> Iterator[RawMessage]:
         """Messages in the order of the file.
 
-        Raises
-        ------
-        BagError
-            If the file cannot be read.
+        Raises BagError if the file cannot be read.
         """
         try:
             if self._file.suffix == SQLITE:

@@ -34,18 +34,9 @@ OnProgress = Callable[[int, int], None]
 def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
     """Read bags.
 
-    Parameters
-    ----------
-    paths : path or iterable of path
-        Bag directories, directories of many bags, or single files.
-    on_progress : callable, optional
-        Told now and then how many bytes have been read, and of how many.
-
-    Raises
-    ------
-    BagError
-        If there is no bag, a named file cannot be read, or no message of this package's types
-        is in any of them.
+    `paths`: bag directories, directories of many bags, or single files; `on_progress`: told now
+    and then how many bytes have been read, and of how many. Raises BagError if there is no bag, a
+    named file cannot be read, or no message of this package's types is in any of them.
     """
     named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     return _BagReader().read(find_bags(map(Path, named)), on_progress or (lambda done, all: None))

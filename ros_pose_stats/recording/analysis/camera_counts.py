@@ -27,36 +27,19 @@ class CameraCounts:
     """All counts of one part, numbering and plate together.
 
     Each message counts what came since the one before.
-
-    Attributes
-    ----------
-    part_id, part_digest : str
-        The digest is empty where the camera did not know it.
-    numbering : Numbering
-        By which the camera names the poses.
-    plate : str
-    drop_height : float
-        Metres; NaN where the camera did not know it.
-    messages : int
-    begin, end : int
-        Time of the first and the last message, nanoseconds since 1970.
-    index, count : (k,) arrays of int
-        Poses, rising, and the parts seen in each.
-    unclassified : int
-        Parts seen in no stable pose.
     """
 
-    part_id: str
+    part_id: str  # the digest is empty where the camera did not know it
     part_digest: str
-    numbering: Numbering
+    numbering: Numbering  # by which the camera names the poses
     plate: str
-    drop_height: float
+    drop_height: float  # metres; NaN where the camera did not know it
     messages: int
-    begin: int
+    begin: int  # time of the first and the last message, nanoseconds since 1970
     end: int
-    index: Index
+    index: Index  # (k,); poses, rising, and the parts seen in each
     count: Index
-    unclassified: int
+    unclassified: int  # parts seen in no stable pose
 
     @property
     def classified(self) -> int:
@@ -84,12 +67,8 @@ class _Sum:
 class CountCollector:
     """Adds up PoseCounts messages, each once.
 
-    Attributes
-    ----------
-    copies : Copies
-        Knows the messages so far.
-    refused : int
-        Messages whose arrays were not of one length.
+    Attributes `copies`: knows the messages so far; `refused`: messages whose arrays were not of
+    one length.
     """
 
     def __init__(self) -> None:
@@ -134,7 +113,7 @@ def _what_was_counted(message: Any) -> tuple[Any, ...]:
     height = float(read_field(message, "drop_height", -1.0))
     return (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
             numbering_of(message), str(read_field(message, "plate", "")),
-            round(height, 9) if math.isfinite(height) and height >= 0.0 else None)
+            height if math.isfinite(height) and height >= 0.0 else None)
 
 
 @dataclass(order=True)
@@ -159,16 +138,8 @@ class Copies:
     def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
         """Whether this message has been met in another recording; it is remembered.
 
-        Parameters
-        ----------
-        content : bytes
-            Fingerprint of everything but the time.
-        source : int
-            Number of the topic of a bag.
-        stamp : int
-            Nanoseconds; 0 where the sender gave none. Then the time of recording decides.
-        log_time : int
-            Nanoseconds.
+        `content`: fingerprint of everything but the time; `source`: number of the topic of a bag;
+        `stamp`: nanoseconds; 0 where the sender gave none. Then the time of recording decides.
         """
         self.unstamped += not stamp
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)

@@ -20,33 +20,20 @@ from .results import Array, Index, PoseTable, Prediction, ResultHistory
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A prediction set against counts: those of a simulation, or a camera's.
-
-    Attributes
-    ----------
-    prediction : Prediction
-    share : (K,) array
-        The counts as fractions of their sum, in the order of the pose table.
-    rms, largest : float
-        Root mean square and largest difference of probability and share over the poses, as
-        fractions; NaN without counts.
-    largest_pose : int
-        Index of the pose with the largest difference.
-    by_pose, by_group : ChiSquare
-        Whether chance explains the differences: that of the counts, and that of the prediction,
-        which is a count itself or is as far off as it says.
-    unforeseen : int
-        Counts in poses whose predicted probability is 0.
-    """
+    """A prediction set against counts: those of a simulation, or a camera's."""
 
     prediction: Prediction
-    share: Array
+    share: Array  # (K,); the counts as fractions of their sum, in the order of the pose table
+    # root mean square and largest difference of probability and share over the poses, as
+    # fractions; NaN without counts
     rms: float
     largest: float
-    largest_pose: int
+    largest_pose: int  # index of the pose with the largest difference
+    # whether chance explains the differences: that of the counts, and that of the prediction,
+    # which is a count itself or is as far off as it says
     by_pose: ChiSquare
     by_group: ChiSquare
-    unforeseen: int
+    unforeseen: int  # counts in poses whose predicted probability is 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,28 +46,16 @@ class SimulationComparison:
 
 @dataclass(frozen=True, eq=False)
 class CountComparison:
-    """What cameras counted, set against every prediction of the same poses.
-
-    Attributes
-    ----------
-    counts : CameraCounts
-    problem : str
-        Why the counts cannot be compared; empty where they can.
-    history : ResultHistory or None
-        The results that number the poses alike; None where the counts cannot be compared.
-    count : (K,) array of int
-        Parts in each pose, in the order of the pose table; empty without one.
-    predictions : tuple of Comparison
-    remarks : tuple of str
-        What to bear in mind.
-    """
+    """What cameras counted, set against every prediction of the same poses."""
 
     counts: CameraCounts
-    problem: str
+    problem: str  # why the counts cannot be compared; empty where they can
+    # the results that number the poses alike; None where the counts cannot be compared
     history: ResultHistory | None = None
+    # (K,) int; parts in each pose, in the order of the pose table; empty without one
     count: Index = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     predictions: tuple[Comparison, ...] = ()
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  # what to bear in mind
 
     @property
     def share(self) -> Array:
@@ -95,37 +70,20 @@ class CountComparison:
 
 @dataclass(frozen=True, eq=False)
 class PartAnalysis:
-    """One part.
-
-    Attributes
-    ----------
-    record : PartRecord
-    simulations : tuple of tuple of SimulationComparison
-        Of each of the record's histories.
-    counts : tuple of CountComparison
-        One a plate, drop height and numbering.
-    """
+    """One part."""
 
     record: PartRecord
-    simulations: tuple[tuple[SimulationComparison, ...], ...]
-    counts: tuple[CountComparison, ...]
+    simulations: tuple[tuple[SimulationComparison, ...], ...]  # of each of the record's histories
+    counts: tuple[CountComparison, ...]  # one a plate, drop height and numbering
 
 
 @dataclass(frozen=True, eq=False)
 class BagAnalysis:
-    """All parts.
-
-    Attributes
-    ----------
-    contents : BagContents
-    parts : tuple of PartAnalysis
-    strays : tuple of CountComparison
-        Camera counts of parts that no result is about.
-    """
+    """All parts."""
 
     contents: BagContents
     parts: tuple[PartAnalysis, ...]
-    strays: tuple[CountComparison, ...]
+    strays: tuple[CountComparison, ...]  # camera counts of parts that no result is about
 
 
 def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnalysis:

@@ -38,10 +38,7 @@ def is_ours(type_name: str) -> bool:
 class Decoders:
     """Decodes by the definition that came with a message; each is parsed once.
 
-    Attributes
-    ----------
-    failed : int
-        Messages that did not fit their definition.
+    Attributes `failed`: messages that did not fit their definition.
     """
 
     def __init__(self) -> None:
@@ -51,10 +48,7 @@ class Decoders:
     def decode(self, message: RawMessage) -> Any | None:
         """The message as an object with the fields of its definition; None if it is broken.
 
-        Raises
-        ------
-        BagError
-            If messages are compressed one by one, which only rosbag2 undoes.
+        Raises BagError if messages are compressed one by one, which only rosbag2 undoes.
         """
         if message.data.startswith(PACKED):
             raise BagError("messages that are not compressed one by one",

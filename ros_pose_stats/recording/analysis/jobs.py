@@ -18,45 +18,26 @@ TERMINAL: Final = ("done", "cancelled", "failed")
 
 @dataclass
 class Job:
-    """A drop simulation that was asked for.
-
-    Attributes
-    ----------
-    job_id, part_id, part_digest : str
-    state : str
-        `done`, `cancelled` or `failed`; `queued` or `running` where no end was recorded.
-    refinement : bool
-        Whether the node started it by itself.
-    drops, drops_done, seed : int
-        Asked for (or the most); done at the last event; of the random starts.
-    restitution, drop_height, cluster_tolerance : float
-        The drop height in metres, the tolerance as a share of the centre of mass's height.
-    round_sides : int
-        0: round surfaces as the file has them.
-    target_error, max_seconds : float
-        A fraction; seconds.
-    message : str
-        The last that a client was told.
-    queued, started, ended : int
-        Nanoseconds since 1970; 0 where no such event was recorded.
-    """
+    """A drop simulation that was asked for."""
 
     job_id: str
     part_id: str = ""
     part_digest: str = ""
+    # `done`, `cancelled` or `failed`; `queued` or `running` where no end was recorded
     state: str = "queued"
-    refinement: bool = False
-    drops: int = 0
+    refinement: bool = False  # whether the node started it by itself
+    drops: int = 0  # asked for (or the most); done at the last event; of the random starts
     drops_done: int = 0
     seed: int = 0
+    # the drop height in metres, the tolerance as a share of the centre of mass's height
     restitution: float = math.nan
     drop_height: float = math.nan
     cluster_tolerance: float = math.nan
-    round_sides: int = 0
-    target_error: float = math.nan
+    round_sides: int = 0  # 0: round surfaces as the file has them
+    target_error: float = math.nan  # a fraction; seconds
     max_seconds: float = math.nan
-    message: str = ""
-    queued: int = 0
+    message: str = ""  # the last that a client was told
+    queued: int = 0  # nanoseconds since 1970; 0 where no such event was recorded
     started: int = 0
     ended: int = 0
     latest: tuple[bool, int, int] = field(default=(False, 0, 0), repr=False)
@@ -111,21 +92,12 @@ class JobCollector:
 
 @dataclass
 class DropLog:
-    """Drops of one part that were recorded one by one.
-
-    Attributes
-    ----------
-    drops, unsettled : int
-    impacts : int
-        Of all these drops together.
-    seconds : float
-        From release to the end, of all these drops together.
-    """
+    """Drops of one part that were recorded one by one."""
 
     drops: int = 0
     unsettled: int = 0
-    impacts: int = 0
-    seconds: float = 0.0
+    impacts: int = 0  # of all these drops together
+    seconds: float = 0.0  # from release to the end, of all these drops together
 
 
 class DropCollector:

@@ -9,19 +9,11 @@ from .decoding import read_field
 
 
 class Numbering(NamedTuple):
-    """With equal ones, and an equal digest, the same index is the same pose.
+    """With equal ones, and an equal digest, the same index is the same pose."""
 
-    Attributes
-    ----------
-    cluster_tolerance : float
-        Share of the centre of mass's height, as rounded by `numbering_of`; NaN where it is not
-        known.
-    round_sides : int
-        0: round surfaces as the file has them.
-    """
-
+    # share of the centre of mass's height, as rounded by `numbering_of`; NaN where it is not known
     cluster_tolerance: float
-    round_sides: int
+    round_sides: int  # 0: round surfaces as the file has them
 
     def __str__(self) -> str:
         """For people."""

@@ -16,40 +16,21 @@ Array = NDArray[np.float64]
 
 
 class PartMeshRecord(NamedTuple):
-    """A part as it was recorded; see the message PartMesh.
-
-    Attributes
-    ----------
-    part_id : str
-    vertices : (V, 3) array
-        In `unit`.
-    triangles : (T, 3) array
-    unit : float
-        Metres.
-    mass : float
-        Kilograms; 0 where all of it is from the mesh.
-    center_of_mass : (3,) array
-        Metres.
-    inertia : (3, 3) array
-        kg m²; zero where it is from the mesh.
-    """
+    """A part as it was recorded; see the message PartMesh."""
 
     part_id: str
-    vertices: Array
-    triangles: NDArray[np.uint32]
-    unit: float
-    mass: float
-    center_of_mass: Array
-    inertia: Array
+    vertices: Array  # (V, 3); in `unit`
+    triangles: NDArray[np.uint32]  # (T, 3)
+    unit: float  # metres
+    mass: float  # kilograms; 0 where all of it is from the mesh
+    center_of_mass: Array  # (3,); metres
+    inertia: Array  # (3, 3); kg m²; zero where it is from the mesh
 
 
 def read_part_meshes(paths: Iterable[Path]) -> Iterator[PartMeshRecord]:
     """Every mesh in bags, in the order of recording; what is broken is left out.
 
-    Raises
-    ------
-    BagError
-        If there is no bag.
+    Raises BagError if there is no bag.
     """
     decoders = Decoders()
     for files in find_bags(paths).values():

@@ -26,11 +26,7 @@ class ResultCollector:
 
     Holds eight bytes a probability and some eighty a result; the messages are let go.
 
-    Parameters
-    ----------
-    first : object
-        A decoded PoseStatistics, whose poses lay down the geometry.
-    numbering : Numbering
+    `first`: a decoded PoseStatistics, whose poses lay down the geometry.
     """
 
     def __init__(self, first: Any, numbering: Numbering) -> None:

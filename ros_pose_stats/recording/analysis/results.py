@@ -19,25 +19,14 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class PoseTable:
-    """Geometry of a part's poses in one numbering, in the order of their index.
+    """Geometry of a part's poses in one numbering, in the order of their index."""
 
-    Attributes
-    ----------
-    index, group : (K,) arrays of int
-    down : (K, 3) array
-        Unit vectors in the part frame.
-    height, top, barrier : (K,) arrays
-        Metres.
-    margin, spread : (K,) arrays
-        Radians.
-    """
-
-    index: Index
+    index: Index  # (K,)
     group: Index
-    down: Array
-    height: Array
+    down: Array  # (K, 3); unit vectors in the part frame
+    height: Array  # (K,); metres
     top: Array
-    margin: Array
+    margin: Array  # (K,); radians
     barrier: Array
     spread: Array
 
@@ -47,51 +36,28 @@ class Prediction:
     """What a method says about a part: of each scene the result that knows most.
 
     That is the simulation with the most settled drops, or the newest estimate.
-
-    Attributes
-    ----------
-    method : str
-    restitution : float
-        As asked for.
-    drop_height : float
-        Metres; NaN where the method ignores it.
-    plate : str
-        Name of the plate; empty where none was given.
-    time : int
-        Nanoseconds since 1970.
-    drops, unsettled, seed : int
-    expected_error, largest_error, plate_error : float
-        Fractions; NaN where unknown.
-    seconds : float
-        That computing took.
-    job_id, version : str
-    final : bool
-    probability, probability_low, probability_high, standard_error : (K,) arrays
-        In the order of the pose table.
-    count : (K,) array of int
-        Drops that came to rest in each pose; 0 for an estimate.
     """
 
     method: str
-    restitution: float
-    drop_height: float
-    plate: str
-    time: int
+    restitution: float  # as asked for
+    drop_height: float  # metres; NaN where the method ignores it
+    plate: str  # name of the plate; empty where none was given
+    time: int  # nanoseconds since 1970
     drops: int
     unsettled: int
     seed: int
-    expected_error: float
+    expected_error: float  # fractions; NaN where unknown
     largest_error: float
     plate_error: float
-    seconds: float
+    seconds: float  # that computing took
     job_id: str
     version: str
     final: bool
-    probability: Array
+    probability: Array  # (K,); in the order of the pose table
     probability_low: Array
     probability_high: Array
     standard_error: Array
-    count: Index
+    count: Index  # (K,) int; drops that came to rest in each pose; 0 for an estimate
 
     @property
     def scene(self) -> str:
@@ -103,7 +69,7 @@ class Prediction:
         """What tells predictions apart; a method that ignores the drop height is blind."""
         if math.isnan(self.drop_height):
             return self.method, None, None
-        return self.method, round(self.restitution, 9), round(self.drop_height, 9)
+        return self.method, self.restitution, self.drop_height
 
     @property
     def counted(self) -> bool:
@@ -126,44 +92,24 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class ResultHistory:
-    """All results of a part in one numbering, by time.
-
-    Attributes
-    ----------
-    numbering : Numbering
-    poses : PoseTable
-    time : (n,) array of int
-        Nanoseconds since 1970.
-    method : (n,) array of str
-    restitution, drop_height : (n,) arrays
-        The latter in metres, NaN where the method ignores it.
-    drops, unsettled : (n,) arrays of int
-    expected_error, largest_error : (n,) arrays
-        Fractions; NaN where unknown.
-    final, latched : (n,) arrays of bool
-        Whether it was a job's last word; whether subscribers got it or a caller alone.
-    prediction : (n,) array of int
-        Which of the predictions speaks for its method and scene.
-    probability : (n, K) array
-    predictions : tuple of Prediction
-        One a method and scene, in the order of first appearance.
-    """
+    """All results of a part in one numbering, by time."""
 
     numbering: Numbering
     poses: PoseTable
-    time: Index
-    method: NDArray[np.str_]
-    restitution: Array
+    time: Index  # (n,) int; nanoseconds since 1970
+    method: NDArray[np.str_]  # (n,) str
+    restitution: Array  # (n,); the latter in metres, NaN where the method ignores it
     drop_height: Array
-    drops: Index
+    drops: Index  # (n,)
     unsettled: Index
-    expected_error: Array
+    expected_error: Array  # (n,); fractions; NaN where unknown
     largest_error: Array
+    # (n,); whether it was a job's last word; whether subscribers got it or a caller alone
     final: Flags
     latched: Flags
-    prediction: Index
-    probability: Array
-    predictions: tuple[Prediction, ...]
+    prediction: Index  # (n,) int; which of the predictions speaks for its method and scene
+    probability: Array  # (n, K)
+    predictions: tuple[Prediction, ...]  # one a method and scene, in the order of first appearance
 
     @property
     def largest_change(self) -> Array:

@@ -28,74 +28,36 @@ _STEP: Final = 1_000_000
 
 @dataclass(frozen=True)
 class RawMessage:
-    """A recorded message.
+    """A recorded message."""
 
-    Attributes
-    ----------
-    topic, type_name : str
-        Such as `/pose_stats/answers` and `ros_pose_stats_msgs/msg/PoseStatistics`.
-    data : bytes
-        CDR with its header of 4 bytes.
-    log_time : int
-        When it was recorded [ns since 1970].
-    definition : str
-        Definition of the type, as the bag has it.
-    node : str
-        Name of the node that recorded it; empty in bags of other tools.
-    file : str
-        Name of the file that it is in.
-    offset : int
-        Where in the file its record begins; -1 where that is in a chunk.
-    """
-
-    topic: str
+    topic: str  # such as `/pose_stats/answers` and `ros_pose_stats_msgs/msg/PoseStatistics`
     type_name: str
-    data: bytes
-    log_time: int
-    definition: str
-    node: str = ""
-    file: str = ""
-    offset: int = -1
+    data: bytes  # CDR with its header of 4 bytes
+    log_time: int  # when it was recorded [ns since 1970]
+    definition: str  # definition of the type, as the bag has it
+    node: str = ""  # name of the node that recorded it; empty in bags of other tools
+    file: str = ""  # name of the file that it is in
+    offset: int = -1  # where in the file its record begins; -1 where that is in a chunk
 
 
 @dataclass(frozen=True)
 class Damage:
-    """A place where a file is not as it should be.
+    """A place where a file is not as it should be."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    start, end : int
-        Bytes that were passed over; equal where only summary and footer are missing.
-    reason : str
-        One clause.
-    """
-
-    path: Path
-    start: int
+    path: Path  # the file
+    start: int  # bytes that were passed over; equal where only summary and footer are missing
     end: int
-    reason: str
+    reason: str  # one clause
 
 
 def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
                  on_read: Callable[[float], None] | None = None) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
-    Parameters
-    ----------
-    bag : Path
-        A bag directory or a single `.mcap` file, chunked or not, finished or not; files that
-        `ros2 bag record` has compressed as a whole (`.mcap.zstd`) too.
-    on_damage : callable, optional
-        Told of every place that had to be passed over.
-    on_read : callable, optional
-        Told after every megabyte which fraction of its file has been read.
-
-    Raises
-    ------
-    OSError
-        There is no such file, or it cannot be read.
+    `bag`: a bag directory or a single `.mcap` file, chunked or not, finished or not; files that
+    `ros2 bag record` has compressed as a whole (`.mcap.zstd`) too; `on_damage`: told of every
+    place that had to be passed over; `on_read`: told after every megabyte which fraction of its
+    file has been read. Raises OSError: there is no such file, or it cannot be read.
     """
     for path in files_of_bag(bag):
         with _opened(path) as file:
@@ -106,10 +68,7 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
 def messages_from(path: Path, offset: int) -> Iterator[tuple[int, bytes]]:
     """Log time [ns] and data of the messages of a file of the node, from a place on.
 
-    Raises
-    ------
-    OSError
-        There is no such file, or it cannot be read.
+    Raises OSError: there is no such file, or it cannot be read.
     """
     with path.open("rb") as file:
         for frame in frames(file, lambda begin, end: None, offset):
@@ -169,10 +128,7 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
 def files_of_bag(bag: Path) -> list[Path]:
     """The MCAP files of a bag directory in the order of their numbers; a file is its own bag.
 
-    Raises
-    ------
-    OSError
-        There is no such bag.
+    Raises OSError: there is no such bag.
     """
     if not bag.is_dir():
         return [bag]

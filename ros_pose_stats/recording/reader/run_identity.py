@@ -16,27 +16,16 @@ from .scan import UNREADABLE, frames
 
 
 class RunIdentity(NamedTuple):
-    """What stays with a run when it is copied or renamed.
+    """What stays with a run when it is copied or renamed."""
 
-    Attributes
-    ----------
-    run : str
-        The name that its directory was made with; names in order are runs in order.
-    node : str
-        Name of the node that recorded it.
-    """
-
-    run: str
-    node: str
+    run: str  # the name that its directory was made with; names in order are runs in order
+    node: str  # name of the node that recorded it
 
 
 def bags_in(log_directory: Path) -> list[Path]:
     """All directories with MCAP files in a log directory, by name; none where it is missing.
 
-    Raises
-    ------
-    OSError
-        The log directory cannot be read.
+    Raises OSError: the log directory cannot be read.
     """
     try:
         found = sorted(path for path in log_directory.iterdir()
@@ -51,10 +40,7 @@ def identity_of(bag: Path) -> RunIdentity | None:
 
     Every file of a run names itself before its first message.
 
-    Raises
-    ------
-    OSError
-        It cannot be read.
+    Raises OSError: it cannot be read.
     """
     for path in files_of_bag(bag):
         found = _identity_in(path)

@@ -35,22 +35,12 @@ _FIRST_PRIVATE: Final = 0x80
 
 @dataclass(frozen=True)
 class Frame:
-    """A whole record.
+    """A whole record."""
 
-    Attributes
-    ----------
-    opcode : int
-        What it is.
-    start, end : int
-        Its place in the file, including the checksum record in front of it, if any.
-    body : bytes
-        What follows opcode and length.
-    """
-
-    opcode: int
-    start: int
+    opcode: int  # what it is
+    start: int  # its place in the file, including the checksum record in front of it, if any
     end: int
-    body: bytes
+    body: bytes  # what follows opcode and length
 
     @property
     def length(self) -> int:
@@ -60,10 +50,7 @@ class Frame:
     def record(self) -> McapRecord | None:
         """The record itself, of a message the only copy; None for a kind that is not needed.
 
-        Raises
-        ------
-        One of UNREADABLE
-            The bytes are no such record.
+        Raises One of UNREADABLE: the bytes are no such record.
         """
         if self.opcode == Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
@@ -78,14 +65,8 @@ def frames(file: BinaryIO, on_damage: OnDamage, begin: int = 0) -> Iterator[Fram
     Damage is passed over where a checksum record behind it shows where to go on; otherwise it
     is the end.
 
-    Parameters
-    ----------
-    file : binary file
-        Seekable. It may grow meanwhile; what is there now is read.
-    on_damage : callable
-        Told what is passed over.
-    begin : int
-        Where to look for the first one; a checksum record shows it.
+    `file`: seekable. It may grow meanwhile; what is there now is read; `on_damage`: told what is
+    passed over; `begin`: where to look for the first one; a checksum record shows it.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)

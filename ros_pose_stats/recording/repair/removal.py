@@ -26,30 +26,14 @@ SOON: Final = 0.1
 class SpaceBound:
     """The bound of a log directory, as one run sees it.
 
-    Parameters
-    ----------
-    log_directory : Path
-        Where the runs are.
-    limit : int
-        Bytes of all runs together; 0 for no bound.
-    margin : int, optional
-        A run is asked for while the directory may still grow by so many bytes.
-
-    Attributes
-    ----------
-    deleted : list of Path
-        Runs that were deleted.
-    exceeded : bool
-        Whether there was too much at the last look, and nothing that may be deleted: the file
-        that this run is writing, runs of living nodes, unfinished runs, and runs with files of
-        somebody else in them.
-    held : int
-        Bytes of the runs that other nodes had in hand at the last look.
-    waits : bool
-        Whether a run must go that was still in use at the last look.
-    in_use : callable
-        Whether a run holds what this one does not have yet; it is asked before the run must go,
-        and then sees to it that this does not last.
+    `limit`: bytes of all runs together; 0 for no bound; `margin`: a run is asked for while the
+    directory may still grow by so many bytes. Attributes `deleted`: runs that were deleted;
+    `exceeded`: whether there was too much at the last look, and nothing that may be deleted: the
+    file that this run is writing, runs of living nodes, unfinished runs, and runs with files of
+    somebody else in them; `held`: bytes of the runs that other nodes had in hand at the last look;
+    `waits`: whether a run must go that was still in use at the last look; `in_use`: whether a run
+    holds what this one does not have yet; it is asked before the run must go, and then sees to it
+    that this does not last.
     """
 
     def __init__(self, log_directory: Path, limit: int, margin: int = 0) -> None:
@@ -77,16 +61,10 @@ class SpaceBound:
     def enforce(self, own: Path, own_bytes: int, drop_oldest: Callable[[], int]) -> None:
         """Delete what must go before this run grows to so many bytes.
 
-        Parameters
-        ----------
-        own : Path
-            This run; never deleted as a whole.
-        own_bytes : int
-            Its size to be.
-        drop_oldest : callable
-            Deletes the oldest of its closed files, once no other run may go, and returns how
-            many bytes that were; 0 where there is none. A run that is about to be free is
-            waited for as long as the bound is exceeded by no more than the margin.
+        `own`: this run; never deleted as a whole; `drop_oldest`: deletes the oldest of its closed
+        files, once no other run may go, and returns how many bytes that were; 0 where there is
+        none. A run that is about to be free is waited for as long as the bound is exceeded by no
+        more than the margin.
         """
         if not self._limit:
             return

@@ -28,24 +28,12 @@ _BLOCK: Final = 1 << 20
 
 @dataclass(frozen=True)
 class Repair:
-    """What was done to one bag.
+    """What was done to one bag."""
 
-    Attributes
-    ----------
-    directory : Path
-        The bag.
-    kept : int
-        Messages in it now; 0 where it could not be mended.
-    cut_bytes : int
-        Bytes of half or damaged records that were cut away.
-    problem : str
-        Why it could not be mended; empty where it is.
-    """
-
-    directory: Path
-    kept: int = 0
-    cut_bytes: int = 0
-    problem: str = ""
+    directory: Path  # the bag
+    kept: int = 0  # messages in it now; 0 where it could not be mended
+    cut_bytes: int = 0  # bytes of half or damaged records that were cut away
+    problem: str = ""  # why it could not be mended; empty where it is
 
 
 def repair_bags(log_directory: Path) -> list[Repair]:
@@ -54,11 +42,8 @@ def repair_bags(log_directory: Path) -> list[Repair]:
     A missing log directory holds none. Directories and files with other names than ours are
     left alone.
 
-    Returns
-    -------
-    list of Repair
-        One for each bag that was not finished, oldest first; nothing is raised. One for the
-        log directory itself, if it cannot be read.
+    Returns one for each bag that was not finished, oldest first; nothing is raised. One for the
+    log directory itself, if it cannot be read.
     """
     try:
         sweep(log_directory)
@@ -93,10 +78,7 @@ def mend(directory: Path) -> Repair:
     Every step leaves either the old file or the new one, so that this may be killed and
     repeated.
 
-    Raises
-    ------
-    OSError
-        It cannot be done now; nothing is lost.
+    Raises OSError: it cannot be done now; nothing is lost.
     """
     files: dict[str, Contents] = {}
     cut_bytes = 0
@@ -152,24 +134,11 @@ def _copy(old: BinaryIO, new: BinaryIO, begin: int, end: int) -> None:
 class _SoundPart:
     """The records of a damaged file that are worth keeping, gathered one by one.
 
-    Parameters
-    ----------
-    time : int
-        Of the file [ns], where it has no message.
-
-    Attributes
-    ----------
-    start : bytes
-        What the mended file begins with: magic and header. The header is written anew, since
-        it is the one record without a checksum.
-    ranges : list of (int, int)
-        Begin and end of the stretches to be copied behind it.
-    size : int
-        Bytes of the start and all stretches.
-    contents : Contents
-        Of the mended file.
-    cut_bytes : int
-        Bytes between and behind the stretches.
+    `time`: of the file [ns], where it has no message. Attributes `start`: what the mended file
+    begins with: magic and header. The header is written anew, since it is the one record without a
+    checksum; `ranges`: begin and end of the stretches to be copied behind it; `size`: bytes of the
+    start and all stretches; `contents`: of the mended file; `cut_bytes`: bytes between and behind
+    the stretches.
     """
 
     def __init__(self, time: int) -> None:
@@ -186,11 +155,8 @@ class _SoundPart:
     def keep(self, frame: Frame) -> None:
         """Take in a record.
 
-        Raises
-        ------
-        OSError
-            It is a message whose channel or type got lost. Leaving it out would be worse than
-            leaving the file as it is.
+        Raises OSError: it is a message whose channel or type got lost. Leaving it out would be
+        worse than leaving the file as it is.
         """
         if frame.opcode == Opcode.HEADER:
             return

@@ -32,32 +32,11 @@ class ClosedFile(NamedTuple):
 class Bag:
     """The files of a run. Used by one thread at a time.
 
-    Parameters
-    ----------
-    path : Path
-        The directory to be made.
-    types : mapping
-        Type of each topic.
-    max_bytes : int
-        A file that would grow beyond it is finished and followed by the next.
-    node : str
-        Name of the node that records.
-    marks : iterator of int, optional
-        Each file takes the next one for its mark; they rise, over several bags too.
-
-    Attributes
-    ----------
-    mark : int
-        Of the file that is being written, or was last.
-    closed : list of ClosedFile
-        Files of the bag before that, the oldest first.
-    metadata_size : int
-        Bytes of `metadata.yaml`.
-
-    Raises
-    ------
-    OSError
-        The directory cannot be made.
+    `path`: the directory to be made; `max_bytes`: a file that would grow beyond it is finished and
+    followed by the next; `node`: name of the node that records; `marks`: each file takes the next
+    one for its mark; they rise, over several bags too. Attributes `mark`: of the file that is
+    being written, or was last; `closed`: files of the bag before that, the oldest first;
+    `metadata_size`: bytes of `metadata.yaml`. Raises OSError: the directory cannot be made.
     """
 
     def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
@@ -99,10 +78,8 @@ class Bag:
     def append(self, topic: str, data: memoryview, log_time: int) -> tuple[BagFile, int]:
         """Write a message; return the file and the number that its `sync` takes.
 
-        Raises
-        ------
-        OSError
-            It is not in the bag, or the bag is not described; the next call tries again.
+        Raises OSError: it is not in the bag, or the bag is not described; the next call tries
+        again.
         """
         file = self._file_for(message_size(data))
         number = file.append(topic, data, log_time)
@@ -135,10 +112,7 @@ class Bag:
     def finish(self) -> None:
         """Finish the last file, describe the bag for good, and let go of it.
 
-        Raises
-        ------
-        OSError
-            It is not finished; the directory is let go of all the same.
+        Raises OSError: it is not finished; the directory is let go of all the same.
         """
         try:
             if self._file is not None and not self._drop_broken():
@@ -215,10 +189,7 @@ def _locked_directory(path: Path) -> DirectoryLock:
     Another node that starts at this moment sees no directory, or one that is locked. It may
     remove what has not got its name yet; then this fails and is tried again.
 
-    Raises
-    ------
-    OSError
-        It could not be made; nothing is left of it.
+    Raises OSError: it could not be made; nothing is left of it.
     """
     make_directories(path.parent)
     made = being_made(path)

@@ -25,32 +25,10 @@ class BagFile:
     `append` and `finish` are called by one thread at a time; `sync` by any number, which share
     what is one sync on the disk.
 
-    Parameters
-    ----------
-    path : Path
-        Must not exist yet.
-    types : mapping
-        Type of each topic.
-    node : str
-        Name of the node that records.
-
-    Raises
-    ------
-    OSError
-        Nothing is left of the file.
-
-    Attributes
-    ----------
-    path : Path
-        Where the file was made.
-    size : int
-        Bytes up to the end of the last whole record.
-    written : int
-        Records appended.
-    contents : Contents
-        What was appended.
-    broken : OSError or None
-        Why the file cannot be gone on with.
+    `node`: name of the node that records. Raises OSError: nothing is left of the file. Attributes
+    `path`: where the file was made; `size`: bytes up to the end of the last whole record;
+    `written`: records appended; `contents`: what was appended; `broken`: why the file cannot be
+    gone on with.
     """
 
     def __init__(self, path: Path, types: Mapping[str, MessageType], node: str = "") -> None:
@@ -82,20 +60,14 @@ class BagFile:
     def is_gone(self) -> bool:
         """Whether the file was deleted, moved or replaced.
 
-        Raises
-        ------
-        OSError
-            Nobody knows.
+        Raises OSError: nobody knows.
         """
         return not is_file_at(self._number, self.path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> int:
         """Write a message; return its number, which `sync` takes.
 
-        Raises
-        ------
-        OSError
-            It is not in the file.
+        Raises OSError: it is not in the file.
         """
         channel = self._channels[topic]
         number = self.contents.counts.get(channel, 0)
@@ -108,11 +80,8 @@ class BagFile:
     def sync(self, number: int) -> None:
         """Return once the message of this number, and all before it, are on the disk.
 
-        Raises
-        ------
-        OSError
-            Nobody knows whether they are. The kernel forgets what it could not write, so that
-            a second try would succeed without having done anything: the file is broken.
+        Raises OSError: nobody knows whether they are. The kernel forgets what it could not write,
+        so that a second try would succeed without having done anything: the file is broken.
         """
         with self._syncing:
             if self._synced >= number:
@@ -130,10 +99,7 @@ class BagFile:
     def finish(self) -> None:
         """Write summary and footer, make all durable, and close.
 
-        Raises
-        ------
-        OSError
-            The file is still open and ends with its last message.
+        Raises OSError: the file is still open and ends with its last message.
         """
         with self._syncing:
             if self.broken is not None:

@@ -25,27 +25,16 @@ _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
 
 @dataclass
 class Contents:
-    """Schemas, channels and counts of one file: kept while writing, filled while scanning.
+    """Schemas, channels and counts of one file: kept while writing, filled while scanning."""
 
-    Attributes
-    ----------
-    schemas, channels : dict
-        By their ids.
-    counts : dict
-        Messages a channel id.
-    start, end : int
-        Log time of the first and the last message [ns]; without messages both the time of
-        the file's making, where it is known.
-    metadata : list of MetadataIndex
-        Where the metadata records are.
-    """
-
-    schemas: dict[int, Schema] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)  # by their ids
     channels: dict[int, Channel] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)  # messages a channel id
+    # log time of the first and the last message [ns]; without messages both the time of the file's
+    # making, where it is known
     start: int = 0
     end: int = 0
-    metadata: list[MetadataIndex] = field(default_factory=list)
+    metadata: list[MetadataIndex] = field(default_factory=list)  # where the metadata records are
 
     @property
     def messages(self) -> int:

@@ -74,15 +74,8 @@ TYPES: Final = {topic: MessageType(name, definition(name, _TEXTS.__getitem__), "
 def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:
     """Write a drop to a new MCAP file, in true time.
 
-    Parameters
-    ----------
-    file : Path
-        Must not exist.
-    part : Part
-    frames : DropFrames
-        Of a drop of that part.
-    within : callable
-        The poses that an energy (joules) leaves within reach, in words.
+    `frames`: of a drop of that part; `within`: the poses that an energy (joules) leaves within
+    reach, in words.
 
     Notes
     -----

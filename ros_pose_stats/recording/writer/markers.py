@@ -21,41 +21,21 @@ NO_CORNERS = np.empty((0, 3))
 
 
 class Marker(NamedTuple):
-    """A visualization_msgs/Marker; its other fields stay empty.
-
-    Attributes
-    ----------
-    frame, name : str
-    kind : int
-    place : tuple of seven floats
-        Position in the frame, metres, and quaternion x y z w.
-    scale : tuple of three floats
-    color : tuple of four floats
-        Red, green, blue and opacity, 0 to 1.
-    corners : array of any shape
-        Three coordinates a corner, three corners a triangle, metres.
-    text : str
-    number : int
-        Of the marker among those of the name.
-    action : int
-    stamp : int
-        Nanoseconds.
-    locked : bool
-        Whether it moves with its frame.
-    """
+    """A visualization_msgs/Marker; its other fields stay empty."""
 
     frame: str = ""
     name: str = ""
     kind: int = 0
+    # position in the frame, metres, and quaternion x y z w
     place: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    corners: Array = NO_CORNERS
+    color: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)  # red, green, blue and opacity, 0 to 1
+    corners: Array = NO_CORNERS  # three coordinates a corner, three corners a triangle, metres
     text: str = ""
-    number: int = 0
+    number: int = 0  # of the marker among those of the name
     action: int = ADD
-    stamp: int = 0
-    locked: bool = False
+    stamp: int = 0  # nanoseconds
+    locked: bool = False  # whether it moves with its frame
 
 
 def marker_array_message(markers: list[Marker]) -> bytes:

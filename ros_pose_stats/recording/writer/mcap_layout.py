@@ -71,16 +71,8 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
             node: str = "") -> tuple[bytes, Contents]:
     """The beginning of a file, and its contents so far.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    types : mapping
-        Type of each topic.
-    now : int
-        Time [ns] that stands in for that of a first message.
-    node : str
-        Name of the node that records, kept with every topic.
+    `now`: time [ns] that stands in for that of a first message; `node`: name of the node that
+    records, kept with every topic.
     """
     contents = Contents(start=now, end=now)
     contents.add_topics(types, node)
@@ -94,14 +86,7 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
 def closing(name: str, contents: Contents, offset: int) -> bytes:
     """What makes a file complete: final metadata, end of data, summary and footer.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    contents : Contents
-        Of the file; left as it is.
-    offset : int
-        Where in the file this goes.
+    `contents`: of the file; left as it is; `offset`: where in the file this goes.
     """
     metadata, index = _metadata(name, contents, offset)
     contents = replace(contents, metadata=[*contents.metadata, index])

@@ -35,54 +35,28 @@ _CYCLE: Final = 8
 
 @dataclass(frozen=True)
 class MessageType:
-    """A ROS 2 message type as a bag describes it.
+    """A ROS 2 message type as a bag describes it."""
 
-    Attributes
-    ----------
-    name : str
-        Such as `std_msgs/msg/Header`.
-    definition : str
-        The .msg text, then that of every type it uses, once, each after a line of 80 `=` and
-        a line `MSG: package/Name` (schema encoding `ros2msg`).
-    type_hash : str
-        `RIHS01_` and 64 hex digits; empty where the package ships none.
-    """
-
-    name: str
+    name: str  # such as `std_msgs/msg/Header`
+    # the .msg text, then that of every type it uses, once, each after a line of 80 `=` and a line
+    # `MSG: package/Name` (schema encoding `ros2msg`)
     definition: str
-    type_hash: str
+    type_hash: str  # `RIHS01_` and 64 hex digits; empty where the package ships none
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a message.
+    """A field of a message."""
 
-    Attributes
-    ----------
-    kind : str
-        A primitive type, a string type, or the full name of a message.
-    count : int
-        SINGLE, SEQUENCE, or the number of elements of a fixed array.
-    """
-
-    kind: str
-    count: int
+    kind: str  # a primitive type, a string type, or the full name of a message
+    count: int  # SINGLE, SEQUENCE, or the number of elements of a fixed array
 
 
 def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
     """Read a type from the packages that define it: exactly what the node was built with.
 
-    Parameters
-    ----------
-    name : str
-        `package/msg/Name`.
-    share : callable
-        Share folder of a package, such as `.../share/std_msgs` for `std_msgs`.
-
-    Raises
-    ------
-    OSError
-        No such message in the package's share folder.
+    `share`: share folder of a package, such as `.../share/std_msgs` for `std_msgs`. Raises
+    OSError: no such message in the package's share folder.
     """
     def read(type_name: str, suffix: str = ".msg") -> str:
         package, _, short = type_name.split("/")
@@ -116,12 +90,7 @@ def definition(name: str, read: Callable[[str], str]) -> str:
 def fields(text: str, package: str) -> Iterator[Field]:
     """The fields of a definition in their order, without constants.
 
-    Parameters
-    ----------
-    text : str
-        Of the one definition.
-    package : str
-        Where the types without a package are defined.
+    `package`: where the types without a package are defined.
     """
     for line in text.splitlines():
         field = _FIELD.match(line.partition("#")[0])

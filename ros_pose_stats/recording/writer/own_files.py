@@ -19,31 +19,13 @@ class OwnFiles:
     again what still counts in them, and then releases them. A file that is not released stays,
     and the bound is exceeded until it is.
 
-    Parameters
-    ----------
-    limit : int
-        Bytes of all bags together; 0 for no bound.
-    max_bytes : int
-        A file has at most so many, and at most an eighth of the bound.
-    start : int
-        Bytes of a file without messages.
-
-    Attributes
-    ----------
-    max_bytes : int
-        Of a file.
-    margin : int
-        Bytes by which the bag grows between notice and need.
-    kept_from : int
-        Messages written while the log's `mark` was less are gone, or are to go.
-    released : float
-        Files whose mark is less may be deleted; at first all.
-    deleted : int
-        How many have gone.
-    last_deleted : str
-        Name of the one that went last.
-    waits : bool
-        Whether the oldest was to go and was not released yet.
+    `limit`: bytes of all bags together; 0 for no bound; `max_bytes`: a file has at most so many,
+    and at most an eighth of the bound; `start`: bytes of a file without messages. Attributes
+    `max_bytes`: of a file; `margin`: bytes by which the bag grows between notice and need;
+    `kept_from`: messages written while the log's `mark` was less are gone, or are to go;
+    `released`: files whose mark is less may be deleted; at first all; `deleted`: how many have
+    gone; `last_deleted`: name of the one that went last; `waits`: whether the oldest was to go and
+    was not released yet.
     """
 
     def __init__(self, limit: int, max_bytes: int, start: int) -> None:

@@ -21,12 +21,8 @@ class RecordingError(OSError):
 
     Nothing is broken for good: the next write tries again.
 
-    Parameters
-    ----------
-    directory : Path
-        The bag that was written to.
-    cause : Exception or str
-        What the operating system said, or what was wrong.
+    `directory`: the bag that was written to; `cause`: what the operating system said, or what was
+    wrong.
     """
 
     def __init__(self, directory: Path, cause: Exception | str) -> None:
@@ -48,32 +44,15 @@ class RunLog:
     thread; those that wait for the disk share one sync. A file that cannot be gone on with is
     followed by another one, and a bag that was deleted or moved away by another bag.
 
-    Parameters
-    ----------
-    log_directory : Path
-        Made when it is needed.
-    types : mapping
-        Type of each topic that may be written.
-    max_bag_bytes : int
-        A file that would grow beyond it is finished and followed by the next.
-    max_log_bytes : int, optional
-        Bound of the log directory, this bag included; 0 for no bound. To stay below it the
-        oldest finished runs are deleted, then the oldest closed files of this bag, which are at
-        most an eighth of the bound.
-    name : str, optional
-        Of the directory, in place of one made from time and process.
-    node : str, optional
-        Name of the node that records; several may share a log directory.
-
-    Attributes
-    ----------
-    directory : Path
-        Where the bag is, or will be once something is written. It changes when the bag is lost.
-    times_lost : int
-        How often the bag was found deleted or moved away. What had been written is not written
-        again.
-    own_files : OwnFiles
-        Which files of this bag go to make room.
+    `log_directory`: made when it is needed; `types`: type of each topic that may be written;
+    `max_bag_bytes`: a file that would grow beyond it is finished and followed by the next;
+    `max_log_bytes`: bound of the log directory, this bag included; 0 for no bound. To stay below
+    it the oldest finished runs are deleted, then the oldest closed files of this bag, which are at
+    most an eighth of the bound; `name`: of the directory, in place of one made from time and
+    process; `node`: name of the node that records; several may share a log directory. Attributes
+    `directory`: where the bag is, or will be once something is written. It changes when the bag is
+    lost; `times_lost`: how often the bag was found deleted or moved away. What had been written is
+    not written again; `own_files`: which files of this bag go to make room.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
@@ -97,19 +76,9 @@ class RunLog:
     def write(self, topic: str, data: bytes, *, durable: bool) -> None:
         """Record a message.
 
-        Parameters
-        ----------
-        topic : str
-            One of those given.
-        data : bytes
-            CDR with its header of 4 bytes. What follows the message in it is left out.
-        durable : bool
-            Return only once this and everything before it are on the disk.
-
-        Raises
-        ------
-        RecordingError
-            It is not recorded, or nobody knows; the next write tries again.
+        `data`: CDR with its header of 4 bytes. What follows the message in it is left out;
+        `durable`: return only once this and everything before it are on the disk. Raises
+        RecordingError: it is not recorded, or nobody knows; the next write tries again.
         """
         message = self._lengths[topic].trimmed(data)
         try:
@@ -128,10 +97,7 @@ class RunLog:
     def sync(self) -> None:
         """Make everything written so far durable.
 
-        Raises
-        ------
-        RecordingError
-            Nobody knows whether it is.
+        Raises RecordingError: nobody knows whether it is.
         """
         with self._lock:
             file = self._bag.file if self._bag else None
@@ -151,10 +117,7 @@ class RunLog:
     def release_files(self, below: int) -> None:
         """Have files of this bag with a lower mark deleted, where there is need of room.
 
-        Raises
-        ------
-        RecordingError
-            It cannot be seen what there is.
+        Raises RecordingError: it cannot be seen what there is.
         """
         try:
             with self._lock:
@@ -168,10 +131,7 @@ class RunLog:
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.
 
-        Raises
-        ------
-        RecordingError
-            The bag is not finished; `repair_bags` does that at the next start.
+        Raises RecordingError: the bag is not finished; `repair_bags` does that at the next start.
         """
         with self._lock:
             self._closed = True

@@ -107,17 +107,8 @@ def pose_count(part: Part, scene: DropScene) -> int:
 def flips_in_all(poses: int, asked: int, settings: Any) -> int:
     """Flips out of all poses, of each as many.
 
-    Parameters
-    ----------
-    poses : int
-    asked : int
-        Out of each pose; 0: the node's number of drops, shared out.
-    settings : Settings
-
-    Raises
-    ------
-    RequestError
-        If they are too many, or the poses are.
+    `asked`: out of each pose; 0: the node's number of drops, shared out. Raises RequestError if
+    they are too many, or the poses are.
     """
     if poses > MOST_POSES:
         raise RequestError(f"a part of at most {MOST_POSES} poses to flip", f"{poses}",

@@ -42,16 +42,6 @@ class GoalServer(ABC):
 
     A goal that waits in the queue holds no thread; one thread waits for the end of the job
     that runs.
-
-    Parameters
-    ----------
-    node : PatientNode
-    kind : type
-        Of the action.
-    name : str
-    jobs : Jobs
-    reports : Reports
-        Of these jobs.
     """
 
     def __init__(self, node: PatientNode, kind: Any, name: str, jobs: Jobs,
@@ -78,10 +68,7 @@ class GoalServer(ABC):
     def start_job(self, request: Any) -> Job:
         """Accept what a goal asks for.
 
-        Raises
-        ------
-        PoseStatsError
-            With the value and the bound.
+        Raises PoseStatsError with the value and the bound.
         """
 
     @abstractmethod

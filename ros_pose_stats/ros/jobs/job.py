@@ -39,104 +39,52 @@ class State(IntEnum):
 
 @dataclass(frozen=True)
 class JobRequest:
-    """What a client asked for, in full; equal requests in flight are one job.
+    """What a client asked for, in full; equal requests in flight are one job."""
 
-    Attributes
-    ----------
-    part_id : str
-        As it was sent: empty for a nameless part.
-    content : bytes
-        Digest of the mesh as it was sent.
-    scene : DropScene
-    drops : int
-    seed : int
-        0: drawn by the node.
-    target_error : float
-    max_seconds : float
-    refinement : bool
-        Started by the node itself; gives way to clients.
-    hybrid : bool
-        Its statistics are those of the drops and an estimate together, and the target error is
-        one that is kept with 90 % confidence.
-    """
-
-    part_id: str
-    content: bytes
+    part_id: str  # as it was sent: empty for a nameless part
+    content: bytes  # digest of the mesh as it was sent
     scene: DropScene
     drops: int
-    seed: int
+    seed: int  # 0: drawn by the node
     target_error: float
     max_seconds: float
-    refinement: bool = False
+    refinement: bool = False  # started by the node itself; gives way to clients
+    # its statistics are those of the drops and an estimate together, and the target error is one
+    # that is kept with 90 % confidence
     hybrid: bool = False
 
 
 @dataclass(frozen=True)
 class FlipRequest(JobRequest):
-    """The same of flips; `drops` are those out of each pose, 0: the node's shared out.
+    """The same of flips; `drops` are those out of each pose, 0: the node's shared out."""
 
-    Attributes
-    ----------
-    kick_height : float
-        Metres.
-    """
-
-    kick_height: float = 0.0
+    kick_height: float = 0.0  # metres
 
 
 @dataclass(eq=False)
 class Job:
-    """A drop simulation, or one of flips; written by the queue's thread, read by all.
-
-    Attributes
-    ----------
-    job_id : str
-    request : JobRequest
-    part : Future of Part
-        The mesh may still be on its way through the hull.
-    seed : int
-    settings : object
-        The node's settings when the job was accepted.
-    state : State
-    drops_done : int
-    expected_error, drops_per_second : float
-    snapshot : PoseStatistics or None
-        A recent state while running; the end result afterwards.
-    flips : FlipStatistics or None
-        The end result of flips, until it has been told.
-    message : str
-        How it ended.
-    answer : bytes
-        The end result as a serialised message, once made.
-    recorded : bool
-        Whether the acceptance is on record.
-    asked : bool
-        Whether a client has been told of it, who may rely on what is on record.
-    ending : bool
-        Whether its end is being told; that happens once.
-    name : str
-        Of a part that has been let go of.
-    """
+    """A drop simulation, or one of flips; written by the queue's thread, read by all."""
 
     job_id: str
     request: JobRequest
-    part: Future[Part]
+    part: Future[Part]  # the mesh may still be on its way through the hull
     seed: int
-    settings: Any
+    settings: Any  # the node's settings when the job was accepted
     state: State = State.QUEUED
     drops_done: int = 0
     expected_error: float = math.nan
     drops_per_second: float = math.nan
+    # a recent state while running; the end result afterwards
     snapshot: PoseStatistics | None = None
-    flips: FlipStatistics | None = None
-    message: str = ""
-    answer: bytes = b""
-    recorded: bool = True
-    asked: bool = False
+    flips: FlipStatistics | None = None  # the end result of flips, until it has been told
+    message: str = ""  # how it ended
+    answer: bytes = b""  # the end result as a serialised message, once made
+    recorded: bool = True  # whether the acceptance is on record
+    asked: bool = False  # whether a client has been told of it, who may rely on what is on record
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
-    ending: bool = False
-    name: str = ""
+    ending: bool = False  # whether its end is being told; that happens once
+    name: str = ""  # of a part that has been let go of
     _next_snapshot: float = 0.0
 
     @property

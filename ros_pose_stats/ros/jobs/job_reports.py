@@ -11,7 +11,6 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 
-from ...recording.conflicts import FOLDER, keep_conflict
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
@@ -112,7 +111,6 @@ class JobReports:
     def ended(self, job: Job, state: State) -> None:
         """Put the end and its result on record, and latch the result."""
         message = self._recorded_answer(job)
-        self._keep_conflict(job)
         with self._recording:  # until the end is on record, the acceptance has to be
             self._unfinished.pop(job.job_id, None)
             recorded = self._record(job_event(job, int(state), job.message),
@@ -156,17 +154,6 @@ class JobReports:
         message = self._results.number_result(
             known, found, job.settings, job.job_id, True, self._warnings(job))
         return self._results.announcer.record_answer(message, durable=False)
-
-    def _keep_conflict(self, job: Job) -> None:
-        """Keep for training a part whose drops contradicted the estimate; the node goes on."""
-        part, found = job.built(), job.snapshot
-        if part is None or found is None:
-            return
-        try:
-            keep_conflict(job.settings.directory() / FOLDER, part, found)
-        except OSError as error:
-            self._say(f"{job.job_id}: the contradicted estimate of '{part.part_id}' is not kept "
-                      f"for training: {error}")
 
     def _latch(self, job: Job, message: PoseStatistics) -> None:
         current = self._part_of(job)

@@ -34,13 +34,7 @@ MOST_GROUPS = 256
 class PlateFits:
     """Fits one plate at a time, in a thread of its own.
 
-    Parameters
-    ----------
-    node : PatientNode
-    settings : callable
-    parts : PartStore
-    use_plate : callable
-        Makes the node work with a plate of its file as the file now has it.
+    `use_plate`: makes the node work with a plate of its file as the file now has it.
     """
 
     def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
@@ -160,10 +154,7 @@ class PlateFits:
 def check_applicable(plate: str, settings: Settings) -> None:
     """Check that a plate can be written and used.
 
-    Raises
-    ------
-    RequestError
-        If there is no file for it, or it has no name.
+    Raises RequestError if there is no file for it, or it has no name.
     """
     from ...plates import refuse_name
 
@@ -177,17 +168,8 @@ def counts_on(plate: str, present: str,
               parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
     """Known parts that were counted on a plate, with their counts.
 
-    Parameters
-    ----------
-    plate : str
-    present : str
-        The node's plate. What was counted while it had no name is taken for any.
-    parts : iterable of KnownPart
-
-    Raises
-    ------
-    RequestError
-        If there are none.
+    `present`: the node's plate. What was counted while it had no name is taken for any. Raises
+    RequestError if there are none.
     """
     counted = [(known, known.counts) for known in parts
                if known.counts is not None and known.counts.total.any()]
@@ -206,10 +188,7 @@ def counts_on(plate: str, present: str,
 def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     """The parts that were counted most, as far as there is room for them.
 
-    Raises
-    ------
-    RequestError
-        If there is room for none.
+    Raises RequestError if there is room for none.
     """
     chosen: list[CountedPart] = []
     left = MOST_GROUPS

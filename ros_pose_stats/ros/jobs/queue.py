@@ -70,15 +70,8 @@ class Jobs:
     def submit(self, request: JobRequest, part: Future[Part], settings: Any) -> Job:
         """Accept a simulation.
 
-        Returns
-        -------
-        Job
-            One in flight if it was asked for the same.
-
-        Raises
-        ------
-        RequestError
-            If the queue is full.
+        Returns one in flight if it was asked for the same. Raises RequestError if the queue is
+        full.
         """
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
@@ -157,10 +150,7 @@ class Jobs:
     def close(self, reason: str) -> bool:
         """Cancel everything and wait a while for the threads; what was done is kept.
 
-        Returns
-        -------
-        bool
-            Whether nothing is computed any more.
+        Returns whether nothing is computed any more.
         """
         with self._changed:
             self._closing = reason

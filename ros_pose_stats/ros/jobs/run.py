@@ -34,23 +34,9 @@ def run_drops(job: Job, part: Part, listener: JobListener,
               should_give_way: Callable[[], bool]) -> tuple[PoseStatistics, Ending]:
     """Drop the part as the job asks.
 
-    Parameters
-    ----------
-    job, listener : Job, JobListener
-        Both are told how far the run is.
-    part : Part
-    should_give_way : callable
-        Whether somebody who comes first is waiting.
-
-    Returns
-    -------
-    PoseStatistics, Ending
-        What was done, and why no more.
-
-    Raises
-    ------
-    PoseStatsError
-        If the part cannot be dropped.
+    `job, listener`: both are told how far the run is; `should_give_way`: whether somebody who
+    comes first is waiting. Returns what was done, and why no more. Raises PoseStatsError if the
+    part cannot be dropped.
     """
     request = job.request
     until = time.monotonic() + request.max_seconds

@@ -19,33 +19,19 @@ MOST_BYTES = 2**20
 
 
 class ObservedPoses(NamedTuple):
-    """Parts that a camera saw at once.
+    """Parts that a camera saw at once."""
 
-    Attributes
-    ----------
-    stamp : int
-        Nanoseconds.
-    frame_id, part_id : str
-    orientations : (n, 4) array
-        x y z w.
-    confidence : (n,) array
-        0 to 1.
-    """
-
-    stamp: int
+    stamp: int  # nanoseconds
     frame_id: str
     part_id: str
-    orientations: Array
-    confidence: Array
+    orientations: Array  # (n, 4); x y z w
+    confidence: Array  # (n,); 0 to 1
 
 
 def counts_of_bytes(data: bytes) -> PoseCounts:
     """What a camera counted.
 
-    Raises
-    ------
-    RequestError
-        If the bytes are no `PoseCounts`, or more than any part could have.
+    Raises RequestError if the bytes are no `PoseCounts`, or more than any part could have.
     """
     return _message_of_bytes(data, PoseCounts)
 
@@ -53,11 +39,8 @@ def counts_of_bytes(data: bytes) -> PoseCounts:
 def observed_of_bytes(data: bytes) -> ObservedPoses:
     """What a camera saw, where it is as sure of each part as it says.
 
-    Raises
-    ------
-    RequestError
-        If the bytes are no `ObservedParts`, or more than any picture could hold, or its
-        confidences are not from 0 to 1, one a part or none.
+    Raises RequestError if the bytes are no `ObservedParts`, or more than any picture could hold,
+    or its confidences are not from 0 to 1, one a part or none.
     """
     _check_size(data, ObservedParts)
     try:

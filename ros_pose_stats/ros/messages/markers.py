@@ -52,15 +52,8 @@ def triangles_each(drawn: int) -> int:
 def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
     """One row a part, its poses side by side, most probable first.
 
-    Parameters
-    ----------
-    rows : sequence of (PoseStatistics, (t, 3, 3) array)
-        Each with the triangles of its part, part frame, metres.
-
-    Returns
-    -------
-    bytes
-        A MarkerArray, serialised; it begins by deleting what was drawn before.
+    `rows`: each with the triangles of its part, part frame, metres. Returns a MarkerArray,
+    serialised; it begins by deleting what was drawn before.
     """
     markers = [Marker(action=DELETE_ALL)]
     y = 0.0

@@ -25,48 +25,26 @@ class NotPlainCdrError(Exception):
 
 
 class Numbers(NamedTuple):
-    """Content of a `PartMesh`; arrays view the buffer.
+    """Content of a `PartMesh`; arrays view the buffer."""
 
-    Attributes
-    ----------
-    stamp : int
-        Nanoseconds.
-    part_id : str
-    mesh_vertices : (V, 3) array
-    mesh_triangles : (T, 3) array of uint32
-    vertices : (N,) array
-    triangles : (M,) array of uint32
-    scalars : (13,) array
-        unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height.
-    """
-
-    stamp: int
+    stamp: int  # nanoseconds
     part_id: str
-    mesh_vertices: NDArray[np.float64]
-    mesh_triangles: NDArray[np.uint32]
-    vertices: NDArray[np.float64]
-    triangles: NDArray[np.uint32]
+    mesh_vertices: NDArray[np.float64]  # (V, 3)
+    mesh_triangles: NDArray[np.uint32]  # (T, 3) uint32
+    vertices: NDArray[np.float64]  # (N,)
+    triangles: NDArray[np.uint32]  # (M,) uint32
+    # (13,); unit, mass, centre of mass (3), ixx, ixy, ixz, iyy, iyz, izz, restitution, drop_height
     scalars: NDArray[np.float64]
 
 
 class ObservedNumbers(NamedTuple):
-    """Content of an `ObservedParts`; arrays view the buffer.
+    """Content of an `ObservedParts`; arrays view the buffer."""
 
-    Attributes
-    ----------
-    stamp : int
-        Nanoseconds.
-    frame_id, part_id : str
-    poses : (n, 7) array
-        Position, and orientation x y z w.
-    confidence : (m,) array
-    """
-
-    stamp: int
+    stamp: int  # nanoseconds
     frame_id: str
     part_id: str
-    poses: NDArray[np.float64]
-    confidence: NDArray[np.float64]
+    poses: NDArray[np.float64]  # (n, 7); position, and orientation x y z w
+    confidence: NDArray[np.float64]  # (m,)
 
 
 SCALARS = 13
@@ -139,15 +117,7 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
     """See vertices and triangles of a serialised `shape_msgs/Mesh`.
 
-    Parameters
-    ----------
-    data : bytes
-        With the encapsulation header.
-
-    Raises
-    ------
-    NotPlainCdrError
-        If it has to go through the deserialiser.
+    Raises NotPlainCdrError if it has to go through the deserialiser.
     """
     cursor = _Cursor(data)
     surface = _mesh(cursor)
@@ -182,10 +152,7 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
 def part_and_digest_of(data: bytes) -> tuple[str, str]:
     """part_id and part_digest of a serialised `PoseStatistics`.
 
-    Raises
-    ------
-    NotPlainCdrError
-        If it has to go through the deserialiser.
+    Raises NotPlainCdrError if it has to go through the deserialiser.
     """
     cursor = _Cursor(data)
     cursor.count()

@@ -21,18 +21,9 @@ def outline_messages(part: Part, found: PoseStatistics,
                      heights: Sequence[float]) -> list[PoseOutline]:
     """Outlines in each pose of a result, in its order, at each height.
 
-    Parameters
-    ----------
-    part : Part
-    found : PoseStatistics
-        The message, whose poses are meant.
-    heights : sequence of float
-        Above the plate, metres; negative: as seen from above.
-
-    Raises
-    ------
-    RequestError
-        If a height is no finite number, or there would be too many.
+    `found`: the message, whose poses are meant; `heights`: above the plate, metres; negative: as
+    seen from above. Raises RequestError if a height is no finite number, or there would be too
+    many.
     """
     wrong = next((height for height in heights if not np.isfinite(height)), None)
     if wrong is not None:

@@ -30,9 +30,7 @@ times as many and take a third of a second for each of them [MiB]."""
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
     """Take a serialised `shape_msgs/Mesh`.
 
-    Raises
-    ------
-    MeshError
+    Raises MeshError.
     """
     vertices, triangles = _see(data, Mesh, mesh_numbers)
     return PartRequest(part_id, vertices, triangles, unit)
@@ -41,9 +39,7 @@ def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest
 def request_of_part_bytes(data: bytes) -> PartRequest:
     """Take a serialised `PartMesh`.
 
-    Raises
-    ------
-    MeshError, RequestError
+    Raises MeshError, RequestError.
     """
     return _request(_see(data, PartMesh, part_mesh_numbers))
 
@@ -51,9 +47,7 @@ def request_of_part_bytes(data: bytes) -> PartRequest:
 def request_of_message(message: PartMesh) -> PartRequest:
     """Take a `PartMesh` that came in a request.
 
-    Raises
-    ------
-    MeshError, RequestError
+    Raises MeshError, RequestError.
     """
     for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
         found = len(getattr(message.mesh, name))
@@ -66,9 +60,7 @@ def request_of_message(message: PartMesh) -> PartRequest:
 def taken_request(message: PartMesh) -> PartRequest:
     """Take a `PartMesh` that came in a request, and let go of what it holds.
 
-    Raises
-    ------
-    MeshError, RequestError
+    Raises MeshError, RequestError.
     """
     try:
         return request_of_message(message)

@@ -28,28 +28,15 @@ PLAIN_OF_POSE = ("index", "group", "group_size", "height", "top", "margin", "bar
 
 @dataclass(frozen=True)
 class Answer:
-    """What a message says beside the statistics themselves.
+    """What a message says beside the statistics themselves."""
 
-    Attributes
-    ----------
-    stamp : int
-        Nanoseconds.
-    frame, plate : str
-    revision : int
-    job_id : str
-        Empty for an estimate.
-    final : bool
-    warnings : tuple of str
-        Added to those of the statistics.
-    """
-
-    stamp: int
+    stamp: int  # nanoseconds
     frame: str
     plate: str
     revision: int
-    job_id: str = ""
+    job_id: str = ""  # empty for an estimate
     final: bool = True
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # added to those of the statistics
 
 
 def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseStatisticsMessage:
@@ -90,15 +77,7 @@ def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, rea
                      ) -> PoseStatisticsMessage:
     """The last message about a part: no poses, and why.
 
-    Parameters
-    ----------
-    last : PoseStatisticsMessage
-        The result that holds no more.
-    stamp : int
-        Nanoseconds.
-    revision : int
-    reason : str
-        A sentence without its end.
+    `last`: the result that holds no more; `reason`: a sentence without its end.
     """
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(stamp)

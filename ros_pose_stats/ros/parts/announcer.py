@@ -123,16 +123,7 @@ class Announcer:
                                            event_callbacks=NO_EVENTS)
 
     def withdraw_result(self, known: KnownPart, stamp: int, reason: str) -> None:
-        """Latch nothing for a part any more, and tell present subscribers that it is forgotten.
-
-        Parameters
-        ----------
-        known : KnownPart
-        stamp : int
-            Nanoseconds.
-        reason : str
-            Why, for people.
-        """
+        """Latch nothing for a part any more, and tell present subscribers that it is forgotten."""
         part_id = known.part.part_id
         with self._lock:
             shown = self._shown.pop(part_id, None)

@@ -51,11 +51,7 @@ class Ground(NamedTuple):
 class CellCounts:
     """Counts of the poses of a part, and whether the last ones differ from those before.
 
-    Parameters
-    ----------
-    ground : Ground
-    total : (P,) array of int
-        What is counted already.
+    `total` (P,) int: what is counted already.
     """
 
     def __init__(self, ground: Ground, total: Index) -> None:
@@ -121,13 +117,7 @@ def counts_of_result(last: PoseStatistics) -> CellCounts | None:
 
 
 def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
-    """The line of diagnostics about what cameras counted, and what has changed in it.
-
-    Parameters
-    ----------
-    parts : mapping of str to CellCounts or None
-        By part.
-    """
+    """The line of diagnostics about what cameras counted, and what has changed in it."""
     counted = {part_id: counts for part_id, counts in parts.items() if counts is not None}
     changed = {f"changed {shown(part_id)}": drift for part_id, counts in counted.items()
                if (drift := counts.drift())}

@@ -40,39 +40,20 @@ class Rank(IntEnum):
 
 @dataclass(eq=False)
 class Task:
-    """Something to do.
-
-    Attributes
-    ----------
-    work : callable
-    size : int
-        Bytes that it holds on to.
-    part_id : str
-        Empty: of no name.
-    pace : Pace
-        The first lane in which it may be done.
-    rank : Rank
-    future : Future
-        Of what comes of it.
-    lane : Pace
-        In which it waits.
-    """
+    """Something to do."""
 
     work: Callable[[], Any]
-    size: int
-    part_id: str
-    pace: Pace
+    size: int  # bytes that it holds on to
+    part_id: str  # empty: of no name
+    pace: Pace  # the first lane in which it may be done
     rank: Rank
-    future: Future[Any] = field(default_factory=Future)
-    lane: Pace = Pace.QUICK
+    future: Future[Any] = field(default_factory=Future)  # of what comes of it
+    lane: Pace = Pace.QUICK  # in which it waits
 
     def do(self, pace: Pace) -> bool:
         """Do it; what comes of it belongs to whoever asked, if they still wait.
 
-        Returns
-        -------
-        bool
-            False where it needs more time than its lane has.
+        Returns false where it needs more time than its lane has.
         """
         try:
             found = self.work()
@@ -90,12 +71,7 @@ class Task:
 class Lane:
     """Tasks that wait, and the one in hand.
 
-    Attributes
-    ----------
-    pace : Pace
-    waiting : tuple of deque
-        By rank.
-    in_hand : Task or None
+    Attributes `waiting`: by rank.
     """
 
     def __init__(self, pace: Pace) -> None:

@@ -14,12 +14,8 @@ V = TypeVar("V")
 class Memory(Generic[K, V]):
     """A bounded dictionary for several threads.
 
-    Parameters
-    ----------
-    most : int
-        Bound of the sum of weights; the newest value stays in any case.
-    weight : callable, optional
-        Of a value; default: each counts 1.
+    `most`: bound of the sum of weights; the newest value stays in any case; `weight`: of a value;
+    default: each counts 1.
     """
 
     def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:

@@ -28,10 +28,7 @@ class MeshQueue:
     the lane's time goes on to the next lane, and so does what comes under the name of a mesh
     there: of two meshes of one name the later one is done last.
 
-    Parameters
-    ----------
-    most_bytes : callable
-        How many bytes a single mesh may have.
+    `most_bytes`: how many bytes a single mesh may have.
     """
 
     def __init__(self, most_bytes: Callable[[], int]) -> None:
@@ -60,22 +57,10 @@ class MeshQueue:
             large: bool = False) -> Future[T]:
         """Queue a task; waits while the quick lane is full.
 
-        Parameters
-        ----------
-        work : callable
-            May raise `TakesLongError`, and is called again in the next lane then.
-        size : int
-            Bytes that it holds on to.
-        part_id : str
-            Tasks of one name are done in their order.
-        large : bool
-            Whether it takes long.
-
-        Returns
-        -------
-        Future
-            Of what `work` returns or raises; cancelled where the queue is closed, and refused
-            where a slower lane is full: to wait for that would hold up small meshes.
+        `work`: may raise `TakesLongError`, and is called again in the next lane then; `size`:
+        bytes that it holds on to; `part_id`: tasks of one name are done in their order. Returns of
+        what `work` returns or raises; cancelled where the queue is closed, and refused where a
+        slower lane is full: to wait for that would hold up small meshes.
         """
         task = Task(work, size, part_id, Pace.MIDDLE if large else Pace.QUICK, Rank.MESH)
         with self._changed:
@@ -91,10 +76,7 @@ class MeshQueue:
                   large: bool = False) -> Future[T]:
         """Queue a task that a client waits for, before the others; never waits itself.
 
-        Raises
-        ------
-        RequestError
-            If there is no room for it.
+        Raises RequestError if there is no room for it.
         """
         task = self._request(work, size, part_id, large)
         with self._changed:
@@ -107,10 +89,7 @@ class MeshQueue:
     def check_room(self, size: int, part_id: str = "", large: bool = False) -> None:
         """Refuse what `put_first` would refuse.
 
-        Raises
-        ------
-        RequestError
-            If there is no room for it.
+        Raises RequestError if there is no room for it.
         """
         with self._changed:
             problem = None if self._closed else self._lack_of_room(self._request(
@@ -231,10 +210,7 @@ class MeshQueue:
     def close(self) -> bool:
         """Drop what waits, finish what is in hand if that is soon done.
 
-        Returns
-        -------
-        bool
-            Whether nothing is computed any more.
+        Returns whether nothing is computed any more.
         """
         with self._changed:
             self._closed = True

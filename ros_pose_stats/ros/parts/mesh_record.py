@@ -36,10 +36,7 @@ class MeshRecord:
     A mesh counts as recorded while its mark in this run is trusted, or while the bag of the
     earlier run stays in which it lies, and what this run's first file says of that.
 
-    Attributes
-    ----------
-    coming : set of (str, str)
-        Meshes of earlier runs whose parts are not known yet.
+    Attributes `coming`: meshes of earlier runs whose parts are not known yet.
     """
 
     def __init__(self, recorder: Recorder) -> None:

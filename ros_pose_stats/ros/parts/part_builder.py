@@ -14,7 +14,7 @@ from ...errors import MeshError, PoseStatsError, RequestError
 from ...mesh.patience import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.poses import are_found
-from .building_process import BuildRequest, Built, main
+from .building_process import BuildRequest, Built, build, main
 from .lanes import Pace
 from .part_requests import PartRequest, part_of
 
@@ -68,22 +68,16 @@ class BuildingProcess:
     def wait_until_ready(self) -> None:
         """Wait until it can work: kernels are loaded, or even compiled, before.
 
-        Raises
-        ------
-        EOFError
-            If it has ended.
+        Raises EOFError if it has ended.
         """
         pickle.load(self._answers)
 
     def ask(self, asked: BuildRequest) -> Any:
         """What it answers.
 
-        Raises
-        ------
-        EOFError, BrokenPipeError, UnpicklingError
-            If it has ended.
+        Raises EOFError, BrokenPipeError, UnpicklingError if it has ended.
         """
-        pickle.dump(asked, self._requests, pickle.HIGHEST_PROTOCOL)
+        pickle.dump((build, (asked,)), self._requests, pickle.HIGHEST_PROTOCOL)
         self._requests.flush()
         return pickle.load(self._answers)
 
@@ -110,12 +104,8 @@ class PartBuilder:
               pace: Pace = Pace.SLOW) -> Part:
         """Build a part; one that takes long with its poses.
 
-        Raises
-        ------
-        PoseStatsError
-            With one line that says what is wrong.
-        TakesLongError
-            If a slower lane has to build it.
+        Raises PoseStatsError with one line that says what is wrong. Raises TakesLongError if a
+        slower lane has to build it.
         """
         if not is_large(request):
             try:
@@ -162,12 +152,8 @@ class ProcessBuilder:
     def build(self, asked: BuildRequest, seconds: float) -> Built:
         """Build a part with its poses.
 
-        Raises
-        ------
-        PoseStatsError
-            With one line that says what is wrong.
-        TakesLongError
-            If it takes longer than so many seconds.
+        Raises PoseStatsError with one line that says what is wrong. Raises TakesLongError if it
+        takes longer than so many seconds.
         """
         with self._turn:
             found = self._built(asked, seconds)

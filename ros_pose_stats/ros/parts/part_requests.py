@@ -25,39 +25,20 @@ LONGEST_SHOWN = 40
 
 @dataclass(frozen=True, eq=False)
 class PartRequest:
-    """A mesh on its way to become a `Part`.
+    """A mesh on its way to become a `Part`."""
 
-    Attributes
-    ----------
-    part_id : str
-        Empty: named by its digest.
-    vertices : (V, 3) array
-        In `unit`; may be a view on a received buffer.
-    triangles : (T, 3) array of uint32
-    unit : float
-        Metres a mesh unit.
-    mass : float
-        Kilograms; 0: everything from the mesh.
-    center_of_mass : (3,) array
-        Metres; meaningful with a mass.
-    inertia : (3, 3) array
-        kg m²; zeros: uniform.
-    restitution, drop_height : float
-        Of the part's own scene; negative: the node's.
-    stamp : int
-        Nanoseconds; 0 where the sender gave none.
-    """
-
-    part_id: str
-    vertices: Array
-    triangles: NDArray[np.uint32]
-    unit: float = 1.0
-    mass: float = 0.0
+    part_id: str  # empty: named by its digest
+    vertices: Array  # (V, 3); in `unit`; may be a view on a received buffer
+    triangles: NDArray[np.uint32]  # (T, 3) uint32
+    unit: float = 1.0  # metres a mesh unit
+    mass: float = 0.0  # kilograms; 0: everything from the mesh
+    # (3,); metres; meaningful with a mass
     center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
+    # (3, 3); kg m²; zeros: uniform
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
-    restitution: float = -1.0
+    restitution: float = -1.0  # of the part's own scene; negative: the node's
     drop_height: float = -1.0
-    stamp: int = 0
+    stamp: int = 0  # nanoseconds; 0 where the sender gave none
 
     @cached_property
     def content(self) -> bytes:
@@ -105,9 +86,7 @@ def _any(values: Array) -> bool:
 def check_name(part_id: str) -> None:
     """Refuse names that would be cut or confuse a terminal.
 
-    Raises
-    ------
-    RequestError
+    Raises RequestError.
     """
     if len(part_id) > LONGEST_NAME or not part_id.isprintable():
         raise RequestError(f"a part_id of at most {LONGEST_NAME} printable characters",
@@ -117,9 +96,7 @@ def check_name(part_id: str) -> None:
 def check_request(request: PartRequest, most_bytes: int) -> None:
     """What can be refused without looking at every triangle.
 
-    Raises
-    ------
-    MeshError, RequestError
+    Raises MeshError, RequestError.
     """
     check_name(request.part_id)
     if request.bytes() > most_bytes:
@@ -137,10 +114,8 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
 def part_of(request: PartRequest) -> Part:
     """Build the part.
 
-    Raises
-    ------
-    MeshError, MassPropertiesError, RequestError
-        Each with one line that says what is wrong.
+    Raises MeshError, MassPropertiesError, RequestError: each with one line that says what is
+    wrong.
     """
     given = request.mass != 0.0
     with np.errstate(invalid="ignore"):  # of NaN of a kind that only broken messages have
@@ -155,17 +130,7 @@ def part_of(request: PartRequest) -> Part:
 def estimator_name(method: str, restitution: float) -> str:
     """The estimator that a name stands for.
 
-    Parameters
-    ----------
-    method : str
-        Out of `AT_ONCE`.
-    restitution : float
-        By which `auto` chooses.
-
-    Raises
-    ------
-    RequestError
-        If it stands for none.
+    Raises RequestError if it stands for none.
     """
     if method == AUTO:
         return best_method(restitution)

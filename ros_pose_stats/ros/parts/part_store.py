@@ -41,26 +41,14 @@ LAST_RECORDED = 16
 
 @dataclass(eq=False)
 class Revisions:
-    """Numbers of the results of one name, whichever meshes come under it.
+    """Numbers of the results of one name, whichever meshes come under it."""
 
-    Attributes
-    ----------
-    newest : int
-        Given to a result.
-    shown : int
-        Of what was latched last.
-    recorded : deque of int
-        Numbers of the last results that were put on record when latched, as they were first.
-    recorded_at : float
-        When that was last, by the monotonic clock.
-    lock : RLock
-        Held while a result of the name is numbered, latched or withdrawn.
-    """
-
-    newest: int = 0
-    shown: int = 0
+    newest: int = 0  # given to a result
+    shown: int = 0  # of what was latched last
+    # numbers of the last results that were put on record when latched, as they were first
     recorded: deque[int] = field(default_factory=lambda: deque(maxlen=LAST_RECORDED))
-    recorded_at: float = -math.inf
+    recorded_at: float = -math.inf  # when that was last, by the monotonic clock
+    # held while a result of the name is numbered, latched or withdrawn
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def next(self) -> int:
@@ -72,58 +60,28 @@ class Revisions:
 
 @dataclass(eq=False)
 class KnownPart:
-    """A part with what the node says of it at present.
-
-    Attributes
-    ----------
-    part : Part
-    content : bytes
-        Digest of the mesh as it was sent.
-    scene_override : (restitution, drop_height)
-        Of the part's own scene; negative: the node's.
-    request : PartRequest or None
-        The mesh as it was sent.
-    revisions : Revisions
-        Of its name.
-    latched : PoseStatistics or None
-        The current result, which late joiners get.
-    model : PoseStatistics or None
-        The best estimate or simulation for that scene, as it was before it was latched: under
-        another number, and combined with the counts where there are any.
-    counts : CellCounts or None
-        What cameras counted of it.
-    scene : DropScene or None
-        That the latched result is for.
-    published : float
-        When it was published, by the monotonic clock.
-    on_record : PoseStatistics or None
-        The result of the last run that this one began with, which is in the bag already.
-    size : int
-        Bytes of the mesh as it was sent, of the part, and of what was prepared on it when it
-        became known.
-    mark : int
-        The recorder's, when the latched result was put on record; -1 where it is not.
-    latched_bytes : int
-        Size of the latched result as a message.
-    mesh_is_last : bool
-        Whether the mesh went on record, and no result of it since.
-    """
+    """A part with what the node says of it at present."""
 
     part: Part
-    content: bytes
-    scene_override: tuple[float, float]
-    request: PartRequest | None = None
-    revisions: Revisions = field(default_factory=Revisions)
-    latched: PoseStatistics | None = None
+    content: bytes  # digest of the mesh as it was sent
+    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
+    request: PartRequest | None = None  # the mesh as it was sent
+    revisions: Revisions = field(default_factory=Revisions)  # of its name
+    latched: PoseStatistics | None = None  # the current result, which late joiners get
+    # the best estimate or simulation for that scene, as it was before it was latched: under
+    # another number, and combined with the counts where there are any
     model: PoseStatistics | None = None
-    counts: CellCounts | None = None
-    scene: DropScene | None = None
-    published: float = 0.0
+    counts: CellCounts | None = None  # what cameras counted of it
+    scene: DropScene | None = None  # that the latched result is for
+    published: float = 0.0  # when it was published, by the monotonic clock
+    # the result of the last run that this one began with, which is in the bag already
     on_record: PoseStatistics | None = None
+    # bytes of the mesh as it was sent, of the part, and of what was prepared on it when it became
+    # known
     size: int = 0
-    mark: int = -1
-    latched_bytes: int = 0
-    mesh_is_last: bool = False
+    mark: int = -1  # the recorder's, when the latched result was put on record; -1 where it is not
+    latched_bytes: int = 0  # size of the latched result as a message
+    mesh_is_last: bool = False  # whether the mesh went on record, and no result of it since
 
 
 def at_hand(value: T) -> Future[T]:
@@ -136,18 +94,9 @@ def at_hand(value: T) -> Future[T]:
 class PartStore:
     """Known parts by their id.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    on_forgotten : callable
-        Told a part that made room or was forgotten, when (nanoseconds), and why.
-
-    Attributes
-    ----------
-    build : callable
-        Makes a `Part` of a `PartRequest`.
-    meshes : MeshRecord
-        Which of their meshes are on record.
+    `on_forgotten`: told a part that made room or was forgotten, when (nanoseconds), and why.
+    Attributes `build`: makes a `Part` of a `PartRequest`; `meshes`: which of their meshes are on
+    record.
     """
 
     def __init__(self, recorder: Recorder,
@@ -166,10 +115,8 @@ class PartStore:
     def resolve(self, request: PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is new: not known yet, and here by `put` only.
 
-        Raises
-        ------
-        PoseStatsError
-            With one line that says what is wrong; at once where the mesh was refused before.
+        Raises PoseStatsError with one line that says what is wrong; at once where the mesh was
+        refused before.
         """
         same = self._same(request.part_id, request.content)
         part = self._build(request) if same is None else same.part
@@ -217,10 +164,7 @@ class PartStore:
         It takes the place of one of the same id, if it is the newest, and of the oldest beyond
         `most` parts and `most_bytes` of them all. Returns the part that is known then.
 
-        Raises
-        ------
-        MeshError
-            If the part alone takes more.
+        Raises MeshError if the part alone takes more.
         """
         known.size = array_bytes(known.part, known.request)
         if known.size > most_bytes:
@@ -256,10 +200,7 @@ class PartStore:
     def known(self, part_id: str) -> KnownPart:
         """A part, which counts as used now.
 
-        Raises
-        ------
-        RequestError
-            If it is not known.
+        Raises RequestError if it is not known.
         """
         found = self.find(part_id)
         if found is None:
@@ -279,10 +220,7 @@ class PartStore:
     def forget(self, part_id: str) -> None:
         """Forget a part.
 
-        Raises
-        ------
-        RequestError
-            If it is not known.
+        Raises RequestError if it is not known.
         """
         self._let_go(self.known(part_id), "a client had the part forgotten", durable=True)
 

@@ -31,17 +31,8 @@ from .result_store import ResultStore
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
     """The error over the poses that a result keeps with 90 % confidence, told from its message.
 
-    Parameters
-    ----------
-    part : Part
-    message : PoseStatistics
-        Of this part in this scene.
-    scene : DropScene
-
-    Returns
-    -------
-    float
-        A fraction; infinite where the method does not know so low a drop.
+    `message`: of this part in this scene. Returns a fraction; infinite where the method does not
+    know so low a drop.
     """
     resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
     if not message.drops:

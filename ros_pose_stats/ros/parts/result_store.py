@@ -69,10 +69,8 @@ def live_size(known: KnownPart) -> int:
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part.
 
-    Attributes
-    ----------
-    on_shown : callable
-        Told each `KnownPart` once its best result is latched after it, or a parameter, is new.
+    Attributes `on_shown`: told each `KnownPart` once its best result is latched after it, or a
+    parameter, is new.
     """
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore,
@@ -93,20 +91,9 @@ class ResultStore:
 
         A copy of what is known is ignored; one that was refused is refused again at once.
 
-        Parameters
-        ----------
-        request : PartRequest
-        last : PoseStatistics, optional
-            What was latched for it in the last run.
-        recorded : bool
-            Whether that stands for this run too, if it holds.
-        newest : bool
-            Whether it takes the place of a known part of its name.
-
-        Raises
-        ------
-        PoseStatsError
-            With one line that says what is wrong.
+        `last`: what was latched for it in the last run; `recorded`: whether that stands for this
+        run too, if it holds; `newest`: whether it takes the place of a known part of its name.
+        Raises PoseStatsError with one line that says what is wrong.
         """
         settings = self._settings()
         check_request(request, settings.max_mesh_bytes)
@@ -176,11 +163,7 @@ class ResultStore:
     def add_counts(self, known: KnownPart, counts: PoseCounts) -> None:
         """Learn from what a camera counted, if on this plate; `record_waiting` shows it.
 
-        Parameters
-        ----------
-        known : KnownPart
-        counts : PoseCounts
-            Of its poses as they are numbered now.
+        `counts`: of its poses as they are numbered now.
         """
         if counts.plate not in ("", self._settings().plate):
             return

@@ -26,16 +26,8 @@ class ShiftedParts:
     def shift(self, known: KnownPart, offset: Array) -> KnownPart:
         """The part with a shifted centre of mass, of which nothing is latched.
 
-        Parameters
-        ----------
-        known : KnownPart
-        offset : (3,) array
-            Metres, part frame, finite; zeros give the known part itself.
-
-        Raises
-        ------
-        MassPropertiesError
-            If that leads out of the part's hull.
+        `offset` (3,): metres, part frame, finite; zeros give the known part itself. Raises
+        MassPropertiesError if that leads out of the part's hull.
         """
         if not offset.any():
             return known

@@ -9,21 +9,12 @@ from .places import Place
 
 @dataclass(eq=False)
 class RecordedMesh:
-    """A mesh in a bag.
-
-    Attributes
-    ----------
-    place : Place
-    restitution, drop_height : float
-        Of the part's own scene, as the mesh has it; negative: the node's.
-    digest : str
-        Of the part; empty until a result has told it.
-    """
+    """A mesh in a bag."""
 
     place: Place
-    restitution: float
+    restitution: float  # of the part's own scene, as the mesh has it; negative: the node's
     drop_height: float
-    digest: str = ""
+    digest: str = ""  # of the part; empty until a result has told it
 
 
 class CurrentMeshes:

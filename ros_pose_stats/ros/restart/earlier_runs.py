@@ -29,21 +29,11 @@ RUNS_TAKEN_IN = 7
 JOB_EVENT = "ros_pose_stats_msgs/msg/JobEvent"
 
 class Taken(NamedTuple):
-    """Which runs need not be read any more.
+    """Which runs need not be read any more."""
 
-    Attributes
-    ----------
-    done : bool
-        Whether all that they leave is on record; false where that begins.
-    up_to : str
-        The newest of them.
-    but : tuple of str
-        Older ones that were not taken in.
-    """
-
-    done: bool
-    up_to: str
-    but: tuple[str, ...] = ()
+    done: bool  # whether all that they leave is on record; false where that begins
+    up_to: str  # the newest of them
+    but: tuple[str, ...] = ()  # older ones that were not taken in
 
     def text(self) -> str:
         """As it is recorded."""
@@ -62,21 +52,11 @@ def taken_from(text: str) -> Taken:
 
 @dataclass
 class EarlierRuns:
-    """What a node finds in its log directory.
+    """What a node finds in its log directory."""
 
-    Attributes
-    ----------
-    bags : dict of str to Path
-        Those to be read, oldest first, by what they are called inside.
-    taken : Taken
-        What can be said of them once all that they leave is on record.
-    settled : bool
-        Whether the next start would find the same if nothing were recorded.
-    """
-
-    bags: dict[str, Path]
-    taken: Taken
-    settled: bool
+    bags: dict[str, Path]  # those to be read, oldest first, by what they are called inside
+    taken: Taken  # what can be said of them once all that they leave is on record
+    settled: bool  # whether the next start would find the same if nothing were recorded
 
 
 def earlier_runs(log_directory: Path, node: str) -> EarlierRuns:

@@ -23,12 +23,7 @@ class Handover:
     A start that finds nothing new can so leave it at that: its own bag begins when there is
     something to say, and the next start finds what this one has found.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    found : EarlierRuns
-    records : sequence of (str, bytes)
-        Topic and message of all that they leave.
+    `records`: topic and message of all that they leave.
     """
 
     def __init__(self, recorder: Recorder, found: EarlierRuns,
@@ -62,10 +57,7 @@ class Handover:
 
         All that is known must be in the bag by then.
 
-        Parameters
-        ----------
-        coming : iterable of (str, bytes)
-            Topic and message of what is not known yet.
+        `coming`: topic and message of what is not known yet.
         """
         if (self.done and self._found.taken.up_to
                 and self._mark < self._recorder.trusted_from):
@@ -96,12 +88,8 @@ class RunsInUse:
 
     A run that holds meshes of known parts stays until they are in the bag of this run too.
 
-    Parameters
-    ----------
-    handover : Handover
-    meshes : MeshRecord
-    have_recorded_again : callable
-        Sees to it, elsewhere, that meshes in distrusted runs are recorded again.
+    `have_recorded_again`: sees to it, elsewhere, that meshes in distrusted runs are recorded
+    again.
     """
 
     def __init__(self, handover: Handover, meshes: MeshRecord,

@@ -37,10 +37,7 @@ MOST_INDEX = 2**31 - 1
 def scene_of(event: JobEvent) -> DropScene:
     """The scene of a job.
 
-    Raises
-    ------
-    RequestError
-        If there is no such scene.
+    Raises RequestError if there is no such scene.
     """
     height = event.drop_height if event.drop_height > 0.0 else None
     return DropScene(event.restitution, height, event.cluster_tolerance, event.round_sides)
@@ -48,23 +45,15 @@ def scene_of(event: JobEvent) -> DropScene:
 
 @dataclass
 class LastRun:
-    """What bags leave to the next run.
+    """What bags leave to the next run."""
 
-    Attributes
-    ----------
-    parts : dict of str to RecordedMesh
-        Where the present mesh of each part lies, the least recently used part first.
-    unfinished : dict of str to JobEvent
-        Jobs that were accepted and not heard of again.
-    results : dict of str to PoseStatistics
-        The last result of each of the parts; nothing is going to refine it any more.
-    problems : dict of Path to str
-        Bags not all of which could be read, and the first reason.
-    """
-
+    # where the present mesh of each part lies, the least recently used part first
     parts: dict[str, RecordedMesh] = field(default_factory=dict)
+    # jobs that were accepted and not heard of again
     unfinished: dict[str, JobEvent] = field(default_factory=dict)
+    # the last result of each of the parts; nothing is going to refine it any more
     results: dict[str, PoseStatistics] = field(default_factory=dict)
+    # bags not all of which could be read, and the first reason
     problems: dict[Path, str] = field(default_factory=dict)
     _meshes: CurrentMeshes = field(default_factory=CurrentMeshes)
     _latched: dict[str, tuple[Path, RawMessage]] = field(default_factory=dict)
@@ -156,12 +145,8 @@ def _result(recorded: RawMessage) -> PoseStatistics:
 def last_run(bags: Mapping[str, Path], most_parts: int) -> LastRun:
     """Read runs in order; what cannot be read is left out and named.
 
-    Parameters
-    ----------
-    bags : mapping of str to Path
-        By what the runs are called inside, oldest first.
-    most_parts : int
-        How many of the parts are wanted, the most recently used ones.
+    `bags`: by what the runs are called inside, oldest first; `most_parts`: how many of the parts
+    are wanted, the most recently used ones.
     """
     found = LastRun()
     for run, bag in bags.items():

@@ -18,27 +18,13 @@ _NEAR = 1 << 16
 
 
 class Place(NamedTuple):
-    """What finds a message, also once its run was mended, copied or renamed.
+    """What finds a message, also once its run was mended, copied or renamed."""
 
-    Attributes
-    ----------
-    run : str
-        As in `RunIdentity`.
-    time : int
-        When it was recorded [ns since 1970]; no two messages of a run have the same.
-    check : int
-        CRC-32 of its bytes.
-    file : str
-        Name of the file that it was in.
-    offset : int
-        Where in that file its record began; -1 where that is not known.
-    """
-
-    run: str
-    time: int
-    check: int
-    file: str
-    offset: int
+    run: str  # as in `RunIdentity`
+    time: int  # when it was recorded [ns since 1970]; no two messages of a run have the same
+    check: int  # CRC-32 of its bytes
+    file: str  # name of the file that it was in
+    offset: int  # where in that file its record began; -1 where that is not known
 
 
 def place_of(run: str, message: RawMessage) -> Place:
@@ -61,10 +47,7 @@ def place_from(text: str) -> Place:
 def read_at(log_directory: Path, place: Place) -> bytes:
     """The bytes of a message.
 
-    Raises
-    ------
-    BagError
-        The run is gone, or does not hold these bytes any more.
+    Raises BagError: the run is gone, or does not hold these bytes any more.
     """
     for bag in _bags_of(log_directory, place.run):
         with suppress(OSError):

@@ -29,10 +29,8 @@ def read_recorded(recorded: RawMessage, kind: type[Message]) -> Message:
     CDR holds no names, so that bytes of another definition would be read into wrong fields. A
     field that it does not have keeps its default; so do lists of messages.
 
-    Raises
-    ------
-    BagError
-        If the bytes are not what their definition says. The bindings raise what they like.
+    Raises BagError if the bytes are not what their definition says. The bindings raise what they
+    like.
     """
     if is_of_today(recorded):
         found: Message = deserialize_message(recorded.data, kind)

@@ -36,10 +36,7 @@ def end_unfinished_jobs(run: LastRun, settings: Settings, jobs: Jobs,
                         say: Callable[[str], object]) -> list[tuple[str, bytes]]:
     """End simulations that the last run did not end as cancelled, and say so.
 
-    Returns
-    -------
-    list of (str, bytes)
-        What is to be recorded of that.
+    Returns what is to be recorded of that.
     """
     interrupted = [_interrupted_job(event, settings) for event in run.unfinished.values()]
     for job in interrupted:
@@ -62,26 +59,14 @@ def _interrupted_job(event: JobEvent, settings: Settings) -> Job:
 
 
 class RestoredPart(NamedTuple):
-    """A part of the last run on its way into this one.
-
-    Attributes
-    ----------
-    part_id : str
-    mesh : RecordedMesh
-        Where its mesh lies.
-    last : PoseStatistics or None
-        What was latched for it, under the present names of plate and frame.
-    holds : bool
-        Whether that still is a result of this mesh in the present scene.
-    changed : bool
-        Whether something of it is not as it was recorded.
-    """
+    """A part of the last run on its way into this one."""
 
     part_id: str
-    mesh: RecordedMesh
+    mesh: RecordedMesh  # where its mesh lies
+    # what was latched for it, under the present names of plate and frame
     last: PoseStatistics | None
-    holds: bool
-    changed: bool
+    holds: bool  # whether that still is a result of this mesh in the present scene
+    changed: bool  # whether something of it is not as it was recorded
 
     def records(self) -> Iterator[tuple[str, bytes]]:
         """What this run's bag has to say of it; the mesh itself stays where it is."""

@@ -34,20 +34,8 @@ class BatchSubscription:
     While a batch is dealt with, more come. Those that came too quickly all the same are told by
     the numbers that are missing.
 
-    Parameters
-    ----------
-    node : Node
-    kind : type
-        Of the messages.
-    topic : str
-    noun : str
-        What is on it, for the log.
-    take : callable
-        Called with serialised messages in the order of their coming, by one thread at a time.
-    recorder : Recorder
-        Keeps the number of those that were lost.
-    refusals : Refusals
-        Told how many come.
+    `noun`: what is on it, for the log; `take`: called with serialised messages in the order of
+    their coming, by one thread at a time; `recorder`: keeps the number of those that were lost.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, noun: str,

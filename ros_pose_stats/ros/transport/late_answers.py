@@ -103,26 +103,14 @@ class UnreachedClient:
     rclpy does not tell which client a request is from. But a client numbers its requests one
     after the other, so the request that has the next number is taken for its next one. Where
     that is wrong, somebody else's answer waits until the next attempt.
-
-    Attributes
-    ----------
-    service : str
-    next_number : int
-        Of its next request.
-    asked, due : float
-        When it last asked and when it is tried again, by the monotonic clock.
-    attempts : int
-        Since an answer has arrived.
-    answers : list of Answer
-        Oldest first.
     """
 
     service: str
-    next_number: int
-    asked: float
+    next_number: int  # of its next request
+    asked: float  # when it last asked and when it is tried again, by the monotonic clock
     due: float = 0.0
-    attempts: int = 0
-    answers: list[Answer] = field(default_factory=list)
+    attempts: int = 0  # since an answer has arrived
+    answers: list[Answer] = field(default_factory=list)  # oldest first
 
     def wait_longer(self) -> None:
         """Put off the next attempt after one in vain."""
@@ -135,10 +123,7 @@ class LateAnswers:
 
     A client that never hears costs an attempt every few seconds, however often it asks.
 
-    Parameters
-    ----------
-    say : callable
-        Told in one line of answers that are given up.
+    `say`: told in one line of answers that are given up.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
@@ -153,12 +138,7 @@ class LateAnswers:
     def send(self, service: str, number: int, send: Callable[[], object]) -> None:
         """Send an answer now, or else later.
 
-        Parameters
-        ----------
-        service : str
-        number : int
-            That the client gave its request.
-        send : callable
+        `number`: that the client gave its request.
         """
         client = self._unreached(service, number)
         if client is None or time.monotonic() >= client.due:
@@ -282,11 +262,7 @@ def number_of(header: Any) -> int:
 class PatientNode(Node):
     """A node all of whose services, those for parameters too, send lost answers again.
 
-    Attributes
-    ----------
-    late_answers : LateAnswers
-    turns : Turns
-        Of the clients of services that answer in turn.
+    Attributes `turns`: of the clients of services that answer in turn.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
@@ -299,13 +275,9 @@ class PatientNode(Node):
                        in_turn: Callable[[Any], bool] | None = None, **options: Any) -> Service:
         """Make a service whose answers reach clients that are still being discovered.
 
-        Parameters
-        ----------
-        kind, name, callback, **options
-            As rclpy takes them; the callback may also return a `concurrent.futures.Future` of
-            its answer.
-        in_turn : callable, optional
-            Whether a request may wait for its client's turn; it must hold on to little.
+        `kind, name, callback, **options`: as rclpy takes them; the callback may also return a
+        `concurrent.futures.Future` of its answer; `in_turn`: whether a request may wait for its
+        client's turn; it must hold on to little.
         """
         service: Service = super().create_service(
             kind, name, callback if in_turn is None else _Taken, **options)
@@ -359,16 +331,7 @@ class _Taken:
 
 
 class PatientActionServer(ActionServer):
-    """Sends lost answers to goals, to cancels and to requests for results again.
-
-    Parameters
-    ----------
-    node : PatientNode
-    action_type : type
-    action_name : str
-    *arguments, **options
-        Of rclpy's `ActionServer`.
-    """
+    """Sends lost answers to goals, to cancels and to requests for results again."""
 
     def __init__(self, node: PatientNode, action_type: Any, action_name: str,
                  *arguments: Any, **options: Any) -> None:

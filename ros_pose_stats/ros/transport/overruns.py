@@ -31,15 +31,8 @@ class SequenceGaps:
     def missing_before(self, number: int) -> int:
         """Messages lost just before this one.
 
-        Parameters
-        ----------
-        number : int
-            Of the message, counted by its publisher; 0 where the middleware has none.
-
-        Returns
-        -------
-        int
-            0 for the first message of a publisher.
+        `number`: of the message, counted by its publisher; 0 where the middleware has none.
+        Returns 0 for the first message of a publisher.
         """
         if number <= 0:
             return 0

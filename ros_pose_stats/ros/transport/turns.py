@@ -31,10 +31,7 @@ class _Line:
 class Turns:
     """Works off requests in threads of its own, one of each client at a time.
 
-    Parameters
-    ----------
-    say : callable
-        Told in one line of requests that fail.
+    `say`: told in one line of requests that fail.
     """
 
     def __init__(self, say: Callable[[str], object]) -> None:
@@ -54,12 +51,7 @@ class Turns:
     def put(self, number: int, act: Callable[[], object]) -> None:
         """Have a request answered when it is its client's turn.
 
-        Parameters
-        ----------
-        number : int
-            That the client gave its request.
-        act : callable
-            Answers it.
+        `number`: that the client gave its request.
         """
         with self._changed:
             line = self._by_number.pop(number, None)
@@ -81,10 +73,7 @@ class Turns:
     def close(self, seconds: float) -> bool:
         """Answer all that wait, which is quick once nothing is computed for them.
 
-        Returns
-        -------
-        bool
-            Whether all have been answered within some seconds.
+        Returns whether all have been answered within some seconds.
         """
         with self._changed:
             self._closed = True

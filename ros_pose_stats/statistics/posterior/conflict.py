@@ -25,18 +25,9 @@ def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Arra
     a share from a Beta distribution of strength n (s + 1) / (s + n) - 1; which strength holds is
     not known, so its tails are averaged.
 
-    Parameters
-    ----------
-    counts, mean : (G,) arrays
-        Settled drops in each unit, and its estimated probability, above 0.
-    weight : (K, M) array
-        Of the strengths, summing to 1.
-    strength : (K, M, G) array
-        Pseudo-drops that the estimate of each unit is worth, above 0.
-
-    Returns
-    -------
-    (G,) array of bool
+    `counts, mean` (G,): settled drops in each unit, and its estimated probability, above 0;
+    `weight` (K, M): of the strengths, summing to 1; `strength` (K, M, G): pseudo-drops that the
+    estimate of each unit is worth, above 0. Returns (G,) bool.
     """
     total = counts.sum()
     if not total or mean.size == 1:

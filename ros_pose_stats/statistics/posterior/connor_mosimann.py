@@ -36,14 +36,9 @@ class ConnorMosimann(NamedTuple):
     def around(cls, mean: Array, strength: Array, share: Array) -> ConnorMosimann:
         """With given means, and as sure of each unit as so many drops would make it.
 
-        Parameters
-        ----------
-        mean : (G,) array
-            Above 0, summing to 1.
-        strength : (K, M, G) array
-            Pseudo-drops behind each unit, above 0; all alike for a Dirichlet distribution.
-        share : (K,) array
-            How likely each of the K is, summing to 1.
+        `mean` (G,): above 0, summing to 1; `strength` (K, M, G): pseudo-drops behind each unit,
+        above 0; all alike for a Dirichlet distribution; `share` (K,): how likely each of the K is,
+        summing to 1.
         """
         beyond = np.cumsum(mean[:0:-1])[::-1]
         return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
@@ -52,11 +47,8 @@ class ConnorMosimann(NamedTuple):
     def updated(self, counts: Array) -> tuple[ConnorMosimann, Array]:
         """After drops: counts (G,) of the units.
 
-        Returns
-        -------
-        ConnorMosimann
-        log_evidence : (M,) array
-            Logarithm of the probability of this very sequence of outcomes.
+        Returns `log_evidence` (M,): logarithm of the probability of this very sequence of
+        outcomes.
         """
         beyond = np.cumsum(counts[:0:-1])[::-1]
         taken, left = self.taken + counts[:-1], self.left + beyond
@@ -74,16 +66,9 @@ class ConnorMosimann(NamedTuple):
     def kinds(self, weight: Array) -> tuple[Array, Array, Array]:
         """The units by which of the K distributions holds, over all strengths.
 
-        Parameters
-        ----------
-        weight : (M,) array
-            Of the strengths, summing to 1.
-
-        Returns
-        -------
-        share, mean, variance : (K, G) array
-            How likely each of the K is for the break of a unit, and the moments where it holds;
-            of one that cannot hold, the moments of the likeliest.
+        `weight` (M,): of the strengths, summing to 1. Returns (K, G): how likely each of the K is
+        for the break of a unit, and the moments where it holds; of one that cannot hold, the
+        moments of the likeliest.
         """
         share, mean, square = self._kinds()
         each = weight[:, None] * share

@@ -1,4 +1,4 @@
-"""Numbers of the prior, written by `python -m training.fit_posterior`."""
+"""Numbers of the prior, written by `python -m lab.training.fit_posterior`."""
 
 from __future__ import annotations
 

@@ -27,13 +27,9 @@ class SquareError(NamedTuple):
     """Distribution of the mean square error over the poses: a mixture of gamma distributions.
 
     Each has the moments of its component of the posterior (Satterthwaite).
-
-    Attributes
-    ----------
-    weight, mean, variance : (M,) array
     """
 
-    weight: Array
+    weight: Array  # (M,)
     mean: Array
     variance: Array
 
@@ -64,14 +60,9 @@ def square_error(weight: Array, mean: Array, variance: Array, away: Array,
     Within a component the units are taken as normal with the correlations of a multinomial
     distribution.
 
-    Parameters
-    ----------
-    weight : (M,) array
-        Of the components.
-    mean, variance, away : (M, G) array
-        Of the units: mean, variance, and mean less that of the mixture.
-    size : (G,) array of int
-        Poses of each unit, which share its error evenly.
+    `weight` (M,): of the components; `mean, variance, away` (M, G): of the units: mean, variance,
+    and mean less that of the mixture; `size` (G,) int: poses of each unit, which share its error
+    evenly.
     """
     each = 1.0 / (size * size.sum())  # a unit's square error to the poses' mean square
     squares = (variance + away * away) @ each
@@ -85,14 +76,8 @@ def square_error(weight: Array, mean: Array, variance: Array, away: Array,
 def error_quantile(probability: ArrayLike, drops: float, level: float) -> float:
     """Bound that the root mean square error of counted probabilities keeps.
 
-    Parameters
-    ----------
-    probability : (P,) array
-        As counted, or a little drawn in from 0 and 1.
-    drops : float
-        Settled ones, above 0.
-    level : float
-        Probability that the bound is kept, 0 < level < 1.
+    `probability` (P,): as counted, or a little drawn in from 0 and 1; `level`: probability that
+    the bound is kept, 0 < level < 1.
     """
     p = np.asarray(probability, dtype=np.float64)[None, :]
     one = np.ones(p.shape[1], dtype=np.int64)
@@ -106,47 +91,27 @@ NARROWEST: Final = 1e-12
 
 
 class Kinds(NamedTuple):
-    """The units' distributions, each a mixture of K.
+    """The units' distributions, each a mixture of K."""
 
-    Attributes
-    ----------
-    share, mean, variance : (K, G) array
-    """
-
-    share: Array
+    share: Array  # (K, G)
     mean: Array
     variance: Array
 
 
 class Strengths(NamedTuple):
-    """The units' distributions at each of M strengths.
+    """The units' distributions at each of M strengths."""
 
-    Attributes
-    ----------
-    weight : (M,) array
-    variance, away : (M, G) array
-        Variance, and mean less that of the mixture.
-    """
-
-    weight: Array
-    variance: Array
+    weight: Array  # (M,)
+    variance: Array  # (M, G); variance, and mean less that of the mixture
     away: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Distribution of the pose probabilities of one part.
+    """Distribution of the pose probabilities of one part."""
 
-    Attributes
-    ----------
-    probability : (P,) array
-        Means; they sum to 1, and poses of one group have equal ones.
-    standard_error : (P,) array
-        Standard deviations.
-    """
-
-    probability: Array
-    standard_error: Array
+    probability: Array  # (P,); means; they sum to 1, and poses of one group have equal ones
+    standard_error: Array  # (P,); standard deviations
     _unit: Index
     _size: Index
     _error: SquareError
@@ -158,17 +123,9 @@ class Posterior:
               size: Index, kinds: Kinds) -> Posterior:
         """From the moments of the units at each of some strengths.
 
-        Parameters
-        ----------
-        weight : (M,) array
-            Of the strengths, summing to 1.
-        mean, variance : (M, G) array
-        unit : (P,) array of int
-            The unit that each pose belongs to.
-        size : (G,) array of int
-            Poses of each unit.
-        kinds : Kinds
-            The same, parted by which kind of estimate holds rather than by strength.
+        `weight` (M,): of the strengths, summing to 1; `mean, variance` (M, G); `unit` (P,) int:
+        the unit that each pose belongs to; `size` (G,) int: poses of each unit; `kinds`: the same,
+        parted by which kind of estimate holds rather than by strength.
         """
         # The weights' sum is rounded; it shows where all agree, as on a pose that is the only one.
         middle = np.where(np.ptp(mean, axis=0) == 0.0, mean[0], weight @ mean)
@@ -187,23 +144,15 @@ class Posterior:
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
         """Bound that the root mean square error over the poses keeps with this probability.
 
-        Parameters
-        ----------
-        level : float
-            0 < level < 1.
+        `level`: 0 < level < 1.
         """
         return math.sqrt(self._error.quantile(level))
 
     def largest_error(self, level: float = DEFAULT_LEVEL, drops: float = math.inf) -> float:
         """Bound that the errors of all poses keep together with this probability, a fraction.
 
-        Parameters
-        ----------
-        level : float
-            0 < level < 1.
-        drops : float
-            The bound is for how far the shares of so many other drops lie away, with their
-            noise; infinite for the probabilities themselves.
+        `level`: 0 < level < 1; `drops`: the bound is for how far the shares of so many other drops
+        lie away, with their noise; infinite for the probabilities themselves.
         """
         weight, variance, away = self._strengths
         if math.isinf(drops):
@@ -222,13 +171,8 @@ class Posterior:
         that the mean may lie above both bounds. Each kind of estimate that may
         hold for a pose, sure or not, gets the Beta distribution of its mean and variance.
 
-        Parameters
-        ----------
-        level : float
-            0 < level < 1.
-        drops : float
-            The interval is for the share of a pose in so many other drops, with their noise;
-            infinite for the probability itself.
+        `level`: 0 < level < 1; `drops`: the interval is for the share of a pose in so many other
+        drops, with their noise; infinite for the probability itself.
         """
         share, mean, variance = self._kinds
         if math.isinf(drops):

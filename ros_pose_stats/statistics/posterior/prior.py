@@ -24,40 +24,27 @@ from .posterior import Kinds, Posterior
 
 
 class PriorFit(NamedTuple):
-    """How a method's estimates err, beyond the expected error of each part.
+    """How a method's estimates err, beyond the expected error of each part."""
 
-    Attributes
-    ----------
-    center : float
-        Natural logarithm of the typical strength of the estimate over the one that its
-        expected error implies.
-    spread : float
-        Scale of that logarithm over parts, above 0.
-    overrated : float
-        Probability that the method overrates by a factor of two, 0 to 1: poses far below it
-        are in truth rarer still.
-    rare_below : float
-        Probability below which a pose's estimate is stronger, in pseudo-drops, than the
-        others', 0 to 1.
-    unsure_share : float
-        Share of poses that are estimated no more surely than the others though they are rare,
-        above 0 and below 1.
-    """
-
+    # natural logarithm of the typical strength of the estimate over the one that its expected
+    # error implies
     center: float
-    spread: float
+    spread: float  # scale of that logarithm over parts, above 0
+    # probability that the method overrates by a factor of two, 0 to 1: poses far below it are in
+    # truth rarer still
     overrated: float
+    # probability below which a pose's estimate is stronger, in pseudo-drops, than the others', 0
+    # to 1
     rare_below: float
+    # share of poses that are estimated no more surely than the others though they are rare, above
+    # 0 and below 1
     unsure_share: float
 
 
 def prior_fit(restitution: float) -> PriorFit:
     """The fit at a restitution, straight between those measured, the nearest one beyond.
 
-    Parameters
-    ----------
-    restitution : float
-        0 <= restitution < 1.
+    `restitution`: 0 <= restitution < 1.
     """
     return PriorFit(*(float(np.interp(restitution, FITTED_AT, column))
                       for column in zip(*FITTED, strict=True)))
@@ -89,36 +76,14 @@ GRID: Final = np.linspace(-8.0, 5.0, 14)
 class PosePrior:
     """Distribution of the pose probabilities of one part before it is dropped.
 
-    Parameters
-    ----------
-    estimate : (P,) array
-        Estimated probabilities, 0 <= estimate, with a sum of 1.
-    group : (P,) array of int
-        Poses of one number have equal probabilities by symmetry; 0 <= group.
-    expected_error : float
-        Root mean square over the poses, as a fraction; NaN where nothing is known.
-    restitution : float
-        0 <= restitution < 1; chooses the fit.
-    fit : PriorFit, optional
-        Default: the shipped one at that restitution.
-
-    Attributes
-    ----------
-    unit : (P,) array of int
-        The unit that each pose belongs to.
-    size : (G,) array of int
-        Poses of each unit.
-    mean : (G,) array
-        Probabilities of the units, summing to 1.
-    strength : float
-        Pseudo-drops that the estimate is typically worth.
-    known : bool
-        Whether there is an expected error.
-
-    Raises
-    ------
-    RequestError
-        If these are not probabilities of P poses, P at least 1.
+    `estimate` (P,): estimated probabilities, 0 <= estimate, with a sum of 1; `group` (P,) int:
+    poses of one number have equal probabilities by symmetry; 0 <= group; `expected_error`: root
+    mean square over the poses, as a fraction; NaN where nothing is known; `restitution`: 0 <=
+    restitution < 1; chooses the fit; `fit`: default: the shipped one at that restitution.
+    Attributes `unit`: (P,) int; the unit that each pose belongs to; `size`: (G,) int; poses of
+    each unit; `mean`: (G,); probabilities of the units, summing to 1; `strength`: pseudo-drops
+    that the estimate is typically worth; `known`: whether there is an expected error. Raises
+    RequestError if these are not probabilities of P poses, P at least 1.
     """
 
     def __init__(self, estimate: ArrayLike, group: ArrayLike, expected_error: float,
@@ -156,15 +121,8 @@ class PosePrior:
     def updated(self, counts: ArrayLike) -> Posterior:
         """What is known after drops.
 
-        Parameters
-        ----------
-        counts : (P,) array of int
-            Settled drops in each pose; all 0 for what is known before the first.
-
-        Raises
-        ------
-        RequestError
-            If there are not P counts from 0 up.
+        `counts` (P,) int: settled drops in each pose; all 0 for what is known before the first.
+        Raises RequestError if there are not P counts from 0 up.
         """
         pooled = self._pooled(counts)
         breaks, weight, _ = self._updated(pooled)
@@ -176,10 +134,7 @@ class PosePrior:
     def contradicted(self, counts: ArrayLike) -> NDArray[np.bool_]:
         """Poses (P,) in which drops contradict the estimate beyond both errors.
 
-        Parameters
-        ----------
-        counts : (P,) array of int
-            Settled drops in each pose.
+        `counts` (P,) int: settled drops in each pose.
         """
         weight = self._share[:, None] * np.exp(self._log_weight)
         strength = np.broadcast_to(self._strength, (self._share.size, *self._strength.shape[1:]))

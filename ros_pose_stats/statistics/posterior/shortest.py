@@ -30,14 +30,9 @@ def shortest_interval(weight: Array, mean: Array, variance: Array, level: float
     is 1. The length is within a thousandth of the least one, but for a sharp kind beside a broad
     one: there it may be a few per cent more. What it holds is right.
 
-    Parameters
-    ----------
-    weight : (K, P) array
-        Of the K components of each of P distributions, summing to 1.
-    mean, variance : (K, P) array
-        Of the components, 0 < mean < 1 and 0 < variance < mean (1 - mean).
-    level : float
-        0 < level < 1.
+    `weight` (K, P): of the K components of each of P distributions, summing to 1; `mean, variance`
+    (K, P): of the components, 0 < mean < 1 and 0 < variance < mean (1 - mean); `level`: 0 < level
+    < 1.
     """
     mirrored = (weight * mean).sum(axis=0) > 0.5
     low, high = _left(weight, np.where(mirrored, 1.0 - mean, mean), variance, level)

@@ -1,1 +1,0 @@
-"""Speed and soundness of the drop simulation: `python -m benchmarks.drops [--quick] [--write]`."""

@@ -1,5 +1,0 @@
-"""`python -m benchmarks.exports [--drops N] [--write]`."""
-
-from .measure import main
-
-main()

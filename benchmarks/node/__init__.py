@@ -1,1 +1,0 @@
-"""The node over DDS: `python -m benchmarks.node [--quick] [--write]`."""

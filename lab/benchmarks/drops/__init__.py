@@ -1,0 +1,1 @@
+"""Speed and soundness of drops: `python -m lab.benchmarks.drops [--quick] [--write]`."""

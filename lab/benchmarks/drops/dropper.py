@@ -1,0 +1,81 @@
+"""A body prepared for drops, for measurements of the kernel itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import count, islice
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_pose_stats import DropScene, part_from_mesh
+from ros_pose_stats.kernels.drops.drop import run_drops
+from ros_pose_stats.kernels.drops.layout import IMPACT_COUNT, STEP_COUNT, DropRules
+from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.drops import (
+    NO_TAPE,
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    states_at_rest,
+)
+from ros_pose_stats.simulation.starts import random_starts
+
+from .. import bodies
+from ..bodies import Body
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+
+
+class Effort(NamedTuple):
+    """Mean cost of a drop: single impacts, and steps of the motion between them."""
+
+    impacts: float
+    steps: float
+
+
+class Dropper:
+    """A body with its poses merged at a cluster tolerance."""
+
+    def __init__(self, body: Body, tolerance: float = 0.0) -> None:
+        self.body, self.name = body, body.name
+        self.vertices = len(body.vertices)
+        self.part = part_from_mesh(body.vertices, body.triangles)
+        self.prepared = drop_body(self.part, tolerance, 0)
+        self.poses = len(self.prepared.resting.poses)
+
+    def rules(self, restitution: float, height: float = 20.0) -> DropRules:
+        """Rules of a scene; the height of release is in radii."""
+        scene = DropScene(restitution, height * self.prepared.radius)
+        return drop_rules(scene, self.prepared.radius)
+
+    def drop(self, rules: DropRules, seed: int, drops: int) -> DropOutcomes:
+        """Compute the first drops of a seed on this thread, as a worker does."""
+        return compute_drops(self.prepared, rules, random_starts(seed, 0, drops))
+
+    def effort(self, rules: DropRules, seed: int, drops: int) -> Effort:
+        """Mean cost of such drops."""
+        states = states_at_rest(self.prepared, rules.height,
+                                random_starts(seed, 0, drops))
+        outcome, measure = np.empty((drops, 5), np.int64), np.empty((drops, 2))
+        run_drops(self.prepared.arrays, rules, states, outcome, measure, NO_TAPE)
+        impacts = outcome[:, IMPACT_COUNT]
+        return Effort(float(impacts.mean()), float((outcome[:, STEP_COUNT] - impacts).mean()))
+
+
+def pick_evenly(droppers: Sequence[Dropper], number: int) -> list[Dropper]:
+    """Pick some bodies, evenly spread from few vertices to many."""
+    ranked = sorted(droppers, key=lambda dropper: dropper.vertices)
+    return [ranked[(2 * i + 1) * len(ranked) // (2 * number)] for i in range(number)]
+
+
+def paper_droppers(number: int) -> list[Dropper]:
+    """The first of the paper's random polyhedra that have at least two stable faces."""
+    return list(islice(_paper_droppers(), number))
+
+
+def _paper_droppers() -> Iterator[Dropper]:
+    for seed in count():
+        found = Dropper(bodies.paper_polyhedron(seed))
+        if found.poses >= 2:
+            yield found

@@ -1,0 +1,1 @@
+"""The node over DDS: `python -m lab.benchmarks.node [--quick] [--write]`."""

@@ -1,0 +1,139 @@
+"""Drops and estimates of files of one's own: `python -m lab.benchmarks.real_files FOLDER ...`.
+
+The page names no files, only how many there are and what tells the slow ones apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from ros_pose_stats import Part, estimate, load_part, part_from_mesh, resting_poses, simulate
+from ros_pose_stats.errors import PoseStatsError
+from ros_pose_stats.mesh.content import SUFFIXES
+from ros_pose_stats.simulation.drops import DropChunk
+
+from .report import DOCS, machine, table, write_page
+from .results import Results, Row, Section, Target, save
+
+FIRST, SECONDS, CALLS = 100, 1.0, 5
+MEDIAN, TENTH, LEAST, MILLISECONDS = 15_000.0, 4_000.0, 1_000.0, 10.0
+"""Aims: drops a second, and milliseconds that nine of ten estimates are to stay below."""
+
+MEASURED = (
+    "`drops/s`: drops in a second of processor time of one core, at restitution 0.5 and default "
+    "settings, the poses known, over about a second. `estimate, ms`: processor time of "
+    "`estimate(part)` on a part that was made from the loaded arrays, nothing remembered, so that "
+    "convex body, round surfaces, poses and symmetries are in it; median of five. Kernels were "
+    "compiled before. `impacts`: of a drop, on the average. `corners`, `poses`: of the convex "
+    "body that is dropped.")
+
+
+def files_in(folders: Sequence[Path]) -> list[Path]:
+    """Every mesh and STEP file under some folders, and files given by name."""
+    found = {file for one in folders for file in (one.rglob("*") if one.is_dir() else [one])
+             if file.suffix.lower() in SUFFIXES}
+    return sorted(found)
+
+
+def loaded(files: Sequence[Path]) -> Iterator[tuple[str, Part]]:
+    """Parts that can be loaded; others are told of on standard error."""
+    for file in files:
+        try:
+            yield file.name, load_part(file, "auto")
+        except PoseStatsError as error:
+            print(f"left out: {error}", file=sys.stderr)
+
+
+def measure(part: Part) -> dict[str, float | int]:
+    """The cells of a part."""
+    took = median(_estimate_seconds(part) for _ in range(CALLS))
+    impacts: list[int] = []
+
+    def count(chunk: DropChunk) -> None:
+        impacts.append(int(chunk.outcomes.impacts.sum()))
+
+    def drop(drops: int) -> float:
+        impacts.clear()
+        return _spent(lambda: simulate(part, drops, seed=1, workers=1, on_drops=count))
+
+    estimate(part)
+    drop(FIRST)
+    drops = max(FIRST, min(100_000, round(SECONDS * FIRST / drop(FIRST))))
+    seconds = drop(drops)
+    resting = resting_poses(part)
+    return {
+        "triangles": len(part.triangles),
+        "corners": len(np.unique(resting.body.arrays.corner)),
+        "poses": len(resting.poses),
+        "impacts": sum(impacts) / drops,
+        "drops/s": drops / seconds,
+        "estimate, ms": 1e3 * took,
+    }
+
+
+def _estimate_seconds(part: Part) -> float:
+    again = part_from_mesh(part.vertices, part.triangles)
+    return _spent(lambda: estimate(again))
+
+
+def _spent(call: Callable[[], object]) -> float:
+    """Processor time that a call takes, of all threads."""
+    begin = time.process_time()
+    call()
+    return time.process_time() - begin
+
+
+def summary(rows: Sequence[Row]) -> Section:
+    """Median, tenth percentile and least of all files, with the targets."""
+    rate = np.array([float(row.cells["drops/s"]) for row in rows])
+    took = np.array([float(row.cells["estimate, ms"]) for row in rows])
+    tenth, ninth = float(np.percentile(rate, 10)), float(np.percentile(took, 90))
+    middle, least = float(np.median(rate)), float(rate.min())
+    return Section("real_files", "Files of real parts", MEASURED, (
+        Row("drops/s", {"files": len(rows), "median": middle, "worst tenth": tenth,
+                        "worst": least},
+            (Target("median", middle, MEDIAN, at_least=True),
+             Target("tenth percentile", tenth, TENTH, at_least=True),
+             Target("least", least, LEAST, at_least=True))),
+        Row("estimate, ms", {"files": len(rows), "median": float(np.median(took)),
+                             "worst tenth": ninth, "worst": float(took.max())},
+            (Target("90th percentile", ninth, MILLISECONDS),))))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, print, and with `--write` store the results and write the page."""
+    parser = argparse.ArgumentParser(prog="lab.benchmarks.real_files",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    parser.add_argument("--write", action="store_true",
+                        help="store docs/benchmarks/real_files.json, without names of "
+                             "files, and render docs/benchmarks.md")
+    options = parser.parse_args(arguments)
+    rows = []
+    for name, part in loaded(files_in(options.folders)):
+        if not rows:
+            measure(part)  # compiles or loads every kernel
+        rows.append(Row(name, measure(part)))
+        print(name, {key: round(value, 1) for key, value in rows[-1].cells.items()}, flush=True)
+    if not rows:
+        parser.error("there is no mesh or STEP file that can be loaded")
+    rows.sort(key=lambda row: float(row.cells["drops/s"]))
+    each = Section("real_files_each", "Files, the slowest first", MEASURED, tuple(rows))
+    together = summary(rows)
+    print(table(each), table(together), sep="\n\n")
+    if options.write:
+        nameless = tuple(Row(str(k + 1), row.cells) for k, row in enumerate(rows))
+        each = Section(each.name, each.title, each.timed, nameless)
+        save(Results(machine(), (together, each)), DOCS / "benchmarks" / "real_files.json")
+        print(write_page(DOCS))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""Fits the expected errors of the estimators, and compares them with true ones on new bodies.
+
+.venv/bin/python -m lab.training.expected_errors [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
+
+from ...benchmarks.report import DOCS, collect_results, write_page
+from ...benchmarks.results import save
+from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
+from .fit import fit_errors, usual_errors, write_weights
+from .judge import judged, sections
+from .samples import error_samples
+
+
+def main() -> None:
+    """Fit, compare and print; with `--write` also write the weights and the tables."""
+    parser = argparse.ArgumentParser(prog="lab.training.expected_errors",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("--write", action="store_true",
+                        help=f"write {ERROR_FILE.name}, and the tables to docs/benchmarks.md")
+    write = parser.parse_args().write
+    samples = read_samples()
+    known = error_samples([one for one in samples if one.seed == FIT_SEED])
+    fits = {name: fit_errors(some) for name, some in known.items()}
+    if write:
+        write_weights(fits, usual_errors())
+    else:
+        print(fits)
+    new = judged([one for one in samples if one.seed == JUDGE_SEED], fits)
+    results = collect_results(sections(new), print)
+    if write:
+        save(results, DOCS / "benchmarks" / "expected_errors.json")
+        print(write_page(DOCS))
+
+
+if __name__ == "__main__":
+    main()

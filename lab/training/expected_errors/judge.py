@@ -1,0 +1,123 @@
+"""Expected errors beside true ones, on bodies that no fit has seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators import best_method
+from ros_pose_stats.estimators.expected import expected_error, largest_of
+from ros_pose_stats.estimators.fitted_weights import ErrorFit
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.records.scene import DEFAULT_RESTITUTION
+
+from ...benchmarks.results import Row, Section, Target
+from ..split.samples import Sample
+from .samples import answered, counted
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+LEAST = 1e-4
+"""True error, a fraction, that stands where the noise of the drops hides it."""
+
+RATIO = 1.2
+"""Largest factor by which the expected error may be off, either way."""
+
+TWICE, KEPT = 3.0, (88.0, 93.0)
+"""Per cent of the parts whose true error may be more than twice the expected one, and of those
+whose largest error is to be within its bound."""
+
+HEIGHTS = ((0.0, 1.0), (1.0, 2.0), (2.0, 5.0), (5.0, 19.0), (19.0, math.inf))
+BOUNCES = ((0.0, 0.35), (0.35, 0.65), (0.65, 0.9), (0.9, 1.0))
+"""Classes of drop heights, in radii, and of restitutions; the second bound is left out."""
+
+BY_FAMILY = (
+    "Root mean squares over the poses, in points, of what {} expects of its errors and of the "
+    "true ones, the drops' own noise taken off, and true over expected: new bodies, dropped from "
+    "20 and from 2 radii at restitution 0.2, 0.5 and 0.8 and in scenes drawn from all. `twice`: "
+    "per cent of the parts and scenes whose square error is more than four times the expected "
+    "one, noise included in both. `kept`: per cent of those whose largest error is within the "
+    "bound of 90 %, likewise. The fit knows other bodies of these families, but for fine "
+    "ellipsoids, of which it has seen none. Not times.")
+BY_SCENE = "The same for all families together, by drop height in radii and by restitution."
+BY_METHOD = "The same for all estimators, all families and all scenes together."
+
+
+class Judged(NamedTuple):
+    """One method on bodies in scenes; U samples.
+
+    Attributes
+    ----------
+    family : (U,) array of str
+    restitution, height : (U,) array
+    poses : (U,) array of int
+    expected, square, noise : (U,) array
+        Expected mean square error, that of the counted shares, and the drops' own part in it.
+    kept : (U,) array of bool
+        Whether the largest distance from the shares is within its bound, widened by their noise.
+    """
+
+    family: NDArray[np.str_]
+    restitution: Array
+    height: Array
+    poses: NDArray[np.int64]
+    expected: Array
+    square: Array
+    noise: Array
+    kept: Bools
+
+    def some(self, keep: Bools) -> Judged:
+        """The samples (U,) that are to be kept."""
+        return Judged(*(column[keep] for column in self))
+
+
+def judged(samples: Sequence[Sample], fits: Mapping[str, ErrorFit]) -> dict[str, Judged]:
+    """Expected and true errors by the name of the method."""
+    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
+    for row, resting, scene, answers in answered(samples):
+        share, noise = counted(row)
+        single = share * (1.0 - share) / row.count.sum()
+        for name, estimate in answers.items():
+            told = expected_error(name, resting, estimate, scene, fits)
+            bound = largest_of(told.each, resting.group, fits[name], single)
+            away = np.abs(estimate - share)
+            rows[name].append((row.family, row.restitution, row.height, share.size,
+                               told.here ** 2, float(np.mean(away * away)), noise,
+                               bool(away.max() <= bound)))
+    return {name: Judged(*(np.array(column) for column in zip(*found, strict=True)))
+            for name, found in rows.items()}
+
+
+def sections(all_judged: Mapping[str, Judged]) -> Iterator[Section]:
+    """Tables of the best method by family and by scene, and of all methods."""
+    best = best_method(DEFAULT_RESTITUTION)
+    one = all_judged[best]
+    families = [_row(name, one.some(one.family == name)) for name in np.unique(one.family)]
+    yield Section("expected_errors_by_family", "Expected errors of families",
+                  BY_FAMILY.format(best), (*families, _row("all", one)))
+    scenes = [(f"{name} {low:g} to {high:g}", one.some((low <= values) & (values < high)))
+              for name, values, classes in (("height", one.height, HEIGHTS),
+                                            ("restitution", one.restitution, BOUNCES))
+              for low, high in classes]
+    yield Section("expected_errors_by_scene", "Expected errors of scenes", BY_SCENE,
+                  tuple(_row(name, some) for name, some in scenes if some.poses.size))
+    yield Section("expected_errors", "Expected errors of all methods", BY_METHOD,
+                  tuple(_row(name, some) for name, some in all_judged.items()))
+
+
+def _row(name: str, some: Judged) -> Row:
+    expected = np.average(some.expected, weights=some.poses)
+    true = max(float(np.average(some.square - some.noise, weights=some.poses)), LEAST ** 2)
+    ratio = math.sqrt(true / max(float(expected), LEAST ** 2))
+    twice = 100.0 * float(np.mean(some.square > 4.0 * (some.expected + some.noise)))
+    kept = 100.0 * float(some.kept.mean())
+    return Row(name, {
+        "parts and scenes": some.poses.size, "expected": 100.0 * math.sqrt(float(expected)),
+        "true": 100.0 * math.sqrt(true), "true / expected": ratio, "twice": twice, "kept": kept,
+    }, (Target("factor off", max(ratio, 1.0 / ratio), RATIO), Target("twice", twice, TWICE),
+        Target("kept", kept, KEPT[0], at_least=True)))

@@ -1,0 +1,97 @@
+"""Square errors of all methods on bodies of many families, with the inputs of the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.resting.poses import RestingPoses
+
+from ..families import family_part, family_poses
+from ..split.samples import Sample
+from ..split.table import usable
+
+Array = NDArray[np.float64]
+
+DECIDED = 1e-6
+"""Samples with a smaller mean error scale are left out: symmetry leaves one answer."""
+
+
+class ErrorSamples(NamedTuple):
+    """One method on bodies in scenes; U samples.
+
+    Attributes
+    ----------
+    inputs : (U, 17) array
+        As from `fitted_inputs.error_inputs`.
+    scale : (U,) array
+        Mean of `fitted_inputs.error_scale`.
+    square, noise : (U,) arrays
+        Mean square distance from the counted shares, and how much of it is the drops' own.
+    freedom : (U,) array
+        Degrees of freedom of such a mean square of the drops.
+    poses : (U,) array of int
+    """
+
+    inputs: Array
+    scale: Array
+    square: Array
+    noise: Array
+    freedom: Array
+    poses: NDArray[np.int64]
+
+
+def error_samples(samples: Sequence[Sample]) -> dict[str, ErrorSamples]:
+    """Samples by the name of the method; a body takes some ten milliseconds."""
+    rows: dict[str, list[tuple[object, ...]]] = {name: [] for name in ESTIMATORS}
+    known, of_body = np.zeros((3, 0)), None
+    for row, resting, scene, answers in answered(samples):
+        if resting is not of_body:
+            known, of_body = known_answers(resting), resting
+        share, noise = counted(row)
+        for name, estimate in answers.items():
+            scale = error_scale(resting, estimate, known)
+            if scale.mean() > DECIDED:
+                rows[name].append((
+                    error_inputs(resting, estimate, scene, known, scale), float(scale.mean()),
+                    float(np.mean(np.square(estimate - share))), noise, freedom(share),
+                    share.size))
+    return {name: ErrorSamples(*(np.array(column) for column in zip(*found, strict=True)))
+            for name, found in rows.items()}
+
+
+def answered(samples: Sequence[Sample]
+             ) -> Iterator[tuple[Sample, RestingPoses, DropScene, dict[str, Array]]]:
+    """Samples with poses, scene and the answers (P,) of all methods."""
+    for key, scenes in groupby(samples, lambda row: row[:3]):
+        resting = family_poses(key[0], family_part(*key))
+        blind = {name: entry.function(resting, DropScene())
+                 for name, entry in ESTIMATORS.items() if not entry.knows_scene}
+        for row in scenes:
+            if usable(row):
+                scene = DropScene(row.restitution, row.height * resting.body.radius,
+                                  resting.clusters.tolerance)
+                yield row, resting, scene, {
+                    name: blind[name] if name in blind else entry.function(resting, scene)
+                    for name, entry in ESTIMATORS.items()}
+
+
+def counted(row: Sample) -> tuple[Array, float]:
+    """Shares (P,) of the drops, and their mean square error."""
+    settled = int(row.count.sum())
+    share = row.count / settled
+    return share, float(np.mean(share * (1.0 - share))) / (settled - 1)
+
+
+def freedom(share: Array) -> float:
+    """Squares of independent numbers that a sum of the squares of multinomial errors is like."""
+    covariance = np.diag(share) - np.outer(share, share)
+    squares = float(np.square(covariance).sum())
+    return float(np.trace(covariance)) ** 2 / squares if squares > 0.0 else 1.0

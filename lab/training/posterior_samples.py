@@ -1,0 +1,97 @@
+"""Estimates and counts of bodies, to which the prior of `hybrid` is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.expected import expected_error
+from ros_pose_stats.planning.confidence import estimated
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.resting.poses import RestingPoses
+from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
+from study.dataset import Dataset, shipped_datasets
+
+from .families import FAMILIES, family_part, family_poses
+from .families.families import MADE
+from .split.samples import FIT_SEED, HEIGHT, JUDGE_SEED, USUAL, read_samples
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RESTITUTIONS = USUAL
+
+
+class Sample(NamedTuple):
+    """One body at one restitution.
+
+    Attributes
+    ----------
+    body : int
+        Number in its series.
+    restitution : float
+    estimate : (P,) array
+    expected_error : float
+    group : (P,) array of int
+    count : (P,) array of int
+        Settled drops in each pose.
+    """
+
+    body: int
+    restitution: float
+    estimate: Array
+    expected_error: float
+    group: Index
+    count: Index
+
+    def prior(self, fit: PriorFit | None = None) -> PosePrior:
+        """Prior of this body around its estimate."""
+        return PosePrior(self.estimate, self.group, self.expected_error, self.restitution, fit)
+
+
+def samples(method: str, every: int = 1) -> list[Sample]:
+    """Samples of every so many bodies of each reference dataset and each other family."""
+    found = [sample for dataset in shipped_datasets()
+             for sample in _of_dataset(dataset, method, range(0, dataset.spec.bodies, every))]
+    return [*found, *_of_families(method, every)]
+
+
+def _of_dataset(dataset: Dataset, method: str, numbers: Iterable[int]) -> Iterator[Sample]:
+    for number in numbers:
+        resting = dataset.resting(number)
+        span = slice(dataset.pose_starts[number], dataset.pose_starts[number + 1])
+        for restitution in RESTITUTIONS:
+            which = dataset.spec.restitutions.index(restitution)
+            count = dataset.arrays["count"][span, which].sum(axis=1).astype(np.int64)
+            yield sample_of(number, resting, restitution, method, count)
+
+
+def held_out(method: str) -> list[Sample]:
+    """Bodies of every family that no fit has seen."""
+    return list(_of_families(method, 1, JUDGE_SEED, FAMILIES))
+
+
+def _of_families(method: str, every: int, seed: int = FIT_SEED,
+                 families: Collection[str] = tuple(MADE)) -> Iterator[Sample]:
+    """Samples of bodies from the usual height, by default of all but random polyhedra."""
+    wanted = (row for row in read_samples() if row.seed == seed and row.family in families
+              and row.number % every == 0 and row.height == HEIGHT
+              and row.restitution in RESTITUTIONS and row.count.any())
+    for key, rows in groupby(wanted, lambda row: row[:3]):
+        resting = family_poses(key[0], family_part(*key))
+        for row in rows:
+            yield sample_of(row.number, resting, row.restitution, method, row.count)
+
+
+def sample_of(number: int, resting: RestingPoses, restitution: float, method: str,
+              count: Index) -> Sample:
+    """Make a sample: a body with its estimate."""
+    scene = DropScene(restitution)
+    estimate = estimated(method, resting, scene)
+    error = expected_error(method, resting, estimate, scene).here
+    group = np.array([pose.group for pose in resting.poses])
+    return Sample(number, restitution, estimate, error, group, count)

@@ -1,0 +1,19 @@
+"""Command line of the attacks."""
+
+from __future__ import annotations
+
+from ..frame import program, trial
+from . import ending, fairness, memory, restarts
+
+ATTACKS = (
+    *map(trial, (restarts.restart_with_nothing_new, restarts.restart_on_a_copied_run,
+                 memory.many_large_parts, memory.refused_goals, memory.waiting_requests,
+                 memory.a_flood_of_meshes)),
+    *fairness.ATTACKS,
+    *map(trial, (ending.a_disk_that_fills, ending.a_flood_of_counts,
+                 ending.a_signal_during_an_estimate, ending.simulated_time_stands_still,
+                 restarts.kills)))
+SHORT = 0.3
+
+if __name__ == "__main__":
+    raise SystemExit(program("attacks", ATTACKS, SHORT))

@@ -1,0 +1,96 @@
+"""Signals, clocks, floods of counts, and disks that fill."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+from ros_pose_stats_msgs.msg import PoseCounts
+
+from tests.contract.node.harness.bags import recorded, size_of
+from tests.contract.node.harness.client import until
+from tests.contract.node.harness.parts import fine_box
+
+from ..bodies import smooth_body
+from ..cell import WEDGE, Health, MeshPublisher, flat, latched, quiet, tried_node
+from ..frame import Outcome, Setting, judged
+
+ENDING = 4.0
+"""Seconds within which a node ends that is in the middle of a long estimate."""
+
+
+def _paced(messages, rate):
+    """Messages at a rate."""
+    begin = time.monotonic()
+    for number, message in enumerate(messages, 1):
+        yield message
+        time.sleep(max(0.0, begin + number / rate - time.monotonic()))
+
+
+def a_disk_that_fills(setting: Setting) -> Outcome:
+    """Fifty new meshes of 30 kB a second, of one part, with a bound of 3 MB on all bags."""
+    bound, number, most = 3_000_000, setting.of(750, 300), 0
+    vertices, triangles = fine_box(1200)
+    with tried_node(setting.folder, max_log_bytes=bound) as (_, client):
+        publisher, health = MeshPublisher(client).matched(), Health(client)
+        for message in _paced((flat((vertices * (1.0 + 1e-3 * k), triangles), "grows")
+                               for k in range(number)), 50.0):
+            publisher.publish(message)
+            most = max(most, size_of(setting.folder))
+        latched(client, "grows")
+        quiet(health)
+        deleted = int(health.line("recording")[1]["files deleted for max_log_bytes"])
+        end = size_of(setting.folder)
+    return judged(number, f"{most / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
+                  f"{end / 1e6:.1f} in the end, {deleted} files deleted",
+                  the_bound_is_reached=deleted > 0, the_bound_holds_in_the_end=end <= bound,
+                  more_is_soon_gone=most <= 1.25 * bound)
+
+
+def a_flood_of_counts(setting: Setting) -> Outcome:
+    """Four thousand camera counts, two thousand a second."""
+    number = setting.of(4000, 2000)
+    with tried_node(setting.folder) as (_, client):
+        told = client.good("estimate", part=flat(WEDGE, "counted")).statistics
+        camera = MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched()
+        health = Health(client)
+        for message in _paced((PoseCounts(
+                part_id="counted", part_digest=told.part_digest, round_sides=told.round_sides,
+                cluster_tolerance=told.cluster_tolerance, index=[0], count=[k])
+                for k in range(number)), 2000.0):
+            camera.publish(message)
+
+        def lost():
+            return int(health.line("recording")[1].get("counts lost", 0))
+
+        def kept():
+            return len(recorded(setting.folder, "pose_counts"))
+
+        until(lambda: kept() + lost() >= number, "the counts")
+        said, there = lost(), kept()
+    return judged(number, f"{there} recorded, {said} told as lost",
+                  each_is_recorded_or_told=there + said == number)
+
+
+def a_signal_during_an_estimate(setting: Setting) -> Outcome:
+    """SIGTERM while a mesh is estimated that takes long."""
+    with tried_node(setting.folder) as (node, client):
+        waiting = client.send("estimate", part=flat(smooth_body(3e5), "long"))
+        time.sleep(1.5)
+        assert not waiting.done(), "the estimate was too quick for this attack"
+        begin = time.monotonic()
+        node.send(signal.SIGTERM)
+        status, seconds = node.ended(), time.monotonic() - begin
+        time.sleep(0.5)
+        answered = waiting.done()
+    return judged(1, f"exit status {status} after {seconds:.1f} s, "
+                  f"{'answered' if answered else 'no answer'}", it_ends_well=status == 0,
+                  it_ends_soon=seconds < ENDING, the_client_is_answered=answered)
+
+
+def simulated_time_stands_still(setting: Setting) -> Outcome:
+    """A node with `use_sim_time` and nobody who publishes /clock."""
+    with tried_node(setting.folder, use_sim_time=True) as (_, client):
+        Health(client).line("jobs")
+        stamp = client.good("estimate", part=flat(WEDGE, "timeless")).statistics.header.stamp
+    return judged(1, f"answered with the stamp {stamp.sec} s", time_stands_still=stamp.sec == 0)

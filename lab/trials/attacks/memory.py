@@ -1,0 +1,87 @@
+"""Memory by large parts, refused goals, requests that wait, and floods of meshes."""
+
+from __future__ import annotations
+
+from tests.contract.node.harness.bags import on_topic, raw_of
+from tests.contract.node.harness.client import wait_for
+from tests.contract.node.harness.goals import Goals
+from tests.contract.node.harness.parts import library_part
+
+from .. import cell
+from ..bodies import ROUND
+from ..cell import MEGABYTE, flat, status, tried_node
+from ..frame import Outcome, Setting, judged
+from .restarts import LARGE, LARGE_BYTES
+
+
+def many_large_parts(setting: Setting) -> Outcome:
+    """More parts than `max_part_bytes` holds, and as many again."""
+    bound, half = 12 * LARGE_BYTES, setting.of(16, 13)
+    with tried_node(setting.folder, max_part_bytes=bound) as (node, client):
+        cell.publish_in_turn(client, LARGE, ["first"])
+        sizes = [status(node, "VmRSS")]
+        for first in (1, 1 + half):
+            names = [f"part_{number}" for number in range(first, first + half)]
+            cell.publish_in_turn(client, LARGE, names, first=first)
+            sizes.append(status(node, "VmRSS"))
+        known = len(cell.part_ids(client))
+    grown, later = sizes[1] - sizes[0], sizes[2] - sizes[1]
+    return judged(2 * half, f"{grown / MEGABYTE:.0f} MiB more for a bound of "
+                  f"{bound / MEGABYTE:.0f}, then {later / MEGABYTE:.0f}, {known} parts known",
+                  bounded=grown < 5 * bound, no_more_comes=later < bound, some_are_known=known > 0)
+
+
+def refused_goals(setting: Setting) -> Outcome:
+    """Goals of the action that are refused, each with a large mesh."""
+    number = setting.of(30, 20)
+    with tried_node(setting.folder, max_drops=1000) as (node, client):
+        goals = Goals(client)
+        part, sizes = flat(LARGE, "refused"), []
+        for _ in range(number + 1):
+            _, result = goals.send(part=part, drops=2000).result()
+            assert not result.success
+            assert "max_drops" in result.message
+            sizes.append(status(node, "VmRSS"))
+        goals.close()
+    grown, sent = sizes[-1] - sizes[0], number * LARGE_BYTES
+    return judged(number, f"{grown / MEGABYTE:.0f} MiB more after {sent / MEGABYTE:.0f} MiB of "
+                  "meshes", meshes_are_let_go=grown < 0.3 * sent)
+
+
+def waiting_requests(setting: Setting) -> Outcome:
+    """Forty estimates of large new meshes, asked for all at once."""
+    with tried_node(setting.folder, max_mesh_bytes=LARGE_BYTES) as (node, client):
+        client.good("estimate", part=flat(LARGE, "first"))
+        cell.forget_peak(node)
+        before, larger = status(node, "VmRSS"), (1.1 * LARGE[0], LARGE[1])
+        waiting = [client.send("estimate", part=flat(larger, f"part_{number}"))
+                   for number in range(40)]
+        answers = [wait_for(one) for one in waiting]
+        grown = status(node, "VmHWM") - before
+    refused = [one.message for one in answers if not one.success]
+    return judged(40, f"{grown / MEGABYTE:.0f} MiB more at most, {len(refused)} refused",
+                  bounded=grown < 2 * 40 * LARGE_BYTES,
+                  refusals_say_why=all("expected" in message for message in refused))
+
+
+def a_flood_of_meshes(setting: Setting) -> Outcome:
+    """A thousand meshes of eight parts as fast as can be, while somebody asks and is answered."""
+    number = setting.of(1000, 300)
+    vertices, triangles = ROUND
+    surfaces = [((1.0 + 1e-3 * k) * vertices, triangles) for k in range(number)]
+    with tried_node(setting.folder) as (node, client):
+        publisher, health = cell.MeshPublisher(client).matched(), cell.Health(client)
+        publisher.publish(flat(ROUND, "before"))
+        cell.latched(client, "before")
+        before, last = status(node, "VmRSS"), library_part(surfaces[-1]).digest
+        publisher.publish(*(flat(surface, f"part {k % 8}")
+                            for k, surface in enumerate(surfaces)))
+        asked = 0
+        while cell.latched(client, f"part {(number - 1) % 8}").part_digest != last:
+            asked += client.call("list_drop_simulations") is not None
+        grown, values = status(node, "VmHWM") - before, cell.quiet(health)
+        taken = len(raw_of(setting.folder, on_topic("part_mesh"))) - 1
+    return judged(number, f"{taken} taken, {values['overrun']} told as overrun, {asked} calls "
+                  f"answered meanwhile, {grown / MEGABYTE:.0f} MiB more at most",
+                  bounded=grown < 400 * MEGABYTE, none_refused=values["refused"] == 0,
+                  each_is_taken_or_told=taken + values["overrun"] == number)

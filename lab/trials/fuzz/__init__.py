@@ -1,0 +1,1 @@
+"""Inputs that are not quite right: `python -m lab.trials.fuzz`."""

@@ -1,0 +1,1 @@
+"""Messages and requests that are not quite right, sent to a node."""

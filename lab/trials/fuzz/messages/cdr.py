@@ -1,0 +1,50 @@
+"""Messages as CDR in either byte order; rclpy writes the machine's own only."""
+
+from __future__ import annotations
+
+import re
+import struct
+from typing import Any
+
+CODES = {"double": "d", "float": "f", "int8": "b", "uint8": "B", "octet": "B", "boolean": "?",
+         "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q"}
+LITTLE, BIG = "<", ">"
+HEADERS = {LITTLE: b"\x00\x01\x00\x00", BIG: b"\x00\x00\x00\x00"}
+
+_ARRAY = re.compile(r"(.+)\[(\d+)\]")
+_SEQUENCE = re.compile(r"sequence<(.+?)(, \d+)?>")
+
+
+def encoded(message: Any, order: str = LITTLE) -> bytes:
+    """A message as plain CDR with its header; nothing follows it."""
+    payload = bytearray()
+    _message(payload, message, order)
+    return HEADERS[order] + bytes(payload)
+
+
+def _message(payload: bytearray, message: Any, order: str) -> None:
+    for name, kind in message.get_fields_and_field_types().items():
+        _value(payload, getattr(message, name), kind, order)
+
+
+def _value(payload: bytearray, value: Any, kind: str, order: str) -> None:
+    if (sequence := _SEQUENCE.fullmatch(kind)) is not None:
+        _number(payload, len(value), "I", order)
+        for one in value:
+            _value(payload, one, sequence[1], order)
+    elif (array := _ARRAY.fullmatch(kind)) is not None:
+        for one in value:
+            _value(payload, one, array[1], order)
+    elif kind == "string":
+        text = value.encode() + b"\0"
+        _number(payload, len(text), "I", order)
+        payload += text
+    elif kind in CODES:
+        _number(payload, value, CODES[kind], order)
+    else:
+        _message(payload, value, order)
+
+
+def _number(payload: bytearray, value: Any, code: str, order: str) -> None:
+    payload += bytes(-len(payload) % struct.calcsize(code))
+    payload += struct.pack(order + code, value if code in "df?" else int(value))

@@ -1,0 +1,1 @@
+"""Loads that last: `python -m lab.trials.soak`."""

@@ -1,0 +1,12 @@
+"""Command line of the soak: drops of many bodies, and a busy node under faults."""
+
+from __future__ import annotations
+
+from ..frame import program, trial
+from .drops import many_drops
+from .node import Soak
+
+SHORT = 0.1
+
+if __name__ == "__main__":
+    raise SystemExit(program("soak", [trial(many_drops), *Soak().trials()], SHORT))

@@ -1,0 +1,185 @@
+"""A node through lives that end well or not, while disks fill, clocks jump and clients die."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from random import Random
+from statistics import median
+from typing import NamedTuple
+
+from ros_pose_stats import part_from_mesh
+
+from ..cell import MEGABYTE, flat
+from ..frame import Outcome, Setting, Trial
+from . import lanes
+from .life import UDP_ONLY, Life, node_of
+from .told import SEVERAL, SURFACES, Told
+
+CALLS, SHORT_LIVES, LONG_SHARE, FAULT = 45_000, 10, 0.6, 150
+"""Of a full run: calls, lives that end soon, the share of calls in the long one; and the calls
+that a fault lasts."""
+
+MOST_GROWTH = 1.25
+"""Times the memory of the longest life's first quarter at its end, where it is long enough."""
+
+ENOUGH = 10_000
+ANCHOR = "anchor"
+
+
+class Span(NamedTuple):
+    """A life to be: calls, faults, and whether it is killed."""
+
+    calls: int
+    faults: int
+    killed: bool
+
+
+def plan(setting):
+    """Short lives, killed and stopped in turns, and a long one that sees every fault."""
+    calls, lives = setting.of(CALLS, 3000), setting.of(SHORT_LIVES, 3)
+    short = round((1.0 - LONG_SHARE) * calls / lives)
+    return [*(Span(short, 1, number % 2 == 0) for number in range(lives)),
+            Span(round(LONG_SHARE * calls), max(4, setting.of(15)), False)]
+
+
+class Soak:
+    """Lives of the node on one log directory, run when their first outcome is asked for."""
+
+    def __init__(self):
+        self.told, self._lives, self._memory = Told(), 0, []
+        self._next_fault, self._anchor = 0, ""
+
+    def trials(self):
+        """A row for each thing that is judged."""
+        return [
+            Trial("calls", "Eleven clients at work at once through lives of the node that are "
+                  "killed or stopped, the disk full, the folder moved away, the clock set back "
+                  "and clients killed: every call is answered", self.calls),
+            Trial("answers", "Estimates and simulations, those that were cancelled too, are "
+                  "number for number the library's", self.answers),
+            Trial("bags", "Results, acceptances and ends that clients were told without "
+                  "NOT_RECORDED are in the bags, each end once", self.bags),
+            Trial("memory", "Resident memory of the longest life", self.memory)]
+
+    def calls(self, setting: Setting) -> Outcome:
+        """Live all lives, once."""
+        if not self._lives:
+            self._live(setting)
+        told, numbers = self.told, self.told.events
+        estimates = sorted(told.seconds["estimate"]) or [0.0]
+        seen = (f"{self._lives} lives; " + ", ".join(
+            f"{numbers[name]} {name}" for name in sorted(numbers))
+            + f"; an estimate takes {1e3 * median(estimates):.0f} ms, the slowest of a hundred "
+            f"{1e3 * estimates[int(0.99 * len(estimates))]:.0f} ms")
+        return Outcome(sum(map(len, told.seconds.values())), told.wrong[:], seen)
+
+    def answers(self, setting: Setting) -> Outcome:
+        """Beside the library."""
+        self.calls(setting)
+        bad = self.told.unlike_the_library()
+        simulated = self.told.events["simulations"]
+        return Outcome(len(self.told.estimates) + simulated, bad[:SEVERAL],
+                       f"{len(self.told.estimates)} estimates, {simulated} simulations, "
+                       f"{len(bad)} unlike the library's")
+
+    def bags(self, setting: Setting) -> Outcome:
+        """Beside the bags."""
+        self.calls(setting)
+        lost = self.told.not_in([*sorted(self._folder.glob("moved_*")), self._bags])
+        told = len(self.told.answers) + len(self.told.accepted) + len(self.told.ended)
+        return Outcome(told, lost[:SEVERAL], f"{told} told, {len(lost)} not as they should be in "
+                       f"{self.told.events['messages in bags']} messages")
+
+    def memory(self, setting: Setting) -> Outcome:
+        """Whether it goes on to grow."""
+        self.calls(setting)
+        sizes = self._memory
+        first, last = median(sizes[:max(1, len(sizes) // 4)]), sizes[-1]
+        grown = last > MOST_GROWTH * first and LONG_SHARE * setting.of(CALLS) > ENOUGH
+        seen = f"{first / MEGABYTE:.0f} MiB in the first quarter, {last / MEGABYTE:.0f} at the end"
+        return Outcome(len(sizes), [seen] * grown, seen)
+
+    def _live(self, setting):
+        kept = tempfile.TemporaryDirectory(prefix="soak_")
+        atexit.register(kept.cleanup)
+        self._folder = Path(kept.name)
+        self._bags, self._clock = self._folder / "bags", self._folder / "clock"
+        self._clock.write_text("0", "utf-8")
+        self._chance = Random(setting.seed)
+        for span in plan(setting):
+            self._lives += 1
+            node = node_of(self._bags, self._clock, max_drops=10**7)
+            try:
+                self._one_life(Life(node, self.told, self._chance.random()), span)
+            finally:
+                node.kill()
+
+    def _one_life(self, life, span):
+        try:
+            self._look_for_anchor(life)
+            life.start(lanes.ALL)
+            pieces = max(5, span.faults + 1)
+            for piece in range(pieces):
+                life.go_on(span.calls // pieces)
+                if piece < span.faults:
+                    self._fault(life)
+                if not span.killed and span.faults > 1:
+                    self._memory.append(life.memory)
+            self._drop_anchor(life)
+        finally:
+            life.end(span.killed)
+        self.told.events["kills" if span.killed else "stops"] += 1
+
+    def _fault(self, life):
+        faults = (self._full_disk, self._no_folder, self._clock_back, self._dead_client)
+        faults[self._next_fault % len(faults)](life)
+        self._next_fault += 1
+        self.told.events["faults"] += 1
+
+    def _full_disk(self, life):
+        """No file may grow for a while."""
+        sizes = [path.stat().st_size for path in self._bags.rglob("*.mcap")]
+        for most in (max(sizes, default=0), resource.RLIM_INFINITY):
+            resource.prlimit(life.node.process.pid, resource.RLIMIT_FSIZE,
+                             (most, resource.RLIM_INFINITY))
+            life.go_on(FAULT)
+
+    def _no_folder(self, life):
+        """Somebody moves the log directory away."""
+        if self._bags.exists():
+            self._bags.rename(self._folder / f"moved_{time.monotonic_ns():020d}")
+
+    def _clock_back(self, life):
+        """The clock is set back by another hour."""
+        shift = float(self._clock.read_text("utf-8")) - 3600.0
+        self._clock.write_text(f"{shift}", "utf-8")
+
+    def _dead_client(self, life):
+        """A client is killed in the middle of its calls."""
+        with subprocess.Popen([sys.executable, "-m", f"{__package__}.peer"], text=True,
+                              stdout=subprocess.PIPE, env={**os.environ, **UDP_ONLY}) as peer:
+            assert peer.stdout.readline() == "ready\n"
+            life.go_on(round(FAULT * self._chance.random()))
+            peer.kill()
+
+    def _drop_anchor(self, life):
+        """Estimate a part that the next life must know, with a mesh of its own."""
+        vertices, triangles = SURFACES[0]
+        surface = ((1.0 + 0.01 * self._lives) * vertices, triangles)
+        answer = life.ask("estimate", part=flat(surface, ANCHOR))
+        known = answer.success and self.told.result(answer.statistics)
+        self._anchor = part_from_mesh(*surface).digest if known else ""
+
+    def _look_for_anchor(self, life):
+        if self._anchor:
+            answer = life.ask("get_statistics", part_id=ANCHOR)
+            if [one.part_digest for one in answer.statistics] != [self._anchor]:
+                self.told.wrong.append("the part of the last life is not there: "
+                                       f"{answer.message or 'another mesh'}")

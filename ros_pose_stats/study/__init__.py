@@ -1,1 +1,0 @@
-"""The paper's study done again: datasets, tables, prisms, stability, speed against accuracy."""

@@ -1,0 +1,207 @@
+"""The documents on accuracy: measures and writes every table and figure of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ros_pose_stats.estimators.quasi_static import nonlinear
+from ros_pose_stats.plots.files import save_figure
+from ros_pose_stats.whole_files import write_json, write_whole
+
+from .chart import PLANS, QUICK, ChartResults, chart, chart_text
+from .dataset import Dataset, shipped_dataset, shipped_datasets
+from .dataset.spec import PAPER_RESTITUTIONS
+from .errors.partition import INTERVAL_LEVEL, noise_of
+from .errors.simulated_poses import SimulatedPoses, pooled
+from .figures.probabilities import Panel, estimators_figure, noise_figure
+from .figures.speed_accuracy import SUBTITLE, speed_accuracy_figure
+from .output import write_page
+from .prisms import PrismResults, prisms, prisms_text
+from .prisms.prism_results import draw_prisms
+from .table import TableResults, table, table_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUICK_DROPS = 200
+PAGE = Path("study") / "accuracy.md"
+
+
+class Documents(NamedTuple):
+    """Everything that the documents show.
+
+    Attributes
+    ----------
+    first : Dataset
+        Dataset of the first table, the figures and the chart.
+    tables : list of TableResults
+    bars : PrismResults
+    measured : ChartResults
+    """
+
+    first: Dataset
+    tables: list[TableResults]
+    bars: PrismResults
+    measured: ChartResults
+
+
+def measure_documents(*, quick: bool = False,
+                      say: Callable[[str], object] = lambda _: None) -> Documents:
+    """Measure everything; nothing is written.
+
+    Parameters
+    ----------
+    quick : bool
+        Whether to measure one dataset, fewer bodies and drops, to see that it works.
+    say : callable, optional
+        Called with what is being measured.
+    """
+    datasets = [shipped_dataset()] if quick else shipped_datasets()
+    tables = []
+    for dataset in datasets:
+        say(f"table of shift {dataset.spec.shift:g} ({dataset.spec.shift_moment})")
+        tables.append(table(dataset, rerun=not quick))
+    say("square prisms")
+    bars = prisms(QUICK_DROPS, QUICK_DROPS) if quick else prisms()
+    measured = chart(datasets[0], QUICK if quick else PLANS, on_progress=say)
+    return Documents(datasets[0], tables, bars, measured)
+
+
+def write_documents(found: Documents, folder: Path) -> list[Path]:
+    """Write `study/accuracy.md`, `figures/` and `benchmarks/`, whole or not at all.
+
+    Parameters
+    ----------
+    found : Documents
+    folder : Path
+        Created where it does not exist; other files in it stay.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    return write_page(
+        folder, PAGE, accuracy_page(found.tables, found.bars, found.measured),
+        {"noise": draw_noise(found.first, found.tables[0]),
+         "estimators": draw_estimators(found.first, found.tables[0]),
+         "prisms": draw_prisms(found.bars), "speed_accuracy": draw_chart(found.measured)},
+        {"table": [one.as_dict() for one in found.tables], "prisms": found.bars.as_dict(),
+         "chart": found.measured.as_dict()})
+
+
+def write_chart(found: ChartResults, stem: Path) -> list[Path]:
+    """Draw the chart to `stem.png` and `stem.svg`, its numbers to `stem.json`."""
+    figure = draw_chart(found)
+
+    def write(aside: Path) -> None:
+        save_figure(figure, aside / stem.name)
+        write_json(aside / f"{stem.name}.json", found.as_dict())
+
+    return write_whole(stem.parent, write)
+
+
+def write_prisms(found: PrismResults, stem: Path) -> list[Path]:
+    """Draw the square prisms to `stem.png` and `stem.svg`."""
+    figure = draw_prisms(found)
+    return write_whole(stem.parent, lambda aside: save_figure(figure, aside / stem.name))
+
+
+INTRODUCTION = """# Accuracy
+
+Written by `python -m study figures -o docs`; edits here are lost. The numbers behind the
+tables and figures are in `table.json`, `prisms.json` and `chart.json` in `docs/benchmarks`. All of
+it holds for the drop simulation's own model: a rigid part on a rigid, frictionless, horizontal
+plate, released from rest in a random orientation. Against a real plate expect some 5 points on top
+(see the dice below).
+
+Errors are root mean squares over stable poses, the paper's σ(e, p) (Eqs. 1 to 4): the deviation
+from simulated probabilities with the noise of the finite number of drops taken off. The noise is
+taken without bias, s (1 - s) / (n - 1). No poses are merged (cluster tolerance 0).
+"""
+
+CHART = """## Speed against accuracy
+
+![Time of a part on one core against the error of its probabilities, for four kinds of part; a
+stair joins the methods that no other beats in both](../figures/speed_accuracy.png)
+
+Time is from the mesh arrays to the statistics, on one core, the median over parts; compiled
+kernels are warm. The error is pooled over the restitutions. That of the drop simulation is the
+noise of so many drops; that of others is measured against it, that of `hybrid` with n drops of
+its own for every body. The paper's estimators are pale. Larger parts are hulls of random
+points on ellipsoids of different proportions. The machined and turned parts (shafts, brackets,
+rings, screws, plates, gears) are taken as users' files are: poses by persistence, round surfaces
+at 192 sides a turn. `trimesh.poses` is timed without the making of its
+mesh object, MuJoCo inside its steps alone; MuJoCo's error holds its own noise.
+"""
+
+TABLES = """## Estimators on random polyhedra
+
+![The estimators' predictions against simulated probabilities](../figures/estimators.png)
+
+![What the noise of 100 drops does to a perfect estimator](../figures/noise.png)
+
+The paper's text on how far the centre of mass is shifted does not give its dataset, so every table
+names the shift: its scale, and whether it is measured in roots of the principal moments of
+inertia over the mass, as printed, or of the second moments. `python -m study dataset` makes such
+datasets; those below come with the package.
+"""
+
+PRISMS = """## Square prisms and dice that were rolled
+
+![Probability that a square prism comes to rest on a side](../figures/prisms.png)
+"""
+
+
+def accuracy_page(tables: Sequence[TableResults], bars: PrismResults,
+                  measured: ChartResults) -> str:
+    """The whole page, Markdown."""
+    return "\n".join([
+        INTRODUCTION, CHART, chart_text(measured), "", TABLES,
+        *(f"{table_text(one)}\n" for one in tables),
+        PRISMS, f"```text\n{prisms_text(bars)}\n```", ""])
+
+
+CURVE = np.arange(201) / 200.0
+PAPER_SAID = "0.2, 0.5\nand 0.8"
+"""The paper's restitutions in the chart's subtitle."""
+
+CURVED = "qse"
+"""The estimator that Eq. 6 is fitted to."""
+
+
+def draw_noise(dataset: Dataset, found: TableResults) -> Figure:
+    """Fig. 2: the simulated probabilities against binomial numbers drawn from them."""
+    drops, simulated = found.first, _first(dataset, found)
+    drawn = np.random.default_rng(dataset.spec.seed).binomial(drops, simulated.probability)
+    return noise_figure(drawn / drops, simulated.probability, drops,
+                        noise_of(simulated, drops).error)
+
+
+def draw_estimators(dataset: Dataset, found: TableResults) -> Figure:
+    """Fig. 4: every estimator against the first drops, all restitutions."""
+    simulated = _first(dataset, found).probability
+    told = found.estimates.values()
+    panels = [Panel(row.title, np.concatenate([one[row.name] for one in told]), simulated,
+                    row.pooled.error, row.first.largest,
+                    (CURVE, nonlinear(CURVE)) if row.name == CURVED else None)
+              for row in found.rows]
+    return estimators_figure(panels, found.first)
+
+
+def draw_chart(found: ChartResults) -> Figure:
+    """Time of a part against error, one panel a size of part."""
+    restitutions = found.spec.restitutions
+    said = SUBTITLE if restitutions == PAPER_RESTITUTIONS else SUBTITLE.replace(
+        PAPER_SAID, ", ".join(f"{one:g}" for one in restitutions))
+    return speed_accuracy_figure([one.panel() for one in found.sizes], level=INTERVAL_LEVEL,
+                                 subtitle=said)
+
+
+def _first(dataset: Dataset, found: TableResults) -> SimulatedPoses:
+    """The first drops, as many as in the paper, at every restitution."""
+    return pooled([dataset.simulated(one, found.first) for one in dataset.spec.restitutions])

@@ -1,0 +1,156 @@
+"""The bodies of the chart: kinds of part, each with its reference probabilities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.mesh.parts import part_from_mesh
+from ros_pose_stats.records import DropScene, Part
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ros_pose_stats.resting.poses import RestingPoses, resting_poses
+from ros_pose_stats.shapes import ellipsoid_points, hull_mesh
+from ros_pose_stats.simulation.simulate import simulate
+
+from ..dataset import Dataset
+from ..errors.simulated_poses import SimulatedPoses, pooled
+from ..estimates import restings
+
+Array = NDArray[np.float64]
+
+PARTS_SEED = 21
+"""Of the series of machined and turned parts."""
+
+SEMI_AXES = (0.45, 0.95)
+"""Range of the two shorter semi-axes of an ellipsoid whose longest one is 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A body before any work: vertices (V, 3), triangles (T, 3) and centre of mass (3,)."""
+
+    vertices: Array
+    triangles: NDArray[np.int64]
+    center_of_mass: Array
+
+    def part(self) -> Part:
+        """Make a new part, for which nothing is prepared."""
+        return part_from_mesh(self.vertices, self.triangles, center_of_mass=self.center_of_mass)
+
+
+@dataclass(frozen=True, eq=False)
+class Size:
+    """Bodies of one size or kind.
+
+    Attributes
+    ----------
+    title : str
+    meshes : list of Mesh
+    known : list of RestingPoses
+        Stable poses of each.
+    simulated : dict of float to SimulatedPoses
+        Reference counts by restitution: body after body, the poses of each by `index`.
+    height : float or None
+        Drop height, metres; None for 20 radii.
+    cluster_tolerance : float
+    round_sides : int
+        As for `simulate`: 0 for bare polyhedra, the defaults for parts.
+    """
+
+    title: str
+    meshes: list[Mesh]
+    known: list[RestingPoses]
+    simulated: dict[float, SimulatedPoses]
+    height: float | None
+    cluster_tolerance: float = 0.0
+    round_sides: int = 0
+
+    def scene(self, restitution: float) -> DropScene:
+        """The scene of its bodies at a restitution."""
+        return DropScene(restitution, self.height, self.cluster_tolerance, self.round_sides)
+
+
+def paper_size(dataset: Dataset) -> Size:
+    """The bodies of a dataset, with its counts."""
+    bodies = [dataset.polyhedron(number) for number in range(dataset.spec.bodies)]
+    vertices = dataset.arrays["vertices"]
+    return Size(f"paper-size, {vertices.min()} to {vertices.max()} vertices",
+                [Mesh(one.vertices, one.triangles, one.center_of_mass) for one in bodies],
+                restings(dataset),
+                {one: dataset.simulated(one) for one in dataset.spec.restitutions},
+                dataset.spec.drop_height)
+
+
+def ellipsoids(vertices: int, bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
+    """Hulls of random points on ellipsoids of different proportions, simulated here.
+
+    Parameters
+    ----------
+    vertices, bodies : int
+    drops : int
+        Of each body at each restitution.
+    restitutions : tuple of float
+    """
+    meshes = [_ellipsoid(vertices, number) for number in range(bodies)]
+    return _dropped(f"{vertices:,} vertices".replace(",", " "), meshes, drops, restitutions,
+                    0.0, 0)
+
+
+def machined_parts(bodies: int, drops: int, restitutions: tuple[float, ...]) -> Size:
+    """Machined and turned parts as files have them, with the default poses and round surfaces.
+
+    Parameters
+    ----------
+    bodies : int
+    drops : int
+        Of each body at each restitution.
+    restitutions : tuple of float
+    """
+    from ..random_parts import random_part  # loads the solid modeller
+
+    meshes = []
+    for number in range(bodies):
+        surface = random_part(PARTS_SEED, number)
+        meshes.append(Mesh(*surface, part_from_mesh(*surface).center_of_mass))
+    sizes = [len(mesh.vertices) for mesh in meshes]
+    return _dropped(f"machined and turned parts, {min(sizes)} to {max(sizes)} vertices", meshes,
+                    drops, restitutions, DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES)
+
+
+def _dropped(title: str, meshes: list[Mesh], drops: int, restitutions: tuple[float, ...],
+             cluster_tolerance: float, round_sides: int) -> Size:
+    """Simulate bodies from 20 radii."""
+    known, simulated = [], []
+    for number, mesh in enumerate(meshes):
+        part = mesh.part()
+        known.append(resting_poses(part, cluster_tolerance, round_sides))
+        simulated.append([_simulated(part, drops, number,
+                                     DropScene(one, None, cluster_tolerance, round_sides))
+                          for one in restitutions])
+    return Size(title, meshes, known,
+                {restitution: pooled(list(of_all)) for restitution, of_all
+                 in zip(restitutions, zip(*simulated, strict=True), strict=True)}, None,
+                cluster_tolerance, round_sides)
+
+
+def _ellipsoid(vertices: int, number: int) -> Mesh:
+    """Make one of the bodies, from these numbers alone."""
+    low, high = SEMI_AXES
+    b, c = np.random.default_rng((vertices, number)).uniform(low, high, 2).tolist()
+    surface = hull_mesh(ellipsoid_points(vertices, number, (1.0, b, c)))
+    return Mesh(*surface, part_from_mesh(*surface).center_of_mass)
+
+
+def _simulated(part: Part, drops: int, number: int, scene: DropScene) -> SimulatedPoses:
+    """Drops that ended in each pose of a body, by `index`."""
+    entropy = np.random.SeedSequence((number, round(scene.restitution * 1e9)))
+    found = simulate(part, drops, scene.restitution,
+                     int(entropy.generate_state(1, np.uint64)[0]),
+                     cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+    counts = np.zeros(len(found.poses), dtype=np.int64)
+    for pose in found.poses:
+        counts[pose.index] = pose.count
+    return SimulatedPoses(np.full_like(counts, number), counts,
+                          np.full_like(counts, found.drops - found.unsettled))

@@ -1,0 +1,196 @@
+"""Points of the chart: time of a method against its error, on the bodies of one size."""
+
+from __future__ import annotations
+
+import gc
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from statistics import median
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators import estimate
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.planning.hybrid import hybrid
+from ros_pose_stats.records import PoseStatistics
+from ros_pose_stats.simulation.simulate import simulate
+
+from .. import paper
+from ..errors.partition import Accuracy, accuracy, noise_of
+from ..errors.simulated_poses import pooled
+from ..estimates import estimates
+from ..figures.speed_accuracy import ChartPoint
+from .bodies import Mesh, Size
+
+Array = NDArray[np.float64]
+
+REPEATS = 3
+"""Calls of an estimator for a part, of which the median counts."""
+
+DROPS = (10, 100, 1_000, 10_000)
+DROPS_TIMED = 20_000
+"""Drops that are timed for each number of drops; the fewer a part takes, the more parts."""
+
+COMBINED = (10, 100, 1_000)
+"""Numbers of drops with an estimate; after more drops the estimate no longer matters."""
+
+MOST_PARTS = 60
+
+
+class Effort(NamedTuple):
+    """How much to measure.
+
+    Attributes
+    ----------
+    parts : int
+        Most parts on which estimators are timed.
+    drops_timed : int
+        Drops that the simulation is timed on, about, for each number of drops and restitution.
+    drops : tuple of int
+        Numbers of drops, each a point of the simulation.
+    combined : tuple of int
+        Numbers of drops, each a point of an estimate with as many drops.
+    fewest : int
+        Least number of parts that are timed, however many drops that takes.
+    """
+
+    parts: int = MOST_PARTS
+    drops_timed: int = DROPS_TIMED
+    drops: tuple[int, ...] = DROPS
+    combined: tuple[int, ...] = COMBINED
+    fewest: int = 4
+
+    def timed(self, drops: int) -> int:
+        """Number of parts to time where each takes so many drops."""
+        return min(max(self.drops_timed // drops, self.fewest), self.parts)
+
+
+def estimator_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """A point for each estimator; the time is from the mesh arrays to the statistics."""
+    every = pooled(list(size.simulated.values()))
+    values = {rho: estimates(size.known, size.scene(rho))
+              for rho in size.simulated}
+    names = list(next(iter(values.values())))
+    # The methods take turns, so that other load of the machine affects all of them alike.
+    took = medians([{name: partial(_estimate, size, mesh, name) for name in names}
+                    for mesh in some(size.meshes, effort.parts)], REPEATS)
+    for name in names:
+        found = accuracy(np.concatenate([one[name] for one in values.values()]), every)
+        kind = "paper" if name in paper.ERRORS else "estimator"
+        yield point(ESTIMATORS[name].title, kind, took[name], found)
+
+
+def simulation_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """A point for each number of drops; the error is the noise of that many independent drops."""
+    every = pooled(list(size.simulated.values()))
+    for drops in effort.drops:
+        took = medians([{"": partial(_simulate, size, mesh, drops, restitution)}
+                        for restitution in size.simulated
+                        for mesh in some(size.meshes, effort.timed(drops))])
+        noise = noise_of(every, drops)
+        yield ChartPoint(f"n = {drops:,}".replace(",", " "), "simulation", took[""], noise.error,
+                         noise.low, noise.high, "drop simulation")
+
+
+def point(name: str, kind: str, seconds: float, found: Accuracy,
+          series: str | None = None) -> ChartPoint:
+    """Make a point of a measured error, without an interval where there is a single body."""
+    bounds = (found.error, found.error) if math.isnan(found.low) else (found.low, found.high)
+    return ChartPoint(name, kind, seconds, found.error, *bounds, series)
+
+
+def _estimate(size: Size, mesh: Mesh, name: str) -> object:
+    return estimate(mesh.part(), name, cluster_tolerance=size.cluster_tolerance,
+                    round_sides=size.round_sides)
+
+
+def _simulate(size: Size, mesh: Mesh, drops: int, restitution: float) -> object:
+    return simulate(mesh.part(), drops, restitution, 1, size.height, workers=1,
+                    cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
+
+
+def some(meshes: Sequence[Mesh], number: int) -> list[Mesh]:
+    """Pick at most so many meshes, evenly spread."""
+    number = min(number, len(meshes))
+    return [meshes[(2 * k + 1) * len(meshes) // (2 * number)] for k in range(number)]
+
+
+SERIES = "hybrid"
+SEED = 31
+"""Seed of the drops, with the body's number; the reference has other seeds."""
+
+
+def combined_points(size: Size, effort: Effort) -> Iterator[ChartPoint]:
+    """A point for each number of drops, measured against the reference on all bodies.
+
+    The reference has other drops, so that its noise can be taken off.
+    """
+    every = pooled(list(size.simulated.values()))
+    for drops in effort.combined:
+        took = medians([{"": partial(_hybrid, size, mesh, drops, restitution, 1)}
+                        for restitution in size.simulated
+                        for mesh in some(size.meshes, effort.timed(drops))])
+        values = [_combined_shares(size, mesh, drops, restitution, number)
+                for restitution in size.simulated for number, mesh in enumerate(size.meshes)]
+        yield point(f"n = {drops:,}".replace(",", " "), "hybrid", took[""],
+                    accuracy(np.concatenate(values), every), SERIES)
+
+
+def _combined_shares(size: Size, mesh: Mesh, drops: int, restitution: float,
+                     number: int) -> Array:
+    """Probabilities (P,) by `index`, of hybrid with drops of its own."""
+    seed = np.random.SeedSequence((SEED, number, round(restitution * 1e9)))
+    found = _hybrid(size, mesh, drops, restitution, int(seed.generate_state(1, np.uint64)[0]))
+    return np.array([pose.probability for pose in sorted(found.poses, key=lambda one: one.index)])
+
+
+def _hybrid(size: Size, mesh: Mesh, drops: int, restitution: float,
+            seed: int) -> PoseStatistics:
+    return hybrid(mesh.part(), drops, restitution, seed, size.height, workers=1,
+                  cluster_tolerance=size.cluster_tolerance, round_sides=size.round_sides)
+
+
+Call = Callable[[], object]
+Result = TypeVar("Result")
+
+
+def medians(parts: Sequence[Mapping[str, Call]], times: int = 1) -> dict[str, float]:
+    """Seconds of each method: the median over parts of the median of a few calls.
+
+    Parameters
+    ----------
+    parts : sequence of mappings
+        For each part, from a method's name to a call of it; the same names everywhere.
+    times : int
+        Calls of each method for a part, all methods taking turns.
+    """
+    gc.collect()
+    for call in parts[0].values():  # the first call prepares what is made only once
+        call()
+    found: dict[str, list[float]] = {name: [] for name in parts[0]}
+    for calls in parts:
+        turns = [{name: _once(call) for name, call in calls.items()} for _ in range(times)]
+        for name, seconds in found.items():
+            seconds.append(median(turn[name] for turn in turns))
+    return {name: median(seconds) for name, seconds in found.items()}
+
+
+def timed(call: Callable[[], Result]) -> tuple[float, Result]:
+    """Seconds of a call, the garbage collector held off as in `timeit`, and its result."""
+    held = gc.isenabled()
+    gc.disable()
+    try:
+        begin = time.perf_counter()
+        result = call()
+        return time.perf_counter() - begin, result
+    finally:
+        if held:
+            gc.enable()
+
+
+def _once(call: Call) -> float:
+    return timed(call)[0]  # freeing the result is not timed

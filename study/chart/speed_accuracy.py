@@ -1,0 +1,183 @@
+"""The chart of speed against accuracy: plans of its measurements, and its numbers as a table."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ros_pose_stats.records.scene import describe_scene
+
+from ..dataset import Dataset, DatasetSpec
+from ..figures.speed_accuracy import ChartPanel, ChartPoint, pareto_front
+from ..output import markdown_table, plain, points
+from .bodies import Size, ellipsoids, machined_parts, paper_size
+from .methods import Effort, combined_points, estimator_points, simulation_points
+from .other_software import mujoco_points, trimesh_points
+
+
+class Plan(NamedTuple):
+    """Measurements of one size or kind of part.
+
+    Attributes
+    ----------
+    vertices : int
+        Of the bodies; 0 for those of the dataset, or the machined ones.
+    bodies, drops : int
+        Bodies to simulate as the reference, and drops of each at each restitution.
+    effort : Effort
+    trimesh, mujoco : int
+        Number of bodies for this software.
+    machined : bool
+        Whether these are machined and turned parts.
+    """
+
+    vertices: int
+    bodies: int
+    drops: int
+    effort: Effort
+    trimesh: int
+    mujoco: int
+    machined: bool = False
+
+
+PLANS = (Plan(0, 0, 0, Effort(), 1_000_000, 6),
+         Plan(200, 60, 1_000, Effort(40, 10_000), 60, 3),
+         Plan(2_000, 20, 400, Effort(20, 2_000, fewest=1, combined=(10, 100)), 20, 2),
+         Plan(0, 60, 2_000, Effort(30, 10_000), 60, 0, machined=True))
+
+FEW_DROPS, FEWER_DROPS = (10, 100, 1_000), (10, 100)
+
+QUICK = (Plan(0, 0, 0, Effort(9, 1_000, FEW_DROPS, FEWER_DROPS), 30, 0),
+         Plan(200, 8, 200, Effort(8, 1_000, FEW_DROPS, FEWER_DROPS), 8, 0),
+         Plan(0, 12, 400, Effort(12, 1_000, FEW_DROPS, FEWER_DROPS), 12, 0, machined=True))
+
+
+class Measured(NamedTuple):
+    """A panel of the chart, with facts about its bodies."""
+
+    title: str
+    bodies: int
+    mean_poses: float
+    reference_drops: int
+    points: tuple[ChartPoint, ...]
+
+    def drawn(self) -> list[int]:
+        """Places of the points with an error above 0.
+
+        An error below the noise of the reference has no place on a logarithmic axis, and does not
+        show that the point is better than others.
+        """
+        return [k for k, point in enumerate(self.points) if point.error > 0.0]
+
+    def front(self) -> list[int]:
+        """Places of the points that no other one of those drawn beats in both."""
+        drawn = self.drawn()
+        return [drawn[k] for k in pareto_front([self.points[k] for k in drawn])]
+
+    def panel(self) -> ChartPanel:
+        """Panel of the figure."""
+        return ChartPanel(self.title, [self.points[k] for k in self.drawn()])
+
+
+@dataclass(frozen=True, eq=False)
+class ChartResults:
+    """Everything behind the chart.
+
+    Attributes
+    ----------
+    spec : DatasetSpec
+        Of the paper-size bodies.
+    sizes : tuple of Measured
+    seconds : float
+    """
+
+    spec: DatasetSpec
+    sizes: tuple[Measured, ...]
+    seconds: float
+
+    @property
+    def scene(self) -> str:
+        """How high all bodies were released, onto what, and how bouncy, in one sentence."""
+        return describe_scene(self.spec.restitutions, None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {"scene": self.scene, "dataset": self.spec.as_dict(), "seconds": self.seconds,
+                "sizes": [{**plain(one), "pareto_front": one.front()} for one in self.sizes]}
+
+
+def chart(dataset: Dataset, plans: tuple[Plan, ...] = PLANS, *,
+          on_progress: Callable[[str], object] = lambda _: None) -> ChartResults:
+    """Time and error of every method for each size of part.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Of the paper-size bodies.
+    plans : tuple of Plan
+    on_progress : callable, optional
+        Told what is being measured.
+    """
+    begin = time.perf_counter()
+    found = []
+    for plan in plans:
+        on_progress("simulating machined and turned parts" if plan.machined
+                    else f"simulating bodies of {plan.vertices} vertices" if plan.vertices
+                    else "reading the dataset's bodies")
+        size = _planned_bodies(dataset, plan)
+        points = []
+        for point in _points(size, plan, on_progress):
+            points.append(point)
+            on_progress(f"{size.title}: {f'{point.series}, ' if point.series else ''}{point.name}")
+        poses = sum(len(one.poses) for one in size.known)
+        found.append(Measured(size.title, len(size.meshes), poses / len(size.meshes),
+                              plan.drops or dataset.spec.drops, tuple(points)))
+    return ChartResults(dataset.spec, tuple(found), time.perf_counter() - begin)
+
+
+def _planned_bodies(dataset: Dataset, plan: Plan) -> Size:
+    if plan.machined:
+        return machined_parts(plan.bodies, plan.drops, dataset.spec.restitutions)
+    if plan.vertices == 0:
+        return paper_size(dataset)
+    return ellipsoids(plan.vertices, plan.bodies, plan.drops, dataset.spec.restitutions)
+
+
+def _points(size: Size, plan: Plan,
+            say: Callable[[str], object]) -> Iterator[ChartPoint]:
+    yield from estimator_points(size, plan.effort)
+    yield from combined_points(size, plan.effort)
+    yield from simulation_points(size, plan.effort)
+    yield from trimesh_points(size, plan.trimesh)
+    if plan.mujoco:
+        yield from mujoco_points(size, plan.mujoco, say)
+
+
+def chart_text(found: ChartResults) -> str:
+    """The scene, and a table for each kind of part; methods that nothing beats are marked."""
+    scene = f"{found.scene[0].upper()}{found.scene[1:]}."
+    return "\n\n".join([scene, *(_size_text(one) for one in found.sizes)])
+
+
+def _size_text(one: Measured) -> str:
+    front = set(one.front())
+    rows = []
+    for k, point in sorted(enumerate(one.points), key=lambda entry: entry[1].seconds):
+        name = f"{point.series}, {point.name}" if point.series else point.name
+        rows.append((name, duration(point.seconds), points(point.error, 2),
+                     f"{points(max(point.low, 0.0), 2)} to {points(point.high, 2)}",
+                     "yes" if k in front else ""))
+    head = ("method", "time a part", "error, points", "95 % interval", "on the front")
+    return (f"### {one.title}\n\n{one.bodies} bodies with {one.mean_poses:.1f} stable poses on "
+            f"average, {one.reference_drops} reference drops of each at each restitution.\n\n"
+            + markdown_table(head, rows))
+
+
+def duration(seconds: float) -> str:
+    """Three digits in the unit that fits."""
+    for unit, size in (("µs", 1e-6), ("ms", 1e-3)):
+        if seconds < 1000.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"

@@ -1,0 +1,124 @@
+"""The directory in which a dataset grows, so that a run that was cut off can go on."""
+
+from __future__ import annotations
+
+import io
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from ros_pose_stats.batch.folder import WorkFolder, write_durably
+from ros_pose_stats.errors import BatchError, DatasetError, reason
+from ros_pose_stats.recording.run_names import HALF, LOCK
+
+from .archive import FIELDS, Arrays, check_arrays
+from .spec import DatasetSpec
+
+SPEC = "spec.json"
+PIECES = "bodies_*.npz"
+
+
+class Unfinished:
+    """Pieces of a dataset beside the file that it will be, `<file>.unfinished`.
+
+    The directory is locked while in use, and each piece appears whole or not at all. A directory
+    that is left without a piece is deleted.
+
+    Parameters
+    ----------
+    file : Path
+        Of the whole dataset.
+    spec : DatasetSpec
+
+    Raises
+    ------
+    BatchError
+        If the directory holds pieces of another dataset, is in use, or cannot be written.
+    """
+
+    def __init__(self, file: Path, spec: DatasetSpec) -> None:
+        self.directory = directory_of(file)
+        self._spec = spec
+        self._folder = WorkFolder(self.directory, SPEC, spec.as_dict(), self._any_piece,
+                                  "a dataset")
+
+    def __enter__(self) -> Unfinished:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if not self._any_piece():
+            self.remove()
+        self._folder.release()
+
+    def done(self) -> list[tuple[int, int]]:
+        """Sound pieces in the directory, as (first body, number of bodies)."""
+        return [piece for piece in self._spec.chunks if self._read(piece) is not None]
+
+    def put(self, piece: tuple[int, int], arrays: Arrays) -> None:
+        """Keep a piece."""
+        stream = io.BytesIO()
+        fields: dict[str, Any] = dict(arrays)
+        np.savez(stream, **fields)
+        write_durably(self._path(piece), stream.getvalue())
+
+    def pieces(self) -> list[Arrays]:
+        """All pieces in the order of their bodies.
+
+        Raises
+        ------
+        DatasetError
+            If one has gone, or has been damaged since it was written.
+        """
+        found = [self._read(piece) for piece in self._spec.chunks]
+        whole = [arrays for arrays in found if arrays is not None]
+        if len(whole) < len(found):
+            raise DatasetError(f"{len(found)} whole pieces in {self.directory}",
+                               f"{len(whole)}", "run the same command again")
+        return whole
+
+    def remove(self) -> None:
+        """Delete the pieces, and the directory if nothing else is in it."""
+        with suppress(OSError):  # leftovers do no harm
+            for pattern in (PIECES, PIECES + HALF, SPEC + "*", LOCK):
+                for path in self.directory.glob(pattern):
+                    path.unlink()
+            self.directory.rmdir()
+
+    def _read(self, piece: tuple[int, int]) -> Arrays | None:
+        """Read a piece; None where it is missing or damaged."""
+        path = self._path(piece)
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in FIELDS}
+            check_arrays(arrays, self._spec, piece[1])
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise DatasetError("pieces that can be read", f"{path} ({reason(error)})",
+                               "check the disk") from error
+        except Exception:  # damaged, in one of a dozen ways
+            return None
+        return arrays
+
+    def _path(self, piece: tuple[int, int]) -> Path:
+        first, count = piece
+        return self.directory / f"bodies_{first:07d}_{first + count - 1:07d}.npz"
+
+    def _any_piece(self) -> bool:
+        return any(self.directory.glob(PIECES))
+
+
+def clear_leftovers(file: Path, spec: DatasetSpec) -> None:
+    """Delete the pieces of a dataset whose run wrote the file but was cut off before their end."""
+    if directory_of(file).is_dir():
+        with suppress(BatchError), Unfinished(file, spec) as unfinished:
+            unfinished.remove()
+
+
+def directory_of(file: Path) -> Path:
+    """Where the pieces of a dataset lie."""
+    return file.with_name(f"{file.name}.unfinished")

@@ -1,0 +1,78 @@
+"""Estimates of the bodies of a dataset by every estimator, and their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.estimators.registry import ESTIMATORS
+from ros_pose_stats.records import DropScene
+from ros_pose_stats.resting.poses import RestingPoses
+
+from .dataset import Dataset
+from .errors.simulated_poses import SimulatedPoses
+
+Array = NDArray[np.float64]
+
+
+def restings(dataset: Dataset,
+             on_progress: Callable[[int], object] = lambda _: None) -> list[RestingPoses]:
+    """Stable poses of every body, in the order of the counts.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    on_progress : callable, optional
+        Called with the number of bodies done.
+    """
+    found = []
+    for number in range(dataset.spec.bodies):  # threads would wait for the lock and be slower
+        found.append(dataset.resting(number))
+        on_progress(number + 1)
+    return found
+
+
+def estimates(poses: list[RestingPoses], scene: DropScene,
+              known: dict[str, Array] | None = None) -> dict[str, Array]:
+    """Probabilities (P,) of all bodies' poses in one scene, by the name of the method.
+
+    Parameters
+    ----------
+    poses : list of RestingPoses
+        Of bodies of about the same size: the drop height is in metres.
+    scene : DropScene
+    known : dict of str to (P,) array, optional
+        Estimates for another scene; those of methods that do not know the scene are taken over.
+    """
+    again = {} if known is None else known
+    return {name: again[name] if name in again and not entry.knows_scene
+            else np.concatenate([entry.function(one, scene) for one in poses])
+            for name, entry in ESTIMATORS.items()}
+
+
+def scene_estimates(dataset: Dataset, poses: list[RestingPoses]) -> dict[float, dict[str, Array]]:
+    """Estimates at each restitution of a dataset, as from `estimates`."""
+    found: dict[float, dict[str, Array]] = {}
+    known = None
+    for restitution in dataset.spec.restitutions:
+        known = estimates(poses, DropScene(restitution, dataset.spec.drop_height, 0.0, 0), known)
+        found[restitution] = known
+    return found
+
+
+def square_errors(values: Array, reference: SimulatedPoses) -> Array:
+    """Mean square error (B,) of each body, the reference's noise taken off.
+
+    By chance some are negative.
+
+    Parameters
+    ----------
+    values : (P,) array
+        Probabilities in the order of the reference.
+    reference : SimulatedPoses
+        Of bodies 0 ... B - 1 at one restitution.
+    """
+    away = np.square(values - reference.probability) - reference.noise_variance(unbiased=True)
+    return np.bincount(reference.body, away) / np.bincount(reference.body)

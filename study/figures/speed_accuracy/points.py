@@ -1,0 +1,188 @@
+"""Points, panels and kinds of the chart, their checks, and the Pareto front."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.methods import METHODS
+from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
+from ros_pose_stats.text import listed
+
+Array = NDArray[np.float64]
+
+
+class Kind(NamedTuple):
+    """How points of a kind are drawn.
+
+    Attributes
+    ----------
+    colour, ink, marker : str
+        One of Okabe and Ito's colours, a darker one for text, and a marker of its own, so that
+        nobody needs to see colours.
+    label : str
+        In the key; see `key_label` for estimators.
+    size : float
+        Of the marker, points.
+    """
+
+    colour: str
+    ink: str
+    marker: str
+    label: str
+    size: float = 6.5
+
+
+COMBINED = next(one.title for one in METHODS if one.name == FITTED_METHOD)
+"""Title of the estimate that `hybrid` combines with drops."""
+
+KINDS = {"paper": Kind("#A9C4D6", "#767676", "o", "estimator of the paper or before it"),
+         "estimator": Kind("#0072B2", "#00537F", "*", "estimator", 11.0),
+         "hybrid": Kind("#CC79A7", "#8F4B74", "D", f"{COMBINED} and n drops (hybrid)"),
+         "simulation": Kind("#D55E00", "#A34800", "s", "n drops"),
+         "outside": Kind("#009E73", "#006B4E", "^", "other software")}
+
+ESTIMATORS = ("paper", "estimator")
+"""Kinds whose names stand in a column; they form no series."""
+
+
+class ChartPoint(NamedTuple):
+    """One way to get the probabilities.
+
+    Attributes
+    ----------
+    name : str
+        Written beside it; within a series what tells its points apart, such as "n = 100".
+    kind : str
+        "paper" (faded), "estimator", "hybrid", "simulation" or "outside".
+    seconds : float
+        Time of a part on one core, above 0.
+    error : float
+        As a fraction of 1, above 0.
+    low, high : float
+        Bounds of the error as fractions of 1, low <= high. A bar that begins at 0 or below is
+        drawn from the end of the axis.
+    series : str or None
+        Points of one series are joined, and its name is written once. Estimators have none.
+    """
+
+    name: str
+    kind: str
+    seconds: float
+    error: float
+    low: float
+    high: float
+    series: str | None = None
+
+
+class ChartPanel(NamedTuple):
+    """A size of part.
+
+    Attributes
+    ----------
+    title : str
+        Such as "200 vertices".
+    points : sequence of ChartPoint
+        At least one.
+    """
+
+    title: str
+    points: Sequence[ChartPoint]
+
+
+def key_label(kind: str, points: Sequence[ChartPoint]) -> str:
+    """Label of a kind in the key; estimators newer than the paper are named by their titles."""
+    if kind != "estimator":
+        return KINDS[kind].label
+    titles = list(dict.fromkeys(point.name for point in points if point.kind == kind))
+    return f"{listed(titles)} {KINDS[kind].label}{'s' if len(titles) > 1 else ''}"
+
+
+def check_panels(panels: Sequence[ChartPanel]) -> None:
+    """Refuse what cannot be drawn on the axes.
+
+    Raises
+    ------
+    RequestError
+        No panel, an empty one, an unknown kind, an estimator in a series, a time or an error
+        that is not finite and above 0, or bounds that are not finite and in order.
+    """
+    if not panels:
+        raise RequestError("at least one panel", "none", "give one a size of part")
+    for panel in panels:
+        if not panel.points:
+            raise RequestError(f"at least one point in the panel {panel.title!r}", "none",
+                               "leave the panel out")
+        for point in panel.points:
+            _check_point(point, f"{point.name!r} in the panel {panel.title!r}")
+
+
+def series_of(points: Sequence[ChartPoint]) -> list[tuple[str, list[ChartPoint]]]:
+    """Names of the series with their points, the fastest first."""
+    names = dict.fromkeys(point.series for point in points if point.series is not None)
+    return [(name, sorted((point for point in points if point.series == name),
+                          key=lambda point: point.seconds)) for name in names]
+
+
+def _check_point(point: ChartPoint, where: str) -> None:
+    if point.kind not in KINDS or (point.kind in ESTIMATORS and point.series is not None):
+        raise RequestError(f"one of {', '.join(KINDS)} for {where}, estimators without a series",
+                           f"{point.kind!r} in the series {point.series!r}", "correct it")
+    for value, what in ((point.seconds, "a time in seconds"), (point.error, "an error")):
+        if not (math.isfinite(value) and value > 0.0):
+            raise RequestError(f"{what} above 0 for {where}", f"{value}", "leave the point out")
+    if not (math.isfinite(point.low) and math.isfinite(point.high) and point.low <= point.high):
+        raise RequestError(f"finite bounds in order for {where}", f"{point.low} and {point.high}",
+                           "give the error twice where there are no bounds")
+
+
+def pareto_front(points: Sequence[ChartPoint]) -> list[int]:
+    """Find the points than which no other is both faster and more exact.
+
+    Parameters
+    ----------
+    points : sequence of ChartPoint
+        With `seconds` and `error` that are not NaN.
+
+    Returns
+    -------
+    list of int
+        Places in `points`, the fastest first and of equally fast ones the least exact first,
+        so that the errors never rise.
+    """
+    order = sorted(range(len(points)), key=lambda k: (points[k].seconds, -points[k].error))
+    front: list[int] = []
+    faster, seen, now = np.inf, np.inf, -np.inf  # smallest error before this time and up to it
+    for place in order:
+        if points[place].seconds > now:
+            faster, now = seen, points[place].seconds
+        if points[place].error <= faster:
+            front.append(place)
+        seen = min(seen, points[place].error)
+    return front
+
+
+def stair(points: Sequence[ChartPoint], slowest: float, worst: float) -> tuple[Array, Array]:
+    """Corners of the stair below and left of which there is no point.
+
+    Parameters
+    ----------
+    points : sequence of ChartPoint
+        As for `pareto_front`, at least one.
+    slowest, worst : float
+        Where the line ends to the right and at the top, in the units of the points.
+
+    Returns
+    -------
+    seconds, error : (2 k + 1,) arrays
+        From the top over the k points of the front to the right.
+    """
+    front = [points[place] for place in pareto_front(points)]
+    seconds = np.repeat([point.seconds for point in front], 2)
+    error = np.repeat([point.error for point in front], 2)
+    return np.append(seconds, (slowest,)), np.concatenate(((worst,), error))

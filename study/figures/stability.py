@@ -1,0 +1,215 @@
+"""The stability study: probabilities along a walk, and expected errors against true ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import cycle
+from textwrap import fill
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.plots.style import BLUE, INK, LINES, REFERENCE, merged, new_figure, open_axes
+
+Array = NDArray[np.float64]
+
+JUMP = "#D55E00"
+PALE = "#b9bfc4"
+MARGIN = 0.03
+LABEL = 44
+"""Characters of a line beside the axis."""
+FEW_DECADES = 10.5
+"""Natural logarithm of a range whose tick labels need no exponents."""
+
+
+class WalkCurve(NamedTuple):
+    """A method along a walk.
+
+    Attributes
+    ----------
+    label : str
+    values : (k,) array
+        Probabilities, 0 to 1.
+    jumps : sequence of (value, size)
+        Place and size of each jump.
+    """
+
+    label: str
+    values: ArrayLike
+    jumps: Sequence[tuple[float, float]] = ()
+
+
+class WalkPanel(NamedTuple):
+    """Curves of one panel.
+
+    Attributes
+    ----------
+    title : str
+    curves : sequence of WalkCurve
+        Equal ones are drawn as one.
+    behind : sequence of WalkCurve
+        Curves drawn pale behind them, under one name.
+    behind_name : str
+    """
+
+    title: str
+    curves: Sequence[WalkCurve]
+    behind: Sequence[WalkCurve] = ()
+    behind_name: str = ""
+
+
+def walk_figure(parameter: ArrayLike, panels: Sequence[WalkPanel],
+                simulated: ArrayLike, label: str, quantity: str, *, logarithmic: bool,
+                mark: float | None = None, title: str = "", note: str = "") -> Figure:
+    """Draw probabilities over a parameter.
+
+    Parameters
+    ----------
+    parameter : (k,) array
+        Rising; above 0 where the axis is logarithmic.
+    panels : sequence of WalkPanel
+        At least one.
+    simulated : (3, k) array
+        Probability and the bounds of its interval, drawn in every panel.
+    label, quantity : str
+        Of the axes.
+    logarithmic : bool
+    mark : float, optional
+        Value of the parameter at which a vertical line is drawn.
+    title, note : str
+        Above and below the panels.
+
+    Returns
+    -------
+    Figure
+        A cross where a curve jumps; probabilities in percent, from 0 to what is needed.
+
+    Raises
+    ------
+    RequestError
+        No panel, or values of unequal number.
+    """
+    where = np.asarray(parameter, dtype=np.float64)
+    points = np.asarray(simulated, dtype=np.float64)
+    curves = [curve for panel in panels for curve in (*panel.behind, *panel.curves)]
+    if not curves or points.shape != (3, where.size) or any(
+            np.shape(curve.values) != where.shape for curve in curves):
+        raise RequestError(f"panels of curves of {where.size} values, and (3, {where.size})",
+                           f"{len(curves)} curves, and {points.shape}",
+                           "give every method at every value")
+    figure = new_figure(6.2 * len(panels), 5.2, layout="constrained")
+    every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    top = max(float(points[2].max()), *(float(np.max(curve.values)) for curve in curves))
+    styles = cycle(LINES)
+    for axes, panel in zip(every, panels, strict=True):
+        _prepare(axes, panel.title, label, logarithmic, top)
+        _set_limits(axes, where, logarithmic)
+        _draw_curves(axes, where, panel, iter(LINES) if panel.behind else styles)
+        _draw_jumps(axes, where, panel.curves)
+        _draw_points(axes, where, points)
+        if mark is not None:
+            axes.axvline(mark, color=REFERENCE, linewidth=0.9, linestyle=":")
+        axes.legend(frameon=False, fontsize=9, labelcolor=INK, handlelength=3.6,
+                    loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    every[0].set_ylabel(fill(f"probability of {quantity}, %", LABEL))
+    figure.suptitle(title, fontsize=12, color=INK)
+    figure.supxlabel(note, fontsize=9, color=REFERENCE)
+    return figure
+
+
+def _draw_curves(axes: Axes, where: Array, panel: WalkPanel,
+                 styles: Iterator[tuple[str, object]]) -> None:
+    for place, one in enumerate(panel.behind):
+        axes.plot(where, 100.0 * np.asarray(one.values), color=PALE, linewidth=1.1, zorder=1.5,
+                  label="_" if place else panel.behind_name)
+    for names, curve in merged([(one.label, one.values) for one in panel.curves]):
+        colour, dashes = next(styles)
+        axes.plot(where, 100.0 * curve, color=colour, linestyle=dashes, label=names, zorder=2.0,
+                  linewidth=2.6 if panel.behind else 1.9)
+
+
+def _prepare(axes: Axes, title: str, label: str, logarithmic: bool, top: float) -> None:
+    axes.set(xscale="log" if logarithmic else "linear", xlabel=label,
+             ylim=(-2.0 * top, 104.0 * top))
+    axes.set_title(title, fontsize=11, color=INK)
+    axes.yaxis.set_tick_params(labelleft=True)
+    open_axes(axes, "#dddddd", 0.7)
+
+
+def _set_limits(axes: Axes, where: Array, logarithmic: bool) -> None:
+    """As wide as the walk, and a little more."""
+    ends = np.log(where[[0, -1]]) if logarithmic else where[[0, -1]]
+    room = MARGIN * (ends[1] - ends[0])
+    limits = ends[0] - room, ends[1] + room
+    axes.set_xlim(*(np.exp(limits) if logarithmic else limits))
+    if logarithmic and limits[1] - limits[0] < FEW_DECADES:
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+
+
+def _draw_jumps(axes: Axes, where: Array, curves: Sequence[WalkCurve]) -> None:
+    """A cross in the middle of each jump."""
+    found = [(at, float(np.interp(at, where, np.asarray(curve.values))))
+             for curve in curves for at, _ in curve.jumps]
+    if found:
+        across, up = np.array(found).T
+        axes.plot(across, 100.0 * up, linestyle="none", marker="x", markersize=8.0,
+                  markeredgewidth=1.8, color=JUMP, label="jump", zorder=4.0)
+
+
+def _draw_points(axes: Axes, where: Array, points: Array) -> None:
+    middle, low, high = 100.0 * points
+    lengths = np.maximum((middle - low, high - middle), 0.0)
+    axes.errorbar(where, middle, lengths, fmt="D", markersize=4.2, markerfacecolor="#ffffff",
+                  markeredgecolor=INK, markeredgewidth=0.9, ecolor=INK, elinewidth=1.0,
+                  label="drop simulation", zorder=3.0)
+
+
+COLUMNS = 4
+
+
+def reliability_figure(panels: Sequence[tuple[str, ArrayLike]]) -> Figure:
+    """Draw true errors over expected ones, a panel for each method.
+
+    Parameters
+    ----------
+    panels : sequence of (title, (k, 3) array)
+        Rows of expected error, true error, and the standard error of the true one; fractions.
+
+    Returns
+    -------
+    Figure
+        In percentage points; the diagonal is where both are the same.
+
+    Raises
+    ------
+    RequestError
+        No panel.
+    """
+    if not panels:
+        raise RequestError("at least one panel", "none", "give one a method")
+    columns = min(COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    figure = new_figure(2.7 * columns + 0.5, 2.8 * rows + 0.9, layout="constrained")
+    for place, (title, given) in enumerate(panels):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        _draw(axes, title, 100.0 * np.asarray(given, dtype=np.float64).reshape(-1, 3))
+    figure.suptitle("Does a larger expected error mean a larger true one? Parts in ten bins of "
+                    "rising expected error", fontsize=12, color=INK)
+    figure.supxlabel("expected error, percentage points", fontsize=11)
+    figure.supylabel("true error, percentage points", fontsize=11)
+    return figure
+
+
+def _draw(axes: Axes, title: str, rows: Array) -> None:
+    expected, true, error = rows.T
+    end = 1.08 * float(max(expected.max(), (true + error).max()))
+    axes.plot((0.0, end), (0.0, end), color=REFERENCE, linewidth=0.9, linestyle=":")
+    axes.errorbar(expected, true, 2.0 * error, fmt="o", markersize=4.0, color=BLUE,
+                  elinewidth=1.1)
+    axes.set(xlim=(0.0, end), ylim=(0.0, end), aspect="equal")
+    axes.set_title(title, fontsize=11, color=INK)
+    open_axes(axes, "#e5e5e5", 0.6)

@@ -1,0 +1,254 @@
+"""Drops of a part by MuJoCo, for comparison, where it is installed.
+
+MuJoCo needs a time step and gets restitution from a soft contact, whose depth takes the place of a
+tolerance. Lengths are in radii, time in sqrt(radius / g), mass 1.
+
+A direct `solref = (-stiffness, -damping)` lets the depth x of a touching vertex obey
+x'' + 2 zeta omega x' + omega² x = 0, whatever the leverage, until the force would pull. With
+zeta = cos(phi), phi being imaginary above zeta = 1, this gives
+
+    restitution = exp(-2 phi / tan(phi)),    duration = 2 phi / (omega sin(phi)),
+    depth       = speed sqrt(restitution) / omega.
+
+`setting` aims these at the wanted restitution and depth and corrects the aim by what first
+impacts from 20 radii show.
+
+The integrator is `implicitfast`, which in MuJoCo 4.0 loses energy in free rotation (0.6 % to
+14 % in 20 units of time at a step of 0.002 and 5 radians a unit). `Euler`, and `implicitfast` in
+3.3, gain as much, so that long drops can blow up; `RK4`, exact there, takes three times as long.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import time
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.records import Part
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE
+from ros_pose_stats.resting.poses import resting_poses
+
+Array = NDArray[np.float64]
+
+IMPACTS, CORRECTIONS = 64, 4
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A contact and a time step, and their restitution and depth in 64 first impacts.
+
+    Attributes
+    ----------
+    stiffness, damping, step : float
+    steps : int
+        Time steps in a contact.
+    penetration : float
+        Median over the impacts of the greatest depth.
+    restitution : float
+        Median over the impacts of the vertex's speed after by that before.
+    low, high : float
+        10 % and 90 % quantiles of the same.
+    typical : float
+        Median absolute error of restitution.
+    """
+
+    stiffness: float
+    damping: float
+    step: float
+    steps: int
+    penetration: float
+    restitution: float
+    low: float
+    high: float
+    typical: float
+
+
+def contact(restitution: float, depth: float, steps: int) -> tuple[float, float, float]:
+    """Stiffness, damping and time step by the closed forms above, for a fall from 20 radii."""
+    low, high = 0.0, 1e3  # of zeta; restitution falls with it
+    for _ in range(100):
+        zeta = 0.5 * (low + high)
+        phi = cmath.acos(zeta)
+        if (2.0 * phi / cmath.tan(phi)).real < -math.log(restitution):
+            low = zeta
+        else:
+            high = zeta
+    omega = math.sqrt(2.0 * (HEIGHT - 1.0) * restitution) / depth
+    return omega**2, 2.0 * zeta * omega, (2.0 * phi / cmath.sin(phi)).real / omega / steps
+
+
+def setting(plate: Plate, restitution: float, penetration: float, steps: int) -> Setting:
+    """Find a contact of so many time steps, correcting the aim by first impacts."""
+    rng = np.random.default_rng(0)
+    turns, phases = random_turns(rng, IMPACTS), rng.random(IMPACTS)
+    aim, depth = restitution, penetration
+    for _ in range(CORRECTIONS + 1):
+        found = contact(aim, depth, steps)
+        plate.soften(*found)
+        impacts = np.array(list(map(plate.first_impact, turns, phases)))
+        deepest, ratio = np.median(impacts, axis=0).tolist()
+        aim = min(max(aim * restitution / ratio, 0.05), 0.99)
+        depth *= penetration / deepest
+    low, high = np.quantile(impacts[:, 1], (0.1, 0.9)).tolist()
+    typical = float(np.median(np.abs(impacts[:, 1] - restitution)))
+    return Setting(*found, steps, deepest, ratio, low, high, typical)
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoRun:
+    """Drops by MuJoCo.
+
+    Attributes
+    ----------
+    drops : int
+    seconds : float
+        Inside `mj_step` only; the model is compiled and the setting chosen before.
+    step, penetration, restitution : float
+        Those of the setting: medians over first impacts.
+    poses : (drops, 3) array
+        Direction that points down at the end, part axes.
+    index : (drops,) array of int
+        Stable pose, as in `resting_poses`, that each drop ended in.
+    steps : int
+        Of all drops.
+    """
+
+    drops: int
+    seconds: float
+    step: float
+    penetration: float
+    restitution: float
+    poses: Array
+    index: NDArray[np.int64]
+    steps: int
+
+
+def drop_in_mujoco(plate: Plate, setting: Setting, drops: int, seed: int,
+                   to_rest: bool = False) -> MujocoRun:
+    """Drop the part at a given setting."""
+    plate.soften(setting.stiffness, setting.damping, setting.step)
+    levels = plate.rested if to_rest else plate.decided
+    seconds, steps, downs, index = zip(
+        *(plate.drop(turn, levels) for turn in random_turns(np.random.default_rng(seed), drops)),
+        strict=True)
+    return MujocoRun(drops, sum(seconds), setting.step, setting.penetration,
+                     setting.restitution, np.array(downs), np.array(index), sum(steps))
+
+
+HEIGHT = 20.0
+CHECK_EVERY = 50
+"""Steps between checks of the energy; the checks are not timed."""
+AT_REST = 1e-3
+"""Energy over the stable face's, in m g radius, below which a part rests (some 0.2 degrees)."""
+LONGEST = 2000.0
+"""Time after which a drop counts as failed: the step is too long for the contact."""
+
+_XML = """<mujoco><option gravity="0 0 -1" integrator="implicitfast"/>
+<asset><mesh name="hull" vertex="{}"/></asset>
+<worldbody><geom type="plane" size="1 1 1" condim="1"/><body><freejoint/>
+<inertial pos="0 0 0" mass="1" diaginertia="{}"/><geom type="mesh" mesh="hull" condim="1"/>
+</body></worldbody></mujoco>"""
+
+
+def available() -> bool:
+    """Whether MuJoCo can be imported."""
+    return find_spec("mujoco") is not None
+
+
+class Plate:
+    """A part, in its principal axes, over MuJoCo's plane."""
+
+    def __init__(self, part: Part,
+                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE) -> None:
+        if not available():
+            raise ModuleNotFoundError("this comparison needs MuJoCo: pip install mujoco")
+        self.engine: Any = import_module("mujoco")
+        resting = resting_poses(part, cluster_tolerance, 0)
+        body, found, groups = resting.body, resting.equilibria, resting.clusters
+        self.moment, self.axes = np.linalg.eigh(part.inertia / (part.mass * body.radius**2))
+        self.axes[:, 0] *= np.linalg.det(self.axes)
+        self.points = body.points @ self.axes
+        self.nearness = body.arrays.normal @ self.axes / body.arrays.distance[:, None]
+        stable = found.rank[found.arrays.basin]
+        self.pose = groups.pose[stable]
+        self.decided = groups.way_out[self.pose]
+        self.rested = np.minimum(self.decided, found.heights[stable] + AT_REST)
+        numbers = (" ".join(map(repr, values.ravel().tolist()))
+                   for values in (self.points, self.moment))
+        self.model = self.engine.MjModel.from_xml_string(_XML.format(*numbers))
+        self.data = self.engine.MjData(self.model)
+
+    def soften(self, stiffness: float, damping: float, step: float) -> None:
+        """Set the contact and the time step; an impedance near 1 makes the contact exact."""
+        self.model.geom_solref[:] = -stiffness, -damping
+        self.model.geom_solimp[:] = 0.9999, 0.9999, 0.001, 0.5, 2.0
+        self.model.opt.timestep = step
+
+    def place(self, turn: Array, height: float, speed: float) -> Array:
+        """Put the part at a height, falling without turning; return the vertices' heights."""
+        self.engine.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = 0.0, 0.0, height, *turn
+        self.data.qvel[2] = -speed
+        return np.asarray(self.points @ self.up() + height)
+
+    def up(self) -> Array:
+        """Vertical direction in body axes."""
+        w, x, y, z = self.data.qpos[3:].tolist()
+        return np.array((2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)))
+
+    def first_impact(self, turn: Array, phase: float) -> tuple[float, float]:
+        """Greatest depth and restitution at the end of a fall from 20 radii.
+
+        The fall itself is exact; `phase` (0 to 1) is the place of the impact in its time step.
+        """
+        heights = self.place(turn, 0.0, 0.0)
+        vertex = int(np.argmin(heights))
+        speed = math.sqrt(2.0 * (HEIGHT + heights[vertex]))
+        self.place(turn, phase * speed * self.model.opt.timestep - heights[vertex], speed)
+        depth, touched = 0.0, False
+        while not touched or heights[vertex] < 0.0:
+            self.engine.mj_step(self.model, self.data)
+            heights = self.points @ self.up() + self.data.qpos[2]
+            depth, touched = max(depth, -heights.min()), touched or heights[vertex] < 0.0
+        turning = np.cross(self.data.qvel[3:], self.points[vertex]) @ self.up()
+        return float(depth), float((self.data.qvel[2] + turning) / speed)
+
+    def drop(self, turn: Array, levels: Array) -> tuple[float, int, Array, int]:
+        """Drop until the energy is below the level of the face that the part is heading for.
+
+        `levels` (F,) belong to the faces. Returns seconds, steps, final down and pose. While
+        vertices are pressed in, the energy in up to three springs counts. A spin about the
+        vertical does not: it should be zero, but grows with MuJoCo's errors and never ends.
+        """
+        seconds, chunks = 0.0, 0
+        mj_step, model, data = self.engine.mj_step, self.model, self.data
+        self.place(turn, HEIGHT, 0.0)
+        spring = -1.5 * float(model.geom_solref[0, 0])
+        while chunks * CHECK_EVERY * model.opt.timestep < LONGEST:  # data.time may start anew
+            begin = time.perf_counter()
+            mj_step(model, data, nstep=CHECK_EVERY)
+            seconds += time.perf_counter() - begin
+            chunks += 1
+            down, height, velocity = -self.up(), data.qpos[2], data.qvel
+            face = int(np.argmax(self.nearness @ down))
+            depth = max(0.0, (self.points @ down).max() - height)
+            spin = (self.moment * down) @ velocity[3:]
+            energy = (height + spring * depth**2 + 0.5 * velocity[2]**2
+                      + 0.5 * self.moment @ velocity[3:]**2
+                      - 0.5 * spin**2 / (self.moment @ down**2))
+            if energy < levels[face]:
+                return seconds, chunks * CHECK_EVERY, self.axes @ down, int(self.pose[face])
+        raise RuntimeError(f"a drop was still going on after {LONGEST:g} sqrt(radius / g)")
+
+
+def random_turns(rng: np.random.Generator, count: int) -> Array:
+    """Uniform random orientations as quaternions w x y z (count, 4)."""
+    turns = rng.standard_normal((count, 4))
+    return np.asarray(turns / np.linalg.norm(turns, axis=1)[:, None])

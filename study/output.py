@@ -1,0 +1,97 @@
+"""Results as values for JSON, as Markdown tables, and as whole pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ros_pose_stats.whole_files import write_json, write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plain(value: Any) -> Any:
+    """Convert records to objects, sequences and arrays to lists, keys to text, NaN to null.
+
+    A standard error is NaN where there is a single body; JSON has no such number.
+    """
+    if is_dataclass(value):
+        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table with as wide columns as needed, the first flush left, the others flush right."""
+    cells = [list(head), *(list(row) for row in rows)]
+    widths = [max(3, *(len(cell) for cell in column)) for column in zip(*cells, strict=True)]
+    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
+    lines = [_line(cells[0], widths), "| " + " | ".join(rule) + " |",
+             *(_line(row, widths) for row in cells[1:])]
+    return "\n".join(lines)
+
+
+def points(fraction: float, digits: int = 1) -> str:
+    """A fraction in percentage points."""
+    return f"{100.0 * fraction:.{digits}f}"
+
+
+def with_error(fraction: float, error: float, digits: int = 2) -> str:
+    """A fraction and its standard error in percentage points."""
+    return plus_minus(100.0 * fraction, 100.0 * error, digits)
+
+
+def plus_minus(value: float, error: float, digits: int) -> str:
+    """A number and its standard error, where that is known."""
+    return f"{value:.{digits}f}" + ("" if math.isnan(error) else f" ± {error:.{digits}f}")
+
+
+def _line(row: Sequence[str], widths: Sequence[int]) -> str:
+    padded = [row[0].ljust(widths[0]),
+              *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+    return "| " + " | ".join(padded) + " |"
+
+
+def write_page(folder: Path, page: Path, text: str, figures: Mapping[str, Figure],
+               numbers: Mapping[str, Any]) -> list[Path]:
+    """Write a page, `figures/NAME.png` and `.svg`, and `benchmarks/NAME.json`: all or none.
+
+    Parameters
+    ----------
+    folder : Path
+        Created where it does not exist; other files in it stay.
+    page : Path
+        Relative to it, in a folder of its own.
+    text : str
+    figures, numbers : mapping
+        By name.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    from ros_pose_stats.plots.files import save_figure
+
+    def write(aside: Path) -> None:
+        for name, figure in figures.items():
+            save_figure(figure, aside / "figures" / name)
+        for name, values in numbers.items():
+            write_json(aside / "benchmarks" / f"{name}.json", values)
+        (aside / page).parent.mkdir()
+        (aside / page).write_text(text, encoding="utf-8")
+
+    return write_whole(folder, write)

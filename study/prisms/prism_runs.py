@@ -1,0 +1,222 @@
+"""Square prisms by every estimator and by drop simulation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ros_pose_stats.estimators import ESTIMATORS
+from ros_pose_stats.mesh.parts import part_from_mesh
+from ros_pose_stats.records import DropScene, Part, StablePose
+from ros_pose_stats.records.scene import DEFAULT_DROP_RADII
+from ros_pose_stats.resting.poses import resting_poses
+from ros_pose_stats.shapes import box
+from ros_pose_stats.simulation.request import drop_request
+from ros_pose_stats.simulation.simulate import simulate
+from ros_pose_stats.statistics.intervals import jeffreys_interval
+
+from .dice import DICE, root_mean_square, sampling_noise, standard_error
+from .prism_results import LEVEL, Misfit, PrismResults, SidesPoint
+
+Array = NDArray[np.float64]
+
+Points = dict[float, tuple[SidesPoint, ...]]
+
+RESTITUTIONS = (0.2, 0.5, 0.8)
+SHORTEST, LONGEST = 0.3, 3.0
+"""Length over width."""
+CURVE_RATIOS, DROPPED_RATIOS = 121, 15
+DROPS, DICE_DROPS = 1000, 2000
+DEFAULT_SEED = 1
+OF_CURVE, OF_DICE, OF_ERRORS = range(3)
+"""Streams of random numbers."""
+
+
+def prisms(drops: int = DROPS, dice_drops: int = DICE_DROPS, seed: int = DEFAULT_SEED, *,
+           workers: int | None = None,
+           on_progress: Callable[[int, int], object] | None = None,
+           should_stop: Callable[[], bool] | None = None) -> PrismResults:
+    """Compare estimators, simulation and rolled dice on square prisms (section 5.B, Fig. 5).
+
+    Square prisms of length over width 0.3 to 3 go through every registered estimator and are
+    dropped from 20 radii at restitution 0.2, 0.5 and 0.8. The same is done for prisms as long
+    as Budden's dice, to say how far each method is from them.
+
+    Parameters
+    ----------
+    drops : int
+        For each of 15 ratios and each restitution, at least 1.
+    dice_drops : int
+        For each of the 15 dice and each restitution, at least 1.
+    seed : int
+        0 to 2^64 - 1. The same seed gives the same numbers, whatever the workers.
+    workers : int, optional
+        Threads; default: all cores.
+    on_progress : callable, optional
+        Called with the drops done and the drops in all, after each simulation.
+    should_stop : callable, optional
+        Asked before each simulation and some twenty times a second during it; True ends the
+        run with the simulations that were finished, and all estimators.
+
+    Returns
+    -------
+    PrismResults
+
+    Raises
+    ------
+    RequestError
+        If a number of drops, the seed or the workers are out of their range.
+    """
+    begin = time.perf_counter()
+    for asked in (drops, dice_drops):
+        drop_request(asked, seed, 0.0, workers, None)
+    curve = np.array(_spread(CURVE_RATIOS))
+    of_dice = [die.ratio for die in DICE]
+    planned = [*_plan(_spread(DROPPED_RATIOS), drops, seed, OF_CURVE),
+               *_plan(of_dice, dice_drops, seed, OF_DICE)]
+    done = _run(planned, workers, on_progress, should_stop)
+    dice_estimated, dice_simulated = estimated_sides(of_dice), _gathered(done, OF_DICE)
+    return PrismResults(
+        ratios=curve, estimated=estimated_sides(curve), simulated=_gathered(done, OF_CURVE),
+        dice=tuple(counted(die.ratio, die.rolls_on_sides, die.rolls) for die in DICE),
+        dice_estimated=dice_estimated, dice_simulated=dice_simulated,
+        misfits=_misfits(dice_estimated, dice_simulated, seed),
+        sampling_noise=sampling_noise(), drops=drops, dice_drops=dice_drops, seed=seed,
+        release_radii=DEFAULT_DROP_RADII, stopped=len(done) < len(planned),
+        seconds=time.perf_counter() - begin)
+
+
+class _Drops(NamedTuple):
+    """A simulation of the plan."""
+
+    stream: int
+    restitution: float
+    ratio: float
+    drops: int
+    seed: int
+
+
+def _spread(count: int) -> list[float]:
+    """Ratios from the shortest to the longest, evenly spread in their logarithm."""
+    ratios: list[float] = np.geomspace(SHORTEST, LONGEST, count).tolist()
+    return ratios
+
+
+def _plan(ratios: Sequence[float], drops: int, seed: int, stream: int) -> list[_Drops]:
+    return [_Drops(stream, restitution, ratio, drops, _seed(seed, stream, row, place))
+            for row, restitution in enumerate(RESTITUTIONS)
+            for place, ratio in enumerate(ratios)]
+
+
+def _seed(seed: int, *place: int) -> int:
+    """A seed of its own for each place."""
+    return int(np.random.SeedSequence((seed, *place)).generate_state(1, np.uint64)[0])
+
+
+def _run(planned: Sequence[_Drops], workers: int | None,
+         on_progress: Callable[[int, int], object] | None,
+         should_stop: Callable[[], bool] | None) -> list[tuple[_Drops, SidesPoint]]:
+    done: list[tuple[_Drops, SidesPoint]] = []
+    count, total = 0, sum(one.drops for one in planned)
+    for one in planned:
+        if should_stop is not None and should_stop():  # a short simulation may end unasked
+            break
+        point = dropped_sides(one.ratio, one.restitution, one.drops, one.seed, workers,
+                              should_stop)
+        if point is None:
+            break
+        done.append((one, point))
+        count += one.drops
+        if on_progress is not None:
+            on_progress(count, total)
+    return done
+
+
+def _gathered(done: Iterable[tuple[_Drops, SidesPoint]], stream: int) -> Points:
+    return {restitution: tuple(point for one, point in done
+                               if (one.stream, one.restitution) == (stream, restitution))
+            for restitution in RESTITUTIONS}
+
+
+def _misfits(estimated: dict[str, Array], simulated: Points, seed: int) -> tuple[Misfit, ...]:
+    error_seed = _seed(seed, OF_ERRORS)
+    found = [Misfit(name, ESTIMATORS[name].title, None, root_mean_square(sides),
+                    standard_error(sides, seed=error_seed))
+             for name, sides in estimated.items()]
+    for restitution, points in simulated.items():
+        if len(points) < len(DICE):
+            continue
+        sides = [point.probability for point in points]
+        error = standard_error(sides, [point.trials for point in points], seed=error_seed)
+        found.append(Misfit("simulation", f"simulation, restitution {restitution:g}",
+                            restitution, root_mean_square(sides), error))
+    # Equal but for rounding (CSAE and QSE): in the order of the registry.
+    return tuple(sorted(found, key=lambda misfit: round(misfit.rms, 12)))
+
+
+WIDTH = 0.01
+"""Side of the square, metres. No result depends on it: drops start at a multiple of the radius."""
+
+SCENE = DropScene(cluster_tolerance=0.0, round_sides=0)
+"""Scene of estimators that know it: the usual restitution and drop height."""
+
+SQUARE_FACE = 0.9
+"""A pose with a larger |down_z| lies on a square face; sides have 0, square faces 1."""
+
+
+def square_prism(ratio: float) -> Part:
+    """Square prism along z of the given length over width, homogeneous."""
+    return part_from_mesh(*box(WIDTH, WIDTH, ratio * WIDTH))
+
+
+def on_squares(poses: Iterable[StablePose]) -> list[StablePose]:
+    """The poses on a square face of a prism along z."""
+    return [pose for pose in poses if abs(pose.down[2]) > SQUARE_FACE]
+
+
+def estimated_sides(ratios: ArrayLike) -> dict[str, Array]:
+    """Probability of the four sides by every estimator, without clusters, in the usual scene.
+
+    Parameters
+    ----------
+    ratios : (k,) array
+        Length over width, above 0.
+
+    Returns
+    -------
+    dict of str to (k,) array
+        By the estimator's name, in the registry's order; 0 to 1.
+    """
+    lengths = np.asarray(ratios, dtype=np.float64)
+    found = {name: np.empty_like(lengths) for name in ESTIMATORS}
+    for place, ratio in enumerate(lengths.tolist()):
+        resting = resting_poses(square_prism(ratio), 0.0, 0)
+        squares = [pose.index for pose in on_squares(resting.poses)]
+        for name, estimator in ESTIMATORS.items():
+            found[name][place] = 1.0 - estimator.function(resting, SCENE)[squares].sum()
+    return found
+
+
+def dropped_sides(ratio: float, restitution: float, drops: int, seed: int,
+                  workers: int | None = None,
+                  should_stop: Callable[[], bool] | None = None) -> SidesPoint | None:
+    """Share of drops from 20 radii that come to rest on a side; None if stopped before the end.
+
+    The parameters are those of `simulate`. Drops that did not settle are left out of the share.
+    """
+    found = simulate(square_prism(ratio), drops, restitution, seed, workers=workers,
+                     should_stop=should_stop, cluster_tolerance=0.0, round_sides=0)
+    settled = found.drops - found.unsettled
+    if found.drops < drops or not settled:
+        return None
+    return counted(ratio, settled - sum(pose.count for pose in on_squares(found.poses)), settled)
+
+
+def counted(ratio: float, sides: int, trials: int) -> SidesPoint:
+    """Make a point of a counted share, with its interval."""
+    low, high = jeffreys_interval(sides, trials, LEVEL)
+    return SidesPoint(ratio, sides / trials, float(low), float(high), trials)

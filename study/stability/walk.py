@@ -1,0 +1,118 @@
+"""A walk: bodies or scenes along one parameter, and what of their poses is watched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ros_pose_stats.records import Part
+from ros_pose_stats.records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION
+
+Array = NDArray[np.float64]
+
+SIZE = 0.02
+"""Size of the bodies, metres, on which no number depends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The part and the scene at one value of a walk.
+
+    Attributes
+    ----------
+    part : Part
+    restitution : float
+    drop_height : float or None
+        Metres; None for 20 radii.
+    cluster_tolerance : float or None
+        None for the walk's.
+    """
+
+    part: Part
+    restitution: float = DEFAULT_RESTITUTION
+    drop_height: float | None = None
+    cluster_tolerance: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A family of bodies or scenes along one parameter.
+
+    Attributes
+    ----------
+    name : str
+        For files.
+    title : str
+        Sentence that says what happens along the walk.
+    parameter : str
+        Label of the axis, with its unit.
+    values : (k,) array
+        Of the parameter, rising, where everything is measured.
+    logarithmic : bool
+        Whether the axis and the slopes are in the parameter's logarithm.
+    make : callable
+        From a value of the parameter to a `Step`.
+    watched : callable
+        From directions (P, 3) that point down in the poses to a mask (P,): the poses whose
+        probabilities are added and followed.
+    quantity : str
+        Name of what is watched.
+    cluster_tolerance : float
+    round_sides : int
+        As for `simulate`; 0 for bodies that are no parts.
+    whole : bool
+        Whether the parameter takes whole numbers only, so that no limit can be looked for.
+    mark : float or None
+        Value of the parameter at which the trouble is.
+    """
+
+    name: str
+    title: str
+    parameter: str
+    values: Array
+    logarithmic: bool
+    make: Callable[[float], Step]
+    watched: Callable[[Array], NDArray[np.bool_]]
+    quantity: str
+    cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE
+    round_sides: int = 0
+    whole: bool = False
+    mark: float | None = None
+
+    def place(self, value: float) -> float:
+        """Position along the walk: the value or its logarithm."""
+        return float(np.log(value)) if self.logarithmic else value
+
+    def value(self, place: float) -> float:
+        """The parameter at a position."""
+        return float(np.exp(place)) if self.logarithmic else place
+
+    def tolerance(self, step: Step) -> float:
+        """Cluster tolerance at a step."""
+        return self.cluster_tolerance if step.cluster_tolerance is None else step.cluster_tolerance
+
+
+def towards(direction: tuple[float, float, float],
+            angle: float) -> Callable[[Array], NDArray[np.bool_]]:
+    """Whether directions (P, 3) lie within an angle, in radians, of one."""
+    unit = np.asarray(direction) / np.linalg.norm(direction)
+    least = np.cos(angle)
+    return lambda downs: np.asarray(downs @ unit >= least)
+
+
+def along(axis: int) -> Callable[[Array], NDArray[np.bool_]]:
+    """Whether directions (P, 3) lie nearest to an axis, either way."""
+    return lambda downs: np.asarray(np.abs(downs[:, axis]) > 0.9)
+
+
+def spread_by_ratio(low: float, high: float, number: int) -> Array:
+    """Values (number,) whose ratios are equal."""
+    return np.asarray(np.geomspace(low, high, number), dtype=np.float64)
+
+
+def spread_evenly(low: float, high: float, number: int) -> Array:
+    """Values (number,) at equal distances."""
+    return np.asarray(np.linspace(low, high, number), dtype=np.float64)

@@ -1,0 +1,17 @@
+"""Nodes in a domain of their own, said to each by its environment alone."""
+
+from __future__ import annotations
+
+import pytest
+
+import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
+
+
+@pytest.fixture(scope="session")
+def place(tmp_path_factory):
+    """The domain, and the environment of a node in it."""
+    from domain_coordinator import domain_id
+
+    with domain_id() as number:
+        yield number, {"ROS_DOMAIN_ID": str(number),
+                       "ROS_LOG_DIR": str(tmp_path_factory.mktemp("ros_logs"))}

@@ -1,0 +1,234 @@
+"""Kill, full disk and missing folder: what was acknowledged stays, and the node serves on."""
+
+from __future__ import annotations
+
+import re
+import resource
+import shutil
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from ros_pose_stats import analyse_bags
+from tests.contract.node.harness.bags import (
+    assert_readable_by_others,
+    bags_of,
+    files_of,
+    message_of,
+    on_topic,
+    raw,
+    recorded,
+)
+from tests.contract.node.harness.cell import Health, cell_of, latched
+from tests.contract.node.harness.client import until
+from tests.contract.node.harness.goals import Goals
+from tests.contract.node.harness.jobs import finished, start
+from tests.contract.node.harness.parts import WEDGE, flat, new_id, whole
+
+FILE = 65_536
+"""Bytes after which a file of the bag is followed by another; no fewer can be asked for."""
+
+
+class Killed(NamedTuple):
+    bag: Path
+    answers: list
+    """What was answered before the kill."""
+    running: object
+    """What the library said while the node ran."""
+
+
+def ask(client, number):
+    """Answers to estimates of parts that are new; requests carry them."""
+    return [client.good("estimate", part=flat(WEDGE, new_id())).statistics
+            for _ in range(number)]
+
+
+@pytest.fixture(scope="module")
+def killed(place, tmp_path_factory):
+    """A node with small files that was killed while it was asked."""
+    folder = tmp_path_factory.mktemp("killed")
+    with cell_of(place[0], folder, "killed", environment=place[1], max_bag_bytes=FILE) as (
+            node, client):
+        answers = ask(client, 60)
+        job_id = start(client, answers[0].part_id, 300)
+        answers.append(finished(client, job_id).statistics)
+        running = analyse_bags(folder).contents
+        node.kill()
+    (bag,) = bags_of(folder)
+    return Killed(bag, answers, running)
+
+
+class TestKilled:
+    def test_everything_acknowledged_is_there(self, killed):
+        answers = set(map(whole, recorded(killed.bag.parent, "answers")))
+        assert set(map(whole, killed.answers)) <= answers
+        parts = {message.part_id for message in recorded(killed.bag.parent, "part_mesh")}
+        assert {message.part_id for message in killed.answers} <= parts
+
+    def test_files_follow_each_other_and_each_finished_one_stands_by_itself(self, killed):
+        files = files_of(killed.bag)
+        assert len(files) > 3
+        assert max(file.stat().st_size for file in files) <= FILE
+        assert [file.state for file in killed.running.files] == (
+            ["whole"] * (len(files) - 1) + ["open"])
+        contents = analyse_bags(killed.bag).contents
+        assert contents.files[-1].state in ("open", "cut")
+        assert contents.messages["PoseStatistics"] >= 2 * len(killed.answers) - 2
+        for file in files[:-1]:
+            assert analyse_bags(file).contents.files[0].state == "whole"
+        assert (killed.bag / "metadata.yaml").is_file()  # from the first record on
+
+
+def earlier_copy(bag, folder, number):
+    """A copy under the name of a run of another year."""
+    copy = folder / re.sub(r"stats_\d{4}", f"stats_200{number}", bag.name)
+    shutil.copytree(bag, copy)
+    for file in copy.glob("*.mcap"):
+        file.rename(copy / file.name.replace(bag.name, copy.name))
+    return copy
+
+
+DAMAGE = {
+    "as it was": lambda content: content,
+    "cut": lambda content: content[:-777],
+    "zeros at its end": lambda content: content[:-500] + bytes(500),
+    "noise behind it": lambda content: content + np.random.default_rng(3).bytes(900),
+    "flipped": lambda content: content[:-3000] + bytes((content[-3000] ^ 4,)) + content[-2999:],
+    "nothing of the last file": lambda content: b"",
+}
+"""An unfinished file as a power cut or a bad disk may leave it."""
+
+
+@pytest.fixture(scope="module")
+def mended(killed, place, tmp_path_factory):
+    """The next start beside unfinished bags of every kind; what whole messages each had before."""
+    folder = tmp_path_factory.mktemp("mended")
+    before = {}
+    for number, (kind, damaged) in enumerate(DAMAGE.items()):
+        bag = earlier_copy(killed.bag, folder, number)
+        last = files_of(bag)[-1]
+        last.write_bytes(damaged(last.read_bytes()))
+        before[kind] = bag, analyse_bags(bag).contents.messages["PoseStatistics"]
+    (folder / "notes").mkdir()
+    (folder / "notes" / "mine.mcap").write_text("mine")
+    with cell_of(place[0], folder, "mended", environment=place[1]) as (node, client):
+        ask(client, 1)
+        node.stop()
+    return before
+
+
+class TestNextStart:
+    @pytest.mark.parametrize("kind", DAMAGE)
+    def test_finishes_what_was_left(self, mended, killed, kind):
+        bag, messages = mended[kind]
+        contents = analyse_bags(bag).contents
+        assert {file.state for file in contents.files} == {"whole"}
+        assert contents.messages["PoseStatistics"] == messages
+        assert_readable_by_others(bag)
+        answers = {whole(message) for message in recorded_in(bag)}
+        lost = sum(whole(message) not in answers for message in killed.answers)
+        assert lost == 0 if kind in ("as it was", "noise behind it") else lost < 15
+        assert not list(bag.glob("*.half"))
+        foreign = bag.parent / "notes"
+        assert [file.read_text() for file in foreign.iterdir()] == ["mine"]
+
+
+def recorded_in(bag):
+    """Answers in one bag."""
+    return [message_of(topic, data) for topic, data in raw(bag) if topic == on_topic("answers")]
+
+
+def bag_bytes(folder):
+    """Of all files; what is deleted meanwhile counts nothing."""
+    total = 0
+    for file in folder.rglob("*.mcap"):
+        with suppress(FileNotFoundError):
+            total += file.stat().st_size
+    return total
+
+
+def test_the_oldest_files_go_once_all_bags_are_too_large(killed, place, tmp_path):
+    """Old runs first, then old files of this run; the newest answers stay."""
+    old = [file for number in range(5)
+           for file in files_of(earlier_copy(killed.bag, tmp_path, number))]
+    bound = int(2.5 * bag_bytes(killed.bag))
+    with cell_of(place[0], tmp_path, "bounded", environment=place[1], max_bag_bytes=FILE,
+                 max_log_bytes=bound) as (node, client):
+        (first,) = ask(client, 1)
+        until(lambda: bag_bytes(tmp_path) <= bound, "the bound")
+        left = [file for file in old if file.exists()]
+        assert 0 < len(left) < len(old) and left == old[len(old) - len(left):]
+        answers = []
+        while any(file.exists() for file in old) or len(answers) < 100:
+            answers.append(client.good("estimate", part_id=first.part_id,
+                                       restitution=1e-4 * len(answers)).statistics)
+            assert len(answers) < 5000
+        until(lambda: bag_bytes(tmp_path) <= bound, "the bound")
+        node.stop()
+    (bag,) = bags_of(tmp_path)
+    assert_readable_by_others(bag)
+    assert set(map(whole, answers[-10:])) <= {whole(message) for message in recorded_in(bag)}
+
+
+NOT_RECORDED = "NOT_RECORDED: "
+
+
+def unrecorded(statistics):
+    return [warning for warning in statistics.warnings if warning.startswith(NOT_RECORDED)]
+
+
+def assert_says_that_nothing_is_recorded(node, client, health):
+    """In answers, on acceptance, with results and on diagnostics; it serves all the same."""
+    (statistics,) = ask(client, 1)
+    assert len(unrecorded(statistics)) == 1
+    assert len(unrecorded(latched(client, statistics.part_id))) == 1
+    accepted = client.good("start_drop_simulation", part_id=statistics.part_id, drops=200)
+    assert accepted.message.startswith(NOT_RECORDED)
+    done = finished(client, accepted.job_id).statistics
+    assert done.drops == 200 and len(unrecorded(done)) == 1
+    goals = Goals(client)
+    _, result = goals.send(part_id=statistics.part_id, drops=100).result()
+    goals.close()
+    assert result.success and unrecorded(result.statistics)
+    line, values = health.line("recording", lambda line, _: line.level == DiagnosticStatus.WARN)
+    assert line.message.startswith(NOT_RECORDED) and int(values["messages not recorded"]) > 0
+    node.says(NOT_RECORDED)
+
+
+def assert_records(client, folder, health):
+    """Everything is recorded again; the answer that is there."""
+    health.line("recording", lambda line, _: line.level == DiagnosticStatus.OK)
+    (statistics,) = ask(client, 1)
+    assert not unrecorded(statistics)
+    assert whole(statistics) in set(map(whole, recorded(folder, "answers")))
+    return statistics
+
+
+def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
+    folder = tmp_path / "bags"
+    with cell_of(place[0], folder, "trouble", environment=place[1]) as (node, client):
+        health = Health(client)
+        first = assert_records(client, folder, health)
+        (bag,) = bags_of(folder)
+        (file,) = files_of(bag)
+        # A file that may not grow is a disk that is full; half a message still fits.
+        room = file.stat().st_size + 100
+        resource.prlimit(node.process.pid, resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
+        assert_says_that_nothing_is_recorded(node, client, health)
+        resource.prlimit(node.process.pid, resource.RLIMIT_FSIZE,
+                         (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        until(lambda: not unrecorded(ask(client, 1)[0]), "room")
+        again = assert_records(client, folder, health)
+        node.says("recording works again")
+        assert {whole(first), whole(again)} <= set(map(whole, recorded(folder, "answers")))
+        shutil.rmtree(folder)
+        until(lambda: not unrecorded(ask(client, 1)[0]) and bags_of(folder), "another bag")
+        last = assert_records(client, folder, health)
+        node.stop()
+    (bag,) = bags_of(folder)
+    assert_readable_by_others(bag)
+    assert whole(last) in set(map(whole, recorded(folder, "answers")))

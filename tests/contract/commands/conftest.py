@@ -1,0 +1,28 @@
+"""Files that commands are asked about."""
+
+from __future__ import annotations
+
+import pytest
+
+from ros_pose_stats import shapes
+from tests.bodies import write_stl
+
+
+@pytest.fixture(scope="session")
+def parts(tmp_path_factory):
+    """A box of 20 x 30 x 40 mm in several states of repair, a cylinder, and what is no part."""
+    folder = tmp_path_factory.mktemp("parts")
+    vertices, triangles = shapes.box(20.0, 30.0, 40.0)
+    write_stl(folder / "box.stl", (vertices, triangles))
+    write_stl(folder / "open.stl", (vertices, triangles[:-2]))
+    write_stl(folder / "flat.stl", (vertices * (1.0, 1.0, 0.0), triangles))
+    write_stl(folder / "cylinder.stl", shapes.cylinder(64, 9.0, 22.0))
+    (folder / "empty.stl").touch()
+    (folder / "notes.txt").write_text("not a mesh")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def box(parts):
+    """The sound box and its unit."""
+    return parts / "box.stl", "--unit", "mm"

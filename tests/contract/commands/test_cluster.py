@@ -1,0 +1,41 @@
+"""`catalogue` on a dask.distributed cluster of separate processes, one of which dies."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from ros_pose_stats import shapes
+from tests.bodies import write_stl
+from tests.clusters import scheduler, worker
+from tests.running import answer, answer_json
+
+pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+
+TABLES = "catalogue.csv", "poses.csv"
+
+
+@pytest.mark.long
+def test_the_tables_are_those_of_one_machine_although_a_worker_is_killed(tmp_path):
+    parts, out = tmp_path / "parts", tmp_path / "cluster"
+    parts.mkdir()
+    for k in range(120):
+        write_stl(parts / f"box_{k}.stl", shapes.box(10.0, 20.0, 30.0 + k))
+    (parts / "letter.stl").write_text("Dear colleague,")
+    asked = "catalogue", parts, "--unit", "mm"
+    answer(*asked, "-o", tmp_path / "alone")
+
+    def kill_in_the_middle(process):
+        while not list(out.rglob("*.png")):
+            time.sleep(0.01)
+        process.kill()
+
+    with scheduler(tmp_path) as (_, address), worker(address) as first, worker(address):
+        threading.Thread(target=kill_in_the_middle, args=(first,), daemon=True).start()
+        values = answer_json(*asked, "--scheduler", address, "-o", out)
+        assert first.wait(60.0) != 0
+    assert (values["done"], values["refused"]) == (121, 1)
+    for name in TABLES:
+        assert (out / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()

@@ -1,0 +1,115 @@
+"""`compare`: the table, the JSON object, names of variants, and refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from ros_pose_stats import compare, load_part, shapes
+from tests.bodies import write_stl
+from tests.running import answer, answer_json, refusal
+
+ASKED = "--unit", "mm", "--seed", 5
+CENTERS = "--com", 0.0, 0.0, 0.0, "--com", 0.0, 0.0, -4.0
+
+
+@pytest.fixture(scope="module")
+def boxes(tmp_path_factory):
+    """Boxes 20 x 30 x 16 and 20 x 30 x 24 about their middles."""
+    folder = tmp_path_factory.mktemp("variants")
+    for name, height in (("flat", 16.0), ("high", 24.0)):
+        vertices, triangles = shapes.box(20.0, 30.0, height)
+        middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+        write_stl(folder / f"{name}.stl", (vertices - middle, triangles))
+    return folder / "flat.stl", folder / "high.stl"
+
+
+def test_the_object_is_the_librarys(boxes):
+    values = answer_json("compare", *boxes, *ASKED, "--drops", 300, "--wanted", "0,1")
+    parts = [load_part(file, "mm") for file in boxes]
+    expected = compare(parts, [0, 1], 300, seed=5).as_dict()
+    assert values.keys() == expected.keys()
+    assert values["comparisons"] == expected["comparisons"]
+    assert [variant["part_id"] for variant in values["variants"]] == ["flat", "high"]
+
+
+def test_the_table_begins_with_the_parts_and_the_verdict(boxes):
+    lines = answer("compare", *boxes, *ASKED, "--drops", 1250, "--wanted", "0,1").splitlines()
+    assert lines[:2] == ["A flat: 6 stable poses, radius 19.72 mm",
+                         "B high: 6 stable poses, radius 21.66 mm"]
+    first = next(line for line in lines if line.startswith("Accepted are "))
+    assert ": difference shown, in the model and on a plate in 1250 drops of each." in first
+    assert "1250 drops of each from the same starts, 0 unsettled, seed 5" in lines
+
+
+def test_the_unit_is_for_files_that_declare_none(tmp_path):
+    files = [tmp_path / "box.3mf", tmp_path / "box.stl"]
+    for file, length in zip(files, (80.0, 8.0), strict=True):
+        trimesh.creation.box((length, 0.5 * length, 0.4 * length)).export(file)
+    text = answer("compare", *files, "--unit", "cm", "--drops", 250, "--seed", 5)
+    assert {line.rpartition(", ")[2] for line in text.splitlines()[:2]} == {"radius 47.5 mm"}
+    assert "UNIT_OVERRIDDEN" not in text
+
+
+def test_another_unit_is_pointed_out_before_the_verdict(boxes, tmp_path):
+    vertices, triangles = shapes.box(20.0, 30.0, 16.0)
+    small = write_stl(tmp_path / "small.stl", (vertices / 25.4, triangles))
+    lines = answer("compare", boxes[0], small, *ASKED, "--drops", 100).splitlines()
+    (warned,) = [k for k, line in enumerate(lines) if line.startswith("UNITS_DIFFER: A is 25.4 ")]
+    assert lines[warned + 1].startswith("A and B: ")
+
+
+def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(boxes):
+    asked = "compare", *boxes, *ASKED, "--drops", 300, "--wanted"
+    warnings = ["WANTED_ALIKE: pose 3 looks the same as pose 2 (symmetry)",
+                "WANTED_ALIKE: pose 1 looks the same as pose 0 (symmetry)"]
+    values = answer_json(*asked, "2")
+    assert [line.partition(" and is")[0] for variant in values["variants"]
+            for line in variant["warnings"]] == warnings
+    text = answer(*asked, "2")
+    assert f"A: {warnings[0]}" in text and f"B: {warnings[1]}" in text
+    assert "WANTED_ALIKE" not in answer(*asked, "0-1")
+
+
+def test_a_centre_of_mass_for_each(boxes):
+    first, second = answer_json("compare", boxes[0], boxes[0], *ASKED, *CENTERS, "--drops",
+                                300)["variants"]
+    assert first["part_digest"] != second["part_digest"]
+    heights = {pose["down"][2] > 0.0: pose["height"] for pose in second["poses"]
+               if abs(pose["down"][2]) > 0.9}
+    assert heights == {False: pytest.approx(0.004), True: pytest.approx(0.012)}
+
+
+@pytest.mark.parametrize(("files", "names"), [
+    (("old/box.stl", "new/box.stl"), ("old/box", "new/box")),
+    (("x/old/box.stl", "y/old/box.stl", "cup.stl"), ("x/old/box", "y/old/box", "cup")),
+    (("box.stl", "new/box.stl"), ("./box", "new/box")),
+    (("old/box.stl", "old/cup.stl"), ("box", "cup")),
+    (("box.stl", "box.off"), ("box.stl", "box.off")),
+])
+def test_equal_names_are_told_apart_by_their_folders(tmp_path, monkeypatch, files, names):
+    monkeypatch.chdir(tmp_path)
+    for file in files:
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
+        trimesh.creation.box((10.0, 20.0, 30.0)).export(file)
+    lines = answer("compare", *files, *ASKED, "--drops", 50).splitlines()
+    assert [line.partition(": ")[0] for line in lines[:len(files)]] == [
+        f"{letter} {name}" for letter, name in zip("ABC", names, strict=False)]
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (("--com", 0, 0, 0, "--com", 0, 0, 0, "--com", 0, 0, 0), "--com once, or once for"),
+    (("--wanted", 9), "wanted poses out of 0 to 5"),
+    (("--com", 0, 0, 90), "inside the part's convex hull"),
+    (("--plate-error", 2), "a plate error from 0 to 1"),
+    (("-o", "page.txt"), "ends in .html"),
+    (("--restitution", 1), "a coefficient of restitution"),
+])
+def test_refused_in_one_line(boxes, options, words):
+    assert words in refusal("compare", *boxes, *ASKED, *options)
+
+
+def test_one_variant_is_none(boxes):
+    assert "2 to 26 variants" in refusal("compare", boxes[0], *ASKED)

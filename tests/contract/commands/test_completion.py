@@ -1,0 +1,61 @@
+"""`completion`: what bash offers on Tab, asked of bash itself."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+
+import pytest
+
+from tests.running import answer, refusal
+
+BASH = shutil.which("bash")
+TYPED = {
+    "commands": ("",), "a command begun": ("estim",), "options": ("estimate", "--"),
+    "a choice": ("estimate", "part.stl", "--unit", "in"),
+    "a shell": ("completion", "z"), "a file": ("estimate", "cad/g"),
+    "options begun": ("simulate", "--dr"),
+}
+
+
+@pytest.fixture(scope="module")
+def offered(tmp_path_factory):
+    """By what was typed: all that bash offers for the last word."""
+    if BASH is None:
+        pytest.skip("there is no bash")
+    folder = tmp_path_factory.mktemp("completion")
+    (folder / "cad").mkdir()
+    (folder / "cad" / "gear.stl").touch()
+    (folder / "tab.bash").write_text(answer("completion", "bash"))
+    lines = ["source ./tab.bash", "program=$(complete -p ros_pose_stats)",
+             "program=${program#*-F }; program=${program%% *}"]
+    for words in TYPED.values():
+        lines += [f"COMP_WORDS=(ros_pose_stats {' '.join(map(shlex.quote, words))})",
+                  f"COMP_CWORD={len(words)}; COMPREPLY=()",
+                  f"$program ros_pose_stats {shlex.quote(words[-1])} {shlex.quote(words[0])}",
+                  "printf '%s ' \"${COMPREPLY[@]}\"; echo"]
+    done = subprocess.run([BASH, "--norc", "-c", "\n".join(lines)], cwd=folder,
+                          capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return dict(zip(TYPED, (line.split() for line in done.stdout.splitlines()), strict=True))
+
+
+def test_commands(offered):
+    assert {"estimate", "simulate", "catalogue", "bag", "node"} <= set(offered["commands"])
+    assert offered["a command begun"] == ["estimate"]
+
+
+def test_options_of_the_command(offered):
+    assert {"--unit", "--method", "--json"} <= set(offered["options"])
+    assert set(offered["options begun"]) == {"--drops", "--drop-height"}
+
+
+def test_values_and_files(offered):
+    assert offered["a choice"] == ["inch"] and offered["a shell"] == ["zsh"]
+    assert offered["a file"] == ["cad/gear.stl"]
+
+
+def test_zsh_has_a_script_too_and_other_shells_none():
+    assert "ros_pose_stats" in answer("completion", "zsh")
+    assert "bash" in refusal("completion", "fish")

@@ -1,0 +1,189 @@
+"""`estimate`: the table, the JSON object, the options and the refusals."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import auto, cli, estimate, hybrid, load_part, shapes
+from tests.bodies import METHODS, write_stl
+from tests.running import answer, answer_json, refusal
+
+from .tables import share, table_head, table_rows
+
+STATISTICS_KEYS = {
+    "choice", "observed", "part_id", "part_digest", "radius", "method", "restitution",
+    "drop_height", "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
+    "expected_error", "largest_error", "scene", "plate_error", "seconds", "version", "warnings",
+    "poses",
+}
+POSE_KEYS = {
+    "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
+    "probability_low", "probability_high", "standard_error", "count", "orientation", "members",
+    "group_size", "group_probability", "rolls", "roll_axis", "yaw_symmetry",
+}
+
+
+@pytest.fixture(scope="module")
+def cylinder(parts):
+    return parts / "cylinder.stl", "--unit", "mm"
+
+
+class TestTable:
+    def test_poses_that_symmetry_makes_alike_share_a_row(self, box):
+        text = answer("estimate", *box, "--method", "split")
+        assert text.startswith("box: released 539 mm above a frictionless plate, restitution 0.5\n"
+                               "6 stable poses in 3 groups, 12 triangles, 20 x 30 x 40 mm\n")
+        rows = table_rows(text)
+        assert [(row["poses"], row["number"], row["group"]) for row in rows] == [
+            ("0, 1", "2", "0"), ("2, 3", "2", "1"), ("4, 5", "2", "2")]
+        poses = answer_json("estimate", *box, "--method", "split")["poses"]
+        by_group = {str(pose["group"]): pose for pose in poses}
+        for row in rows:
+            pose = by_group[row["group"]]
+            assert share(row) == pytest.approx(100.0 * pose["group_probability"], abs=0.0051)
+            bounds = [float(x) for x in row["90 % interval"].split(" - ")]
+            assert bounds == pytest.approx([200.0 * pose["probability_low"],
+                                            200.0 * pose["probability_high"]], abs=0.0051)
+        assert text.splitlines()[-1].startswith("computed in ")
+
+    def test_each_pose_by_itself(self, box):
+        text = answer("estimate", *box, "--method", "split", "--each")
+        assert table_head(text) == ["pose", "group", "probability", "90 % interval", "height",
+                                    "barrier", "margin", "down"]
+        rows = table_rows(text)
+        assert [row["pose"] for row in rows] == list("012345")
+        assert [row["group"] for row in rows] == list("001122")
+        assert sum(map(share, rows)) == pytest.approx(100.0, abs=0.05)
+
+    def test_a_part_without_symmetry_has_a_row_a_pose_either_way(self, tmp_path):
+        corners = np.array([(0.0, 0, 0), (31, 0, 0), (3, 27, 0), (5, 7, 22)])
+        file = write_stl(tmp_path / "corner.stl", shapes.hull_mesh(corners))
+        text, each = (answer("estimate", file, "--unit", "mm", *more)
+                      for more in ((), ("--each",)))
+        assert table_head(text)[:3] == ["pose", "group", "probability"]
+        assert text.splitlines()[:-1] == each.splitlines()[:-1]
+
+    def test_long_rows_of_poses_are_written_by_their_ends(self, cylinder):
+        text = answer("estimate", *cylinder, "--cluster-tolerance", "0", "--round-sides", "0")
+        assert sorted(row["poses"] for row in table_rows(text)) == ["0-63", "64, 65"]
+
+    def test_what_rolls_is_marked_and_explained_once(self, box, cylinder):
+        text = answer("estimate", *cylinder, "--each")
+        assert [row["margin"].endswith("*") for row in table_rows(text)] == [True, False, False]
+        assert text.count("the margin holds across its axis only") == 1
+        assert "*" not in answer("estimate", *box)
+
+    @pytest.mark.parametrize(("more", "count"), [((), 3), (("--each",), 6)])
+    def test_all_methods_side_by_side(self, box, more, count):
+        text = answer("estimate", *box, "--method", "all", *more)
+        assert set(METHODS) < set(table_head(text))
+        rows = table_rows(text)
+        assert len(rows) == count
+        for method in METHODS:
+            assert sum(float(row[method]) for row in rows) == pytest.approx(100.0, abs=0.05)
+
+    def test_plain_where_the_terminal_is_not_utf8(self, box):
+        out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+        with contextlib.redirect_stdout(out):
+            assert cli.main([str(word) for word in ("estimate", *box)]) == 0
+        assert b"###" in out.buffer.getvalue()
+
+    @pytest.mark.parametrize(("name", "options", "code"), [
+        ("box", (), "UNIT_SUSPECT"), ("cylinder", ("--unit", "mm"), "CLUSTERED"),
+        ("open", ("--unit", "mm"), "HOLES_CLOSED"),
+        ("box", ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"), "LOW_DROP")])
+    def test_warnings_are_in_table_and_object(self, parts, name, options, code):
+        asked = "estimate", parts / f"{name}.stl", *options
+        assert f"\n{code}: " in answer(*asked)
+        assert code in [line.partition(":")[0] for line in answer_json(*asked)["warnings"]]
+
+
+class TestJson:
+    def test_the_keys_of_the_contract(self, box):
+        values = answer_json("estimate", *box, "--method", "split")
+        assert values.keys() == STATISTICS_KEYS
+        assert all(pose.keys() == POSE_KEYS for pose in values["poses"])
+        assert (values["part_id"], values["method"], values["drops"]) == ("box", "split", 0)
+        assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * 1e-3, rel=1e-6)
+        assert values["drop_height"] == pytest.approx(20.0 * values["radius"])
+        assert 0.0 < values["expected_error"] < 0.2 and values["plate_error"] == 0.05
+
+    @pytest.mark.parametrize(("words", "function", "options"), [
+        (("--method", "eae", "--restitution", 0.3, "--cluster-tolerance", 0.01), estimate,
+         {"method": "eae", "restitution": 0.3, "cluster_tolerance": 0.01}),
+        (("--method", "hybrid", "--drops", 120, "--seed", 9, "--workers", 2), hybrid,
+         {"drops": 120, "seed": 9}),
+        (("--target-error", 0.02, "--seed", 9), auto, {"target_error": 0.02, "seed": 9}),
+        ((), auto, {})])
+    def test_it_is_the_librarys_answer(self, cylinder, words, function, options):
+        values = answer_json("estimate", *cylinder, *words)
+        expected = function(load_part(cylinder[0], unit="mm"), **options).as_dict()
+        assert {**values, "seconds": None} == {**expected, "seconds": None}
+
+    def test_auto_says_why(self, box):
+        values = answer_json("estimate", *box, "--target-error", 0.02, "--seed", 9)
+        assert values["choice"] in answer("estimate", *box, "--target-error", 0.02, "--seed", 9)
+        assert answer_json("estimate", *box)["choice"] in answer("estimate", *box)
+
+    def test_all_methods_are_a_list(self, box):
+        values = answer_json("estimate", *box, "--method", "all")
+        assert [each["method"] for each in values] == list(METHODS)
+        assert all(each.keys() == STATISTICS_KEYS for each in values)
+
+    def test_an_infinite_barrier_is_null(self, tmp_path):
+        ball = write_stl(tmp_path / "ball.stl",
+                         shapes.hull_mesh(shapes.sphere_points(500, seed=3)))
+        values = answer_json("estimate", ball, "--cluster-tolerance", "0.2")
+        assert [pose["barrier"] for pose in values["poses"]] == [None]
+
+
+class TestOptions:
+    @pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("cm", 1e-2), ("inch", 0.0254)])
+    def test_unit(self, parts, unit, metres):
+        values = answer_json("estimate", parts / "box.stl", "--unit", unit)
+        assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * metres, rel=1e-6)
+
+    def test_centre_of_mass_is_in_the_meshs_unit(self, box):
+        values = answer_json("estimate", *box, "--com", "1", "-2.5", "-3")
+        assert values["radius"] == pytest.approx(np.linalg.norm((11, 17.5, 23)) * 1e-3, rel=1e-6)
+        assert min(pose["height"] for pose in values["poses"]) == pytest.approx(9e-3, rel=1e-6)
+        assert "give it in metres" not in refusal("estimate", *box, "--com", 0, 0, 21)
+
+    def test_cluster_tolerance_and_round_sides(self, cylinder):
+        options = "--cluster-tolerance", "0", "--round-sides", "0"
+        assert len(answer_json("estimate", *cylinder)["poses"]) == 3
+        assert len(answer_json("estimate", *cylinder, *options)["poses"]) == 66
+
+
+REFUSED = {
+    "missing file": (["missing.stl"], "No such file"),
+    "empty file": (["empty.stl"], "export it again"),
+    "no mesh file": (["notes.txt"], ".stl"),
+    "flat": (["flat.stl"], "thick"),
+    "unknown unit": (["box.stl", "--unit", "furlong"], "'mm'"),
+    "unknown method": (["box.stl", "--method", "guess"], "'combined'"),
+    "restitution that is no number": (["box.stl", "--restitution", "nan"], "below 1"),
+    "restitution of 1": (["box.stl", "--restitution", "1"], "below 1"),
+    "restitution as a word": (["box.stl", "--restitution", "high"], "--help"),
+    "drop height below the plate": (["box.stl", "--drop-height", "-1"], "above 0 m"),
+    "cluster tolerance": (["box.stl", "--cluster-tolerance", "nan"], "from 0"),
+    "centre of mass outside": (["open.stl", "--com", "0", "0", "21"], "inside"),
+    "two coordinates": (["box.stl", "--com", "0", "0"], "3 arguments"),
+    "drops without a simulation": (["box.stl", "--method", "split", "--drops", "5"], "--drops"),
+    "seed without a simulation": (["box.stl", "--method", "all", "--seed", "5"], "--seed"),
+    "target of an estimator": (["box.stl", "--method", "split", "--target-error", "0.1"],
+                               "--target-error"),
+    "target error": (["box.stl", "--target-error", "2"], "target error"),
+    "no drops": (["box.stl", "--method", "hybrid", "--drops", "0"], "drops"),
+    "negative seed": (["box.stl", "--method", "hybrid", "--seed", "-1"], "seed"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "advice"), REFUSED.values(), ids=REFUSED)
+def test_refused_in_one_line_with_advice(parts, monkeypatch, arguments, advice):
+    monkeypatch.chdir(parts)
+    assert advice in refusal("estimate", *arguments)

@@ -1,0 +1,66 @@
+"""`fit`: a plate learnt from a bag of counts, in words and in the file; tables are tested with
+the library's plates."""
+
+from __future__ import annotations
+
+from array import array
+
+import pytest
+import yaml
+from ros_pose_stats_msgs.msg import PartMesh
+
+from ros_pose_stats import part_from_mesh, shapes, simulate
+from tests.contract.bags.messages import counts
+from tests.contract.bags.recorders import write_run
+from tests.running import call, refusal
+
+SIZES = {"slab": (0.020, 0.030, 0.012), "die": (0.010, 0.010, 0.0075)}
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    """Two parts counted on two plates, and a third that nobody knows."""
+    messages = []
+    for second, (name, size) in enumerate(SIZES.items()):
+        part = part_from_mesh(*shapes.box(*size))
+        about = {"part_id": name, "part_digest": part.digest, "cluster_tolerance": 0.0025}
+        drops = simulate(part, 300, 0.4, 9, 0.05)
+        shares = [pose.count for pose in sorted(drops.poses, key=lambda pose: pose.index)]
+        messages += [
+            ("part_mesh", PartMesh(
+                part_id=name, vertices=array("d", part.vertices.ravel().tolist()),
+                triangles=array("I", part.triangles.ravel().tolist()))),
+            ("pose_counts", counts(2.0 * second, shares, plate="glass", **about)),
+            ("pose_counts", counts(2.0 * second + 1, [0, 0, 0, 0, 0, 999], plate="other",
+                                   **about))]
+    messages.append(("pose_counts", counts(9.0, (5, 5), part_id="lost", plate="glass",
+                                           part_digest="0" * 64)))
+    return write_run(tmp_path_factory.mktemp("log"), messages)
+
+
+def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
+    file = tmp_path / "plates.yaml"
+    file.write_text("plates:\n  steel: {restitution: 0.2}\n")
+    done = call("fit", bag, "--plate", "glass", "--plates", file)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "plate glass, from 600 counts of 2 parts"
+    assert f"wrote {file}" in done.stdout
+    assert "10 counts of lost left out: its mesh is not in the bags" in done.stderr
+    plates = yaml.safe_load(file.read_text(encoding="utf-8"))["plates"]
+    assert plates["steel"] == {"restitution": 0.2}
+    assert (plates["glass"]["counted"], plates["glass"]["parts"]) == (600, ["slab", "die"])
+    # The plate that was simulated: within what the counts leave open.
+    for name, true in (("restitution", 0.4), ("drop_height", 0.05)):
+        assert plates["glass"][f"{name}_low"] <= true <= plates["glass"][f"{name}_high"]
+
+
+def test_a_plate_that_nobody_counted_on_is_refused(bag, tmp_path):
+    line = refusal("fit", bag, "--plate", "steel", "--plates", tmp_path / "plates.yaml")
+    assert "got those of glass and other" in line and not list(tmp_path.iterdir())
+
+
+def test_a_file_of_something_else_is_refused_and_kept(bag, tmp_path):
+    file = tmp_path / "plates.yaml"
+    file.write_text("other: 1\n")
+    assert "--plates" in refusal("fit", bag, "--plate", "glass", "--plates", file)
+    assert file.read_text() == "other: 1\n"

@@ -1,0 +1,178 @@
+"""The command as a whole: version, exit statuses, numbers as people type them, broken pipes."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats import load_part
+from tests.running import ROOT, answer, answer_json, call, complaints, refusal
+
+PART = "part.stl"
+
+
+def test_the_console_script_refuses_in_one_line(parts):
+    script = shutil.which("ros_pose_stats", path=Path(sys.executable).parent)
+    if script is None:
+        pytest.skip("the package is not installed beside this interpreter")
+    done = subprocess.run([script, "estimate", parts / "missing.stl"], capture_output=True,
+                          text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = complaints(done.stderr)
+    assert "missing.stl" in line and "No such file" in line
+
+
+@pytest.mark.parametrize("words", [["--help"], ["estimate", "--help"], ["fit", "-h"]])
+def test_help(words):
+    assert answer(*words).startswith(f"usage: ros_pose_stats {words[0] if words[1:] else ''}")
+
+
+@pytest.mark.parametrize("words", [[], ["frobnicate"], ["--colour"], ["estimate"],
+                                   ["estimate", PART, "--colour"],
+                                   ["estimate", PART, "--ros-args", "-p", "a:=1"],
+                                   ["node", "-p", "restitution:=0.3"]])
+def test_what_is_no_command_is_refused_with_what_to_do(words):
+    line = refusal(*words)
+    assert "--help" in line or "--ros-args" in line
+
+
+@pytest.fixture(scope="module")
+def imported(parts):
+    """What is loaded after help, and after an estimate, in a process that cannot import ROS."""
+    code = f"""
+import sys
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("rclpy", "std_msgs", "ros_pose_stats_msgs", "rosbags"):
+            raise ImportError(name)
+sys.meta_path.insert(0, NoRos())
+from ros_pose_stats import cli
+for words in (["--version"], ["--help"], ["estimate", "-h"], ["node", "-h"]):
+    try:
+        cli.main(words)
+    except SystemExit:
+        pass
+print("after:", *sys.modules)
+part = [{str(parts / "box.stl")!r}, "--unit", "mm", "--json"]
+assert cli.main(["estimate", *part, "--method", "split"]) == 0
+print("after:", *sys.modules)
+assert cli.main(["simulate", *part, "--drops", "20"]) == 0
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return [set(line.split()) for line in done.stdout.splitlines() if line.startswith("after:")]
+
+
+def test_version_and_help_are_there_before_the_core_is_loaded(imported):
+    assert not {"numpy", "numba", "scipy", "trimesh"} & imported[0]
+
+
+def test_an_estimate_needs_no_ros_and_loads_nothing_that_it_does_not_use(imported):
+    assert "numba" in imported[1]
+    assert not {"trimesh", "networkx", "scipy.stats", "matplotlib", "mcap"} & imported[1]
+
+
+def test_a_reader_that_leaves_early_is_no_failure_to_report(parts):
+    running = subprocess.Popen(
+        [sys.executable, "-m", "ros_pose_stats", "estimate", parts / "box.stl", "--method", "all",
+         "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    running.stdout.close()
+    with running.stderr:
+        assert complaints(running.stderr.read()) == []
+    assert running.wait() == 0
+
+
+class NoRoom(io.StringIO):
+    """Standard output on a full disk."""
+
+    def write(self, text):
+        raise OSError(28, "No space left on device")
+
+    def fileno(self):
+        return self.spare.fileno()
+
+
+def test_what_cannot_be_written_is_a_failure_in_one_line(box, monkeypatch, capsys, tmp_path):
+    from ros_pose_stats import cli
+
+    out = NoRoom()
+    with (tmp_path / "spare").open("w") as out.spare:
+        monkeypatch.setattr(sys, "stdout", out)
+        assert cli.main([str(word) for word in ("estimate", *box)]) == 1
+    (line,) = complaints(capsys.readouterr().err)
+    assert "cannot write: No space left on device" in line
+
+
+class TestNumbers:
+    @pytest.mark.parametrize(("text", "number"), [("100", 100), ("1e2", 100), ("1.5E+2", 150),
+                                                  ("120.0", 120)])
+    def test_a_count_may_be_in_scientific_notation(self, box, text, number):
+        assert answer_json("simulate", *box, "--drops", text)["drops"] == number
+
+    def test_a_seed_is_kept_to_its_last_digit(self, box):
+        seed = 2 ** 64 - 1
+        assert answer_json("simulate", *box, "--drops", 10, "--seed", seed)["seed"] == seed
+
+    @pytest.mark.parametrize("text", ["1.5", "nan", "-inf", "many", "", "0x10", "1,000", "1e5e5"])
+    def test_others_are_refused_with_what_was_expected_and_what_came(self, text):
+        expected = "--drops: expected a whole number, for instance 100000 or 1e5"
+        assert f"{expected}, got '{text}'" in refusal("simulate", PART, f"--drops={text}")
+
+    @pytest.mark.parametrize("text", ["1e30", "1e999999999", "9" * 5000])
+    def test_what_no_memory_would_hold_is_refused_in_a_short_line(self, text):
+        line = refusal("simulate", PART, "--drops", text)
+        assert "at most 30 digits" in line and len(line) < 250
+
+    @pytest.mark.parametrize(("option", "command"), [
+        ("--seed", "animate"), ("--workers", "estimate"), ("--flips", "flips"),
+        ("--checks", "sensitivity"), ("--drop", "animate"), ("--drops", "report")])
+    def test_every_count_is_read_alike(self, command, option):
+        assert f"{option}: expected a whole number" in refusal(command, PART, option, "1.5")
+
+    def test_a_negative_number_is_no_option(self, box):
+        poses = answer_json("estimate", *box, "--com", "-1e0", "-2.5e-1", "0")["poses"]
+        assert min(pose["height"] for pose in poses) == pytest.approx(9e-3, rel=1e-6)
+
+
+class TestWanted:
+    @pytest.mark.parametrize("words", [("0", "1", "3"), ("0,1,3",), ("0,1", "3"), ("0, 1, 3",),
+                                       ("0-1", "3"), ("0-1,3",), ("0\N{EN DASH}1", "3-3")])
+    def test_commas_spaces_and_ranges(self, box, words):
+        asked = answer_json("sensitivity", *box, "--checks", 0, "--wanted", *words)
+        assert asked["wanted"] == [0, 1, 3]
+
+    @pytest.mark.parametrize("text", ["x", "0;1", "0,,1", "", "0,1.5", "nan", "0-", "0-1-2",
+                                      "0--1"])
+    def test_rubbish_is_refused_with_what_was_expected_and_what_came(self, text):
+        line = refusal("report", PART, "-o", "p.html", "--wanted", "0", text)
+        expected = "indices of poses, for instance 0,1 or 0 1 or 0-3"
+        assert f"--wanted: expected {expected}, got '{text}'" in line
+
+    @pytest.mark.parametrize("text", ["3-0", "0-999999999999"])
+    def test_a_range_falls_or_fills_the_memory(self, text):
+        assert "a range rises and has at most 100000 poses" in refusal(
+            "sensitivity", PART, "--wanted", text)
+
+
+def test_demo_parts_are_written_named_and_sound(tmp_path):
+    names = answer("shapes", tmp_path / "parts").splitlines()
+    assert "clamp" in {Path(name).stem for name in names} and len(names) == 6
+    for name in names:
+        part = load_part(name, unit="mm")
+        assert not part.warnings
+        assert 2 < len(answer_json("estimate", name, "--unit", "mm")["poses"]) < 10
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
+    (tmp_path / "file").touch()
+    assert "name another directory" in refusal("shapes", tmp_path / "file" / "parts")
+
+
+def test_version_is_that_of_the_package():
+    assert call("--version").stdout == f"{ros_pose_stats.__version__}\n"

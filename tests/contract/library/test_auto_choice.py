@@ -1,0 +1,160 @@
+"""`hybrid` and `auto`: drops with an estimate's help, and what each kind of request gets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import (
+    PoseStatsError,
+    auto,
+    estimate,
+    hybrid,
+    part_from_mesh,
+    shapes,
+    simulate,
+)
+from tests.bodies import random_polyhedron
+
+
+@pytest.fixture(scope="module")
+def part():
+    return part_from_mesh(*random_polyhedron(9, 2))
+
+
+@pytest.fixture(scope="module")
+def rod_in_a_cube():
+    """Its weight near one axis, as of no part that an estimate was fitted to."""
+    cube = shapes.box(0.01, 0.01, 0.01)
+    inertia = part_from_mesh(*cube).inertia
+    return part_from_mesh(*cube, mass=1.0, inertia=inertia * np.diag((1.0, 1.0, 0.1)))
+
+
+def by_index(found, name="probability"):
+    return np.array([getattr(pose, name) for pose in sorted(found.poses,
+                                                            key=lambda pose: pose.index)])
+
+
+def rms(values):
+    return math.sqrt(np.mean(np.square(values)))
+
+
+def warned(found, code):
+    return [text for text in found.warnings if text.startswith(f"{code}: ")]
+
+
+class TestHybrid:
+    def test_its_drops_are_those_of_the_simulation(self, part):
+        found, same = (method(part, 200, 0.3, 7, workers=1) for method in (hybrid, simulate))
+        assert (found.method, found.choice) == ("hybrid", "")
+        assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
+        for name in ("drops", "unsettled", "seed", "drop_height", "part_digest", "restitution"):
+            assert getattr(found, name) == getattr(same, name)
+        assert by_index(found).sum() == pytest.approx(1.0)
+        assert [pose.probability for pose in found.poses] == sorted(by_index(found), reverse=True)
+
+    def test_it_lies_between_estimate_and_counts_and_is_surer_than_either(self, part):
+        found, counted = (method(part, 100, seed=3) for method in (hybrid, simulate))
+        guess = estimate(part)
+        assert found.expected_error < min(counted.expected_error, guess.expected_error)
+        assert rms(by_index(found) - by_index(counted)) < rms(by_index(guess) - by_index(counted))
+        widths = [np.mean(by_index(one, "probability_high") - by_index(one, "probability_low"))
+                  for one in (found, counted)]
+        assert widths[0] < widths[1]
+        bounds = [hybrid(part, drops, seed=3).largest_error for drops in (10, 300, 3000)]
+        assert bounds == sorted(bounds, reverse=True)
+
+    @pytest.mark.parametrize("workers", [1, 3])
+    def test_a_target_ends_it_at_the_same_drop_whatever_the_workers(self, part, workers):
+        found = hybrid(part, 10_000, seed=1, target_error=0.02, workers=workers)
+        assert 10 < found.drops < simulate(part, seed=1, target_error=0.02).drops
+        assert by_index(found).tolist() == by_index(hybrid(part, found.drops, seed=1)).tolist()
+        assert not warned(found, "TARGET_MISSED")
+        assert hybrid(part, seed=1, target_error=0.2).drops == 10  # the first look is early
+        assert warned(hybrid(part, 50, seed=1, target_error=0.001), "TARGET_MISSED")
+
+    def test_progress_is_of_the_hybrid_and_a_stop_is_heeded(self, part):
+        heard = []
+        found = hybrid(part, 1_000_000, seed=1, on_progress=heard.append,
+                       should_stop=lambda: len(heard) > 2)
+        assert 0 < found.drops < 1_000_000
+        assert heard[-1].statistics().method == "hybrid"
+        assert heard[-1].expected_error == pytest.approx(found.expected_error)
+
+    def test_poses_of_a_group_share_their_counts(self):
+        """Pooling pairs halves the variance; the estimate does the rest."""
+        box = part_from_mesh(*shapes.box(0.02, 0.03, 0.04))
+        found = hybrid(box, 300, seed=2)
+        for group in {pose.group for pose in found.poses}:
+            assert np.ptp([pose.probability for pose in found.poses
+                           if pose.group == group]) < 1e-12
+        assert found.expected_error < simulate(box, 300, seed=2).expected_error / math.sqrt(2.0)
+        cube = hybrid(part_from_mesh(*shapes.box(0.02, 0.02, 0.02)), 30, seed=1)
+        for name in ("probability", "probability_low", "probability_high"):
+            assert by_index(cube, name) == pytest.approx(1.0 / 6.0, abs=1e-9)
+
+    def test_drops_that_contradict_the_estimate_win(self, part, rod_in_a_cube):
+        found, counted = (method(rod_in_a_cube, 2000, seed=1) for method in (hybrid, simulate))
+        assert found.method == "simulation"
+        for name in ("probability", "probability_low", "probability_high", "standard_error"):
+            assert by_index(found, name).tolist() == by_index(counted, name).tolist()
+        assert (found.expected_error, found.largest_error) == (
+            counted.expected_error, counted.largest_error)
+        (line,) = warned(found, "CONFLICT")
+        worst = np.abs(by_index(counted) - by_index(estimate(rod_in_a_cube))).argmax()
+        assert f"in pose {worst} most: counted {100.0 * by_index(counted)[worst]:.2f} %" in line
+        assert not warned(hybrid(part, 1000, seed=3), "CONFLICT")
+
+
+class TestAuto:
+    def test_an_estimate_that_is_sure_enough_answers_alone(self, part):
+        found = auto(part, 0.2)
+        assert (found.method, found.drops) == ("split", 0)
+        assert "with 90 % confidence" in found.choice
+        solid = auto(part_from_mesh(*shapes.tetrahedron()), 0.001)  # symmetry alone
+        assert solid.drops == 0 and by_index(solid) == pytest.approx(0.25)
+        low = auto(part, 0.2, drop_height=1.5 * found.radius)
+        assert (low.method, low.drops) == ("split", 0)
+
+    @pytest.mark.parametrize("workers", [1, 3])
+    def test_else_drops_are_added_up_to_the_bound(self, part, workers):
+        found = auto(part, 0.015, seed=1, workers=workers)
+        assert found.method == "hybrid" and found.expected_error < 0.015
+        assert found.warnings == estimate(part).warnings
+        assert f"so {found.drops} drops were added." in found.choice
+        assert by_index(found).tolist() == by_index(hybrid(part, found.drops, seed=1)).tolist()
+
+    def test_an_estimate_worth_next_to_nothing_is_left_out(self, part):
+        found = auto(part, 0.001, drops=300, seed=1)
+        assert (found.method, found.drops) == ("simulation", 300)
+        assert "worth too few drops" in found.choice
+        assert by_index(found).tolist() == by_index(simulate(part, 300, seed=1)).tolist()
+
+    def test_a_conflict_is_told_and_the_target_kept_by_the_drops(self, rod_in_a_cube):
+        found = auto(rod_in_a_cube, 0.006, seed=1)
+        assert found.method == "simulation" and "drops contradict it; so " in found.choice
+        assert warned(found, "CONFLICT") and not warned(found, "TARGET_MISSED")
+        assert found.expected_error < 0.006
+
+    def test_bounds_end_it_and_are_told(self, part):
+        found = auto(part, 0.001, drops=60, seed=1)
+        assert found.drops == 60 and warned(found, "TARGET_MISSED")
+        assert warned(auto(part, 0.0005, seed=1, max_seconds=1e-6), "TIME_LIMIT")
+        assert not warned(auto(part, 0.0005, seed=1, should_stop=lambda: True), "TIME_LIMIT")
+
+
+@pytest.mark.parametrize("options", [
+    {"target_error": 1.0}, {"target_error": "small"}, {"drops": 0}, {"seed": -1}, {"workers": 0},
+    {"restitution": 1.0}, {"drop_height": -1.0}, {"cluster_tolerance": 1.0}])
+@pytest.mark.parametrize("method", [hybrid, auto])
+def test_refusals(part, method, options):
+    with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; "):
+        method(part, **options)
+
+
+@pytest.mark.parametrize("seconds", [-1.0, math.nan, "long"])
+def test_no_such_time_is_refused(part, seconds):
+    with pytest.raises(PoseStatsError, match=r"^expected max_seconds from 0 up, got .*; "):
+        auto(part, max_seconds=seconds)

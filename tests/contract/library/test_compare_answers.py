@@ -1,0 +1,146 @@
+"""`compare` as its caller sees it: drops in common, stops, progress, warnings and refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from ros_pose_stats import (
+    PoseStatsError,
+    compare,
+    part_from_mesh,
+    resting_poses,
+    shapes,
+    shift_center,
+    simulate,
+)
+from tests.bodies import clamp_hull, moved, random_polyhedron
+
+
+def clamp(*factors):
+    vertices, triangles = clamp_hull()
+    return part_from_mesh(1e-3 * vertices * (factors or 1.0), triangles)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return [clamp(), clamp(1.02, 1.0, 1.0)]
+
+
+@pytest.fixture(scope="module")
+def dice():
+    """Whose difference takes many drops."""
+    return [part_from_mesh(*shapes.box(0.016, 0.016, height)) for height in (0.016, 0.0155)]
+
+
+def timeless(found):
+    values = found.as_dict()
+    variants = [{**variant, "seconds": None} for variant in values["variants"]]
+    return {**values, "seconds": None, "variants": variants}
+
+
+def test_the_same_request_has_the_same_answer_whatever_the_workers(pair):
+    one, other = (compare(pair, drops=600, seed=9, workers=workers) for workers in (1, 3))
+    assert timeless(one) == timeless(other)
+
+
+def test_the_first_variant_is_dropped_as_by_itself_and_all_from_its_height(pair):
+    larger = part_from_mesh(*moved(clamp_hull(), scale=1.5e-3))
+    found = compare([*pair, larger], drops=500, seed=4)
+    alone = simulate(pair[0], found.drops, seed=4)
+    assert [pose.count for pose in found.found[0].poses] == [pose.count for pose in alone.poses]
+    assert found.found[0].expected_error == alone.expected_error
+    assert {variant.drop_height for variant in found.found} == {alone.drop_height}
+
+
+def test_a_part_against_itself_differs_in_nothing(pair):
+    (beside,) = compare([pair[0], pair[0]], drops=200, seed=2).variants
+    for pose in beside.poses:
+        difference = pose.share.difference
+        assert (difference.value, difference.standard_error) == (0.0, 0.0)
+    assert (beside.in_model, beside.on_plate) == ("none shown", "none shown")
+
+
+def test_drops_in_common_know_a_small_difference_better_than_two_runs():
+    part = part_from_mesh(*random_polyhedron(9, 11))
+    (beside,) = compare([part, shift_center(part, (1e-4, 0.0, 0.0))], drops=2000, seed=6,
+                        restitution=0.1).variants
+    share = max((pose.share for pose in beside.poses), key=lambda share: share.first.value)
+    p = share.first.value
+    apart = math.sqrt(2.0 * p * (1.0 - p) / 2000)
+    assert share.difference.standard_error < 0.7 * apart
+
+
+def test_it_ends_early_where_the_verdict_is_settled():
+    found = compare([clamp(), clamp(1.0, 1.0, 1.5)], seed=1)
+    assert found.drops < 5000 and found.variants[0].in_model == "difference shown"
+
+
+def test_several_variants_stand_beside_the_first():
+    found = compare([clamp(), clamp(1.0, 1.0, 1.4), clamp()], drops=1000, seed=2)
+    assert [beside.second for beside in found.variants] == [1, 2]
+    assert [beside.on_plate for beside in found.variants] == ["difference shown", "none shown"]
+    assert len(found.found) == 3
+
+
+def test_a_wanted_pose_without_a_partner_is_never_accepted(pair):
+    stone = part_from_mesh(*moved(random_polyhedron(8, 2), scale=0.1))
+    feeder = compare([pair[0], stone], wanted=[1], drops=200, seed=1).variants[0].feeder
+    assert feeder.lost == (1,) and feeder.poses.second == ()
+    assert feeder.feeding[1].accepted.value == 0.0
+    assert feeder.feeding[1].passes.value == math.inf
+
+
+@pytest.mark.parametrize(("factor", "differs"), [
+    (0.001, True), (1.0 / 25.4, True), (10.5, True), (25.4, True), (1.0, False), (2.54, False),
+    (8.0, False), (60.0, False)])
+def test_sizes_that_differ_as_units_do_are_pointed_out(factor, differs):
+    (beside,) = compare([clamp(), clamp(factor, factor, factor)], drops=10, seed=1).variants
+    assert [line.partition(":")[0] for line in beside.warnings] == ["UNITS_DIFFER"] * differs
+    if differs:
+        larger, times = ("B", factor) if factor > 1.0 else ("A", 1.0 / factor)
+        assert f"{larger} is {times:.4g} times as large as " in beside.warnings[0]
+
+
+def test_a_low_release_is_said_of_those_that_it_touches():
+    flat, high = (part_from_mesh(*shapes.box(0.008, 0.01, height)) for height in (0.006, 0.02))
+    found = compare([flat, high], drops=100, seed=4, drop_height=0.006)
+    for part, variant in zip((flat, high), found.found, strict=True):
+        alone = simulate(part, 100, seed=4, drop_height=0.006)
+        assert [line for line in variant.warnings if "TOUCHING" in line] == [
+            line for line in alone.warnings if "TOUCHING" in line]
+    assert any("RELEASED_TOUCHING" in line for line in found.found[1].warnings)
+
+
+class TestStops:
+    def test_what_was_done_is_told(self, dice):
+        calls = []
+        found = compare(dice, drops=4000, seed=1, workers=1,
+                        on_progress=lambda done, most: calls.append((done, most)),
+                        should_stop=lambda: bool(calls) and calls[-1][0] > 3200)
+        assert 0 < found.drops < 4000 and calls[-1][1] == 8000
+        assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+
+    def test_before_the_first_drop(self, dice):
+        found = compare(dice, wanted=[0], seed=1, should_stop=lambda: True)
+        assert found.drops == 0 and found.variants[0].in_model == "none shown"
+        json.dumps(found.as_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize(("count", "options", "words"), [
+    (1, {}, "2 to 26 variants"), (2, {"wanted": [99]}, "wanted poses out of 0 to"),
+    (2, {"plate_error": -0.1}, "a plate error from 0 to 1"),
+    (2, {"plate_error": math.nan}, "a plate error from 0 to 1"),
+    (2, {"drops": 0}, "drops"), (2, {"restitution": 1.0}, "restitution")])
+def test_refusals(pair, count, options, words):
+    with pytest.raises(PoseStatsError, match=words):
+        compare(pair[:count], **options)
+
+
+def test_poses_keep_the_indices_of_their_parts(pair):
+    (beside,) = compare(pair, drops=20, seed=1).variants
+    for part, side in zip(pair, ("first", "second"), strict=True):
+        indices = [index for pose in beside.poses for index in getattr(pose.poses, side)]
+        assert sorted(indices) == [pose.index for pose in resting_poses(part).poses]

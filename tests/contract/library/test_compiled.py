@@ -1,0 +1,106 @@
+"""Kernels are compiled once: by `compile` all of them, else by the first that needs one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tests.running import ROOT, call
+
+pytestmark = [pytest.mark.long, pytest.mark.timeout(900)]
+
+FIRST_CALLS = """
+import sys, threading
+sys.setswitchinterval(1e-7)
+from ros_pose_stats import part_from_mesh, shapes, simulate
+part = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
+together, refused = threading.Barrier(12), []
+def drop():
+    together.wait()
+    try:
+        simulate(part, drops=1, workers=1)
+    except TypeError as error:
+        refused.append(error)
+threads = [threading.Thread(target=drop) for _ in range(12)]
+for one in threads:
+    one.start()
+for one in threads:
+    one.join()
+sys.exit(len(refused))
+"""
+
+
+def started(*arguments, **environment):
+    """A command in a process of its own."""
+    done = subprocess.run([sys.executable, "-m", "ros_pose_stats", *map(str, arguments)], cwd=ROOT,
+                          capture_output=True, text=True, env=os.environ | environment)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def clamp(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("parts")
+    assert call("shapes", folder).returncode == 0
+    return folder / "clamp.stl"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """A folder with all kernels."""
+    store = tmp_path_factory.mktemp("store")
+    cache = {"NUMBA_CACHE_DIR": str(store)}
+    assert "kernels are in" in started("compile", **cache).stdout
+    assert len(started("compile", **cache).stdout.splitlines()) == 1
+    return store
+
+
+def test_after_compile_no_command_compiles(clamp, store, tmp_path):
+    cache = {"NUMBA_CACHE_DIR": str(store)}
+
+    def kept():
+        return {file: file.stat().st_mtime_ns for file in store.rglob("*")}
+
+    before = kept()
+    for name, *options in (
+            ["estimate", "--method", "all"], ["estimate", "--target-error", "0.02"],
+            ["simulate", "--drops", "100"],
+            ["flips", "--kick", "0.03", "--flips", "100", "--drops", "100"],
+            ["report", "--output", tmp_path / "page.html"],
+            ["animate", "--output", tmp_path / "drop.gif"]):
+        done = started(name, clamp, "--unit", "mm", *options, **cache)
+        assert "compiling" not in done.stdout + done.stderr
+    assert kept() == before
+
+
+def test_damaged_kernels_cost_time_only(clamp, store):
+    """Cut short or altered by a bit, as by a power cut."""
+    asked = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
+    cache = {"NUMBA_CACHE_DIR": str(store)}
+    sound = started(*asked, **cache).stdout
+    for number, file in enumerate(sorted(store.rglob("*.code"))):
+        data = file.read_bytes()
+        file.write_bytes(data[:40] if number % 2 else data[:-1] + bytes([data[-1] ^ 1]))
+    damaged = started(*asked, **cache)
+    assert damaged.stdout.partition('"seconds"')[0] == sound.partition('"seconds"')[0]
+    assert "cannot be read" in damaged.stderr
+    assert "cannot be read" not in started(*asked, **cache).stderr
+
+
+def test_where_nothing_can_be_kept_a_command_answers_all_the_same(clamp, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    way = str(tmp_path / "file" / "cache")
+    asked = "estimate", clamp, "--unit", "mm", "--method", "csae", "--json"
+    with_cache = started(*asked).stdout
+    without = started(*asked, NUMBA_CACHE_DIR=way, XDG_CACHE_HOME=way, HOME=way,
+                      TMPDIR=str(tmp_path)).stdout
+    assert without.partition('"seconds"')[0] == with_cache.partition('"seconds"')[0]
+
+
+def test_threads_may_make_the_first_call_together():
+    """Without a lock one process in ten refused one of its threads."""
+    for _ in range(20):
+        assert subprocess.run([sys.executable, "-c", FIRST_CALLS], cwd=ROOT).returncode == 0

@@ -1,0 +1,137 @@
+"""What an estimate says: its method and scene, the errors to expect, and where not to trust it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import (
+    PoseStatsError,
+    auto,
+    estimate,
+    estimate_all,
+    part_from_mesh,
+    shapes,
+    shift_center,
+)
+from tests.bodies import METHODS, random_polyhedron
+
+
+@pytest.fixture(scope="module")
+def polyhedron():
+    return part_from_mesh(*random_polyhedron(9, 2))
+
+
+def field(found, name):
+    return np.array([getattr(pose, name) for pose in found.poses])
+
+
+def warned(found, code):
+    return any(text.startswith(f"{code}: ") for text in found.warnings)
+
+
+class TestMethods:
+    def test_all_of_them_in_the_order_of_the_contract(self, polyhedron):
+        answers = estimate_all(polyhedron, restitution=0.3)
+        assert tuple(found.method for found in answers) == METHODS
+        for found in answers:
+            alone = estimate(polyhedron, found.method, restitution=0.3)
+            assert field(found, "probability").tolist() == field(alone, "probability").tolist()
+            assert found.expected_error == alone.expected_error > 0.0
+            assert (found.drops, found.plate_error, found.choice) == (0, 0.05, "")
+            assert found.part_digest == polyhedron.digest
+
+    def test_the_default_is_the_best_and_says_so(self, polyhedron):
+        found, same = estimate(polyhedron), estimate(polyhedron, "auto")
+        assert found.method == same.method == auto(polyhedron).method == "split"
+        assert found.choice == same.choice and "no target error" in found.choice
+
+    def test_those_that_ignore_the_drop_height_have_none(self, polyhedron):
+        height = 30.0 * estimate(polyhedron).radius
+        for found in estimate_all(polyhedron, restitution=0.3, drop_height=height):
+            assert found.restitution == 0.3
+            assert found.drop_height == height or math.isnan(found.drop_height)
+            assert (found.method == "split") == (found.drop_height == height)
+
+    @pytest.mark.parametrize("options", [
+        {"method": "guess"}, {"method": ""}, {"restitution": 1.0}, {"restitution": float("nan")},
+        {"drop_height": 0.0}, {"cluster_tolerance": 1.0}, {"round_sides": 2}])
+    def test_refusals(self, polyhedron, options):
+        with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; "):
+            estimate(polyhedron, **options)
+        with pytest.raises(PoseStatsError, match=", ".join((*METHODS, "auto"))):
+            estimate(polyhedron, "guess")
+
+
+class TestErrors:
+    @pytest.mark.parametrize("method", METHODS)
+    def test_the_errors_of_the_poses_are_the_expected_one(self, polyhedron, method):
+        """Intervals are a common multiple of them, cut off at 0 and 1; one bound holds all."""
+        found = estimate(polyhedron, method, cluster_tolerance=0.0)
+        p, errors = field(found, "probability"), field(found, "standard_error")
+        low, high = field(found, "probability_low"), field(found, "probability_high")
+        assert math.sqrt(np.mean(errors ** 2)) == pytest.approx(found.expected_error, rel=1e-12)
+        assert (low >= 0.0).all() and (low <= p).all() and (p <= high).all() and high.max() <= 1.0
+        reach = np.concatenate((((high - p) / errors)[high < 1.0],
+                                ((p - low) / errors)[low > 0.0]))
+        assert reach == pytest.approx(reach[0], rel=1e-9) and 1.0 < reach[0] < 1.7
+        widest = reach[0] * errors.max()
+        assert widest <= found.largest_error * 1.001 <= 3.0 * widest
+
+    def test_poses_that_symmetry_makes_alike_share_an_error(self):
+        found = estimate(part_from_mesh(*shapes.box(1.0, 2.0, 3.0)))
+        for group in range(3):
+            alike = [pose for pose in found.poses if pose.group == group]
+            assert len(alike) == 2 and len({pose.standard_error for pose in alike}) == 1
+
+    def test_they_grow_beyond_what_was_measured(self, polyhedron):
+        """Of a method whose shares do not depend on the scene."""
+        radius = estimate(polyhedron).radius
+
+        def error(restitution, radii=20.0):
+            return estimate(polyhedron, "qse", restitution=restitution,
+                            drop_height=radii * radius).expected_error
+
+        assert error(0.35 + 1e-6) == pytest.approx(error(0.35), rel=1e-4)
+        high = [error(0.5, radii) for radii in (100.0, 200.0, 500.0, 1e4)]
+        assert high == sorted(high) and high[-1] > 3.0 * high[0]
+        bouncy = [error(restitution) for restitution in (0.992, 0.996, 0.999)]
+        assert bouncy == sorted(bouncy) and bouncy[-1] > 2.0 * bouncy[0]
+
+    def test_an_estimate_that_is_certain_expects_an_error_where_others_are_not(self):
+        """PQSE gives nothing to the ends of a bar, `split` two hundredths to each."""
+        bar = part_from_mesh(*shapes.box(1.0, 1.0, 2.0))
+        certain, other = (estimate(bar, method) for method in ("pqse", "split"))
+        end = min(pose.probability for pose in other.poses if abs(pose.down[2]) > 0.5)
+        assert all(pose.probability < 1e-9 for pose in certain.poses if abs(pose.down[2]) > 0.5)
+        assert 0.2 * end < certain.expected_error < end
+
+
+class TestDoubts:
+    def test_a_scene_that_nobody_measured(self, polyhedron):
+        def doubted(**scene):
+            return warned(estimate(polyhedron, "split", **scene), "OUTSIDE_FIT")
+
+        assert doubted(restitution=0.999)
+        assert doubted(drop_height=300.0 * estimate(polyhedron).radius)
+        assert not doubted(restitution=0.98) and not doubted(drop_height=0.1) and not doubted()
+
+    def test_a_round_part_with_its_weight_beside_the_axis(self):
+        """It rolls for long; the error grows with the way, and a tenth of a hair is none."""
+        disc = part_from_mesh(*shapes.cylinder(192, 40e-3, 10e-3))
+        found = [estimate(shift_center(disc, (beside, 0.0, 0.0)), "split")
+                 for beside in (0.0, 1e-6, 1e-3, 4e-3)]
+        assert [warned(one, "OUTSIDE_FIT") for one in found] == [False, False, True, True]
+        errors = [one.expected_error for one in found]
+        assert errors[1] == pytest.approx(errors[0], rel=0.6)
+        assert errors[1] < errors[2] < errors[3]
+
+    def test_methods_that_disagree(self, polyhedron):
+        """A slender leaning body on which the old estimators see a base that drops never find."""
+        surface = random_polyhedron(5, 151)
+        weights = np.random.default_rng(151).dirichlet(np.ones(5))
+        slender = part_from_mesh(*surface, center_of_mass=weights @ surface[0])
+        assert warned(estimate(slender, "csae", cluster_tolerance=0.0), "METHODS_DISAGREE")
+        assert not warned(estimate(polyhedron, "csae", cluster_tolerance=0.0), "METHODS_DISAGREE")

@@ -1,0 +1,155 @@
+"""Mesh files of every format: the mesh as it stands there, scenes put in place, damage refused."""
+
+from __future__ import annotations
+
+import os
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+
+from ros_pose_stats import PoseStatsError, load_part
+from tests.running import answer_json, refusal
+
+KINDS = {"binary STL": ("a.stl", {}), "STL in capitals": ("a.STL", {}),
+         "ASCII STL": ("a.stl", {"file_type": "stl_ascii"}), "OBJ": ("a.obj", {}),
+         "PLY": ("a.ply", {}), "ASCII PLY": ("a.ply", {"encoding": "ascii"}),
+         "OFF": ("a.off", {}), "3MF": ("a.3mf", {})}
+every_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+@pytest.fixture
+def block():
+    return trimesh.creation.box((10.0, 20.0, 30.0))
+
+
+def written(mesh, folder, kind):
+    name, options = KINDS[kind]
+    mesh.export(folder / name, **options)
+    return folder / name
+
+
+@every_kind
+def test_every_format_gives_the_mesh_back(tmp_path, block, kind):
+    path = written(block, tmp_path, kind)
+    part = load_part(path, "mm")
+    expected = block.vertices[block.faces].reshape(-1, 9) * 1e-3
+    gap, partner = cKDTree(part.vertices[part.triangles].reshape(-1, 9)).query(expected)
+    assert len(part.triangles) == len(np.unique(partner)) == 12 and gap.max() < 1e-8
+    assert len(part.surface_vertices) == 8
+    assert (part.part_id, part.warnings) == ("a", ())
+    assert answer_json("estimate", path, "--unit", "mm", "--method", "area")["part_id"] == "a"
+
+
+@pytest.mark.parametrize("suffix", ["obj", "3mf", "stl", "ply"])
+def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
+    scene, path = trimesh.Scene(), tmp_path / f"two.{suffix}"
+    scene.add_geometry(block, node_name="one", geom_name="block")
+    move = trimesh.transformations.translation_matrix((100, 0, 0))
+    scene.add_geometry(block, node_name="two", geom_name="block", transform=move)
+    (scene if suffix in ("obj", "3mf") else scene.to_mesh()).export(path)
+    part = load_part(path, "mm")
+    assert len(part.triangles) == 24
+    assert np.ptp(part.surface_vertices, axis=0) == pytest.approx([0.11, 0.02, 0.03])
+    assert part.center_of_mass == pytest.approx([0.05, 0, 0], abs=1e-9)
+
+
+def test_a_mirrored_object_is_turned_back(tmp_path, block):
+    scene = trimesh.Scene()
+    scene.add_geometry(block, transform=np.diag([-1.0, 1.0, 1.0, 1.0]))
+    scene.export(tmp_path / "mirrored.3mf")
+    part = load_part(tmp_path / "mirrored.3mf")
+    assert trimesh.Trimesh(part.vertices, part.triangles).volume == pytest.approx(6e-6)
+
+
+def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(tmp_path, block):
+    other, path = block.copy(), tmp_path / "two.stl"
+    other.apply_translation((100, 0, 0))
+    first, second = (mesh.export(file_type="stl_ascii") for mesh in (block, other))
+    path.write_text(first + "\n" + second)
+    assert len(load_part(path, "mm").triangles) == 24
+    path.write_text(first + "\n" + second[:len(second) // 2])
+    with pytest.raises(PoseStatsError, match=r"expected 1[89] faces as .* announces, got 12"):
+        load_part(path)
+
+
+def test_obj_materials_and_polygons_neither_split_nor_reorder(tmp_path):
+    path = tmp_path / "cube.obj"
+    path.write_text("mtllib x.mtl\no cube\n" + "".join(
+        f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+        + "usemtl red\nf 1 2 4 3\nf 5 7 8 6\ng side\nusemtl blue\nf 1 5 6 2\nf 3 4 8 7\n"
+        + "f 1 3 7 5\nf 2 6 8 4\n")
+    part = load_part(path)
+    assert (part.vertices.shape, part.triangles.shape) == ((8, 3), (12, 3))
+    assert part.center_of_mass == pytest.approx([0.5, 0.5, 0.5])
+
+
+def refused(path):
+    """The line that a file is refused with."""
+    with pytest.raises(PoseStatsError) as error:
+        load_part(path)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(("name", "content", "message"), [
+    ("a.stl", b"", "which is empty"),
+    ("a.igs", b"x", "expected a mesh file (.stl, .obj"),
+    ("a", b"x", "expected a mesh file (.stl, .obj"),
+    ("a.stl", b"not a mesh at all", "expected triangles in"),
+    ("a.stl", b"\x00" * 83, "of the length that its header announces"),
+    ("a.stl", b"\x00" * 80 + b"\x10\x00\x00\x00" + b"\x01" * 90, "of 174 bytes"),
+    ("a.stl", b"\x00" * 84, "expected triangles in"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "expected triangles in"),
+    ("a.obj", b"hello", "a.obj"),
+    ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "readable OFF file"),
+    ("a.ply", b"hello", "readable PLY file"),
+    ("a.3mf", b"PK\x03\x04broken", "readable 3MF file"),
+])
+def test_what_is_no_mesh_is_refused_in_one_line(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    assert message in refused(tmp_path / name)
+    assert message in refusal("estimate", tmp_path / name)
+
+
+@every_kind
+def test_a_file_cut_off_is_refused(tmp_path, block, kind):
+    path = written(block, tmp_path, kind)
+    data = path.read_bytes()
+    for share in (0.1, 0.5, 0.9):
+        cut = data[:int(share * len(data))]
+        if kind == "OBJ":  # nothing in one says how long it is: cut inside a face line
+            cut = cut.rpartition(b"\n")[0] + b"\nf 1 2"
+        path.write_bytes(cut)
+        refused(path)
+
+
+def test_no_file_at_all_is_refused(tmp_path):
+    assert "No such file" in refused(tmp_path / "missing.stl")
+    (tmp_path / "folder.stl").mkdir()
+    assert "got the directory" in refused(tmp_path / "folder.stl")
+    assert "the path of a mesh file" in refused(np.zeros(3))
+
+
+@pytest.mark.parametrize(("make", "kind"), [
+    (os.mkfifo, "a pipe"), (lambda path: path.symlink_to(os.devnull), "a device"),
+    (lambda path: socket.socket(socket.AF_UNIX).bind(str(path)), "a socket")])
+def test_what_may_never_end_is_refused(tmp_path, monkeypatch, make, kind):
+    """Reading a pipe waits for whoever writes to it."""
+    monkeypatch.chdir(tmp_path)  # the name of a socket has to be short
+    make(Path("a.stl"))
+    assert f"got a.stl, which is {kind}" in refused("a.stl")
+
+
+def test_bytes_after_the_end_and_names_in_any_encoding_do_no_harm(tmp_path, block):
+    path = written(block, tmp_path, "binary STL")
+    digest = load_part(path).digest
+    path.write_bytes(path.read_bytes() + b"\n trailing")
+    assert load_part(path).digest == digest
+    text = block.export(file_type="stl_ascii").replace("solid", "solid Gehäuse", 1)
+    for encoding in ("utf-8", "latin-1"):
+        path.write_bytes(text.encode(encoding))
+        assert len(load_part(path).triangles) == 12

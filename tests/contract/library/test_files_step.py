@@ -1,0 +1,152 @@
+"""STEP files: units, divisions of circles, assemblies, and damaged ones, which end nobody else.
+
+Each reading starts a process, so few files are read in a quick run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from ros_pose_stats import PoseStatsError, load_part
+from tests.contract.library.step_text import Disc, step_assembly, step_part
+from tests.running import ROOT, answer_json
+
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None,
+                                reason="the extra `step` is not installed")
+WHOLE = step_part(Disc(5.0, 2.0))
+
+
+def written(path, text):
+    path.write_text(text, encoding="ascii")
+    return path
+
+
+@pytest.mark.parametrize(("name", "unit", "metres"), [
+    ("a.stp", "inch", 0.0254),
+    pytest.param("a.STEP", "cm", 1e-2, marks=pytest.mark.long),
+    pytest.param("a.Stp", "m", 1.0, marks=pytest.mark.long)])
+def test_the_unit_is_that_of_the_file(tmp_path, name, unit, metres):
+    path = written(tmp_path / name, step_part(Disc(0.4, 0.2), unit=unit))
+    # The centre of mass is given in the unit of the file too.
+    part = load_part(path, center_of_mass=(0.1, 0.0, 0.1), center_in_unit=True)
+    assert np.ptp(part.vertices, axis=0) == pytest.approx(
+        np.multiply([0.8, 0.8, 0.2], metres), rel=1e-6)
+    assert part.center_of_mass == pytest.approx(np.multiply([0.1, 0.0, 0.1], metres))
+    assert part.part_id == "a"
+
+
+def test_a_file_without_a_unit_is_in_millimetres_and_a_command_prints_json_alone(tmp_path, capfd):
+    silent = WHOLE.replace("GLOBAL_UNIT_ASSIGNED_CONTEXT", "GLOBAL_UNIT_FORGOTTEN_CONTEXT")
+    path = written(tmp_path / "disc.step", silent)
+    assert answer_json("estimate", path, "--method", "meae")["radius"] == pytest.approx(
+        1e-3 * np.hypot(5.0, 1.0), rel=1e-6)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.long
+def test_a_unit_that_is_given_wins(tmp_path):
+    part = load_part(written(tmp_path / "a.step", WHOLE), "cm")
+    assert np.ptp(part.vertices[:, 2]) == pytest.approx(0.02, rel=1e-6)
+
+
+def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
+    holes = [(20.0, 0.0, 12.0), (-20.0, 0.0, 0.02)]
+    part = load_part(written(tmp_path / "plate.step", step_part(Disc(40.0, 2.0, holes))))
+    assert part.warnings == ()
+    assert part.rounding == pytest.approx(40e-3 * 2.0**-24, rel=1e-6)  # coordinates are float32
+    corners = part.surface_vertices * 1e3
+    for center, radius in ((0.0, 40.0), (20.0, 12.0), (-20.0, 0.02)):
+        around = corners[np.abs(corners[:, 2]) < 1e-6] - (center, 0.0, 0.0)
+        on = np.abs(np.hypot(around[:, 0], around[:, 1]) / radius - 1.0) < 1e-3
+        directions = np.sort(np.degrees(np.arctan2(around[on, 1], around[on, 0])))
+        assert len(directions) == 96
+        assert np.diff(directions) == pytest.approx(360.0 / 96, abs=0.02)
+    # A regular polygon of 96 sides is that much smaller than its circle.
+    share = 96 / (2.0 * np.pi) * np.sin(2.0 * np.pi / 96)
+    areas = np.array((40.0**2, -(12.0**2), -(0.02**2)))
+    surface = trimesh.Trimesh(part.surface_vertices, part.surface_triangles)
+    assert surface.volume * 1e9 == pytest.approx(2.0 * np.pi * areas.sum() * share, rel=1e-5)
+    assert part.center_of_mass[0] * 1e3 == pytest.approx(
+        areas @ (0.0, 20.0, -20.0) / areas.sum(), rel=1e-4)
+
+
+def test_several_solids_and_every_instance_of_an_assembly_are_in_their_places(tmp_path):
+    two = load_part(written(tmp_path / "two.step", step_part(
+        Disc(5.0, 2.0), Disc(5.0, 4.0, center=(30.0, 0.0, 0.0)))))
+    assert two.warnings == ()
+    assert two.center_of_mass * 1e3 == pytest.approx([20.0, 0.0, (1.0 + 2 * 2.0) / 3])
+    upright, lying = ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (1, 0, 0))
+    part = load_part(written(tmp_path / "assembly.step", step_assembly(Disc(5.0, 2.0), [
+        ((0, 0, 0), *upright), ((20, 0, 0), *lying), ((0, 40, 0), *upright)])))
+    assert part.vertices.max(axis=0) * 1e3 == pytest.approx([22.0, 45.0, 5.0])
+    assert part.vertices.min(axis=0) * 1e3 == pytest.approx([-5.0, -5.0, -5.0])
+    assert part.center_of_mass * 1e3 == pytest.approx([7.0, 40.0 / 3, 2.0 / 3])
+
+
+def assert_refused(path, data):
+    path.write_bytes(data)
+    with pytest.raises(PoseStatsError, match=r"damaged\.step") as refusal:
+        load_part(path)
+    assert "\n" not in str(refusal.value)
+
+
+def test_what_is_no_step_file_is_refused_in_one_line(tmp_path, capfd):
+    for data in (WHOLE.encode()[:len(WHOLE) // 2], np.random.default_rng(3).bytes(100_000)):
+        assert_refused(tmp_path / "damaged.step", data)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.long
+def test_whatever_is_lost_it_ends_nothing_but_its_file(tmp_path, capfd):
+    path, lines = tmp_path / "damaged.step", WHOLE.splitlines()
+    empty = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+    for text in ("hello", "\0" * 500, empty, *(WHOLE[:int(share * len(WHOLE))]
+                                              for share in (0.0, 0.001, 0.1, 0.9, 0.99))):
+        assert_refused(path, text.encode())
+    for lost in range(8, len(lines) - 2, 4):
+        with contextlib.suppress(PoseStatsError):
+            assert len(load_part(written(
+                path, "\n".join(lines[:lost] + lines[lost + 1:]))).triangles) > 0
+    assert capfd.readouterr() == ("", "")
+
+
+def about(process, file):
+    """What Linux says about a process; nothing once it is gone."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
+@pytest.mark.long
+@pytest.mark.timeout(60)
+def test_a_tessellation_ends_with_whoever_started_it(tmp_path):
+    """By `kill -9`, and in the middle of its work, where it is stopped before."""
+    path = written(tmp_path / "a.step", WHOLE)
+    with subprocess.Popen([sys.executable, "-m", "ros_pose_stats", "estimate", path], cwd=ROOT,
+                          stdout=subprocess.DEVNULL) as starter:
+        while not (children := about(starter.pid, f"task/{starter.pid}/children").split()):
+            assert starter.poll() is None
+        child = int(children[0])
+        while "cascadio" not in about(child, "maps"):
+            assert starter.poll() is None
+        os.kill(child, signal.SIGSTOP)
+        starter.kill()
+    while (status := about(child, "status")) and "zombie" not in status:
+        pass
+
+
+def test_without_the_package_a_sentence_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(PoseStatsError, match="pip install cascadio"):
+        load_part(written(tmp_path / "a.step", step_part(Disc(5.0, 2.0))))

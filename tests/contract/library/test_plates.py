@@ -1,0 +1,123 @@
+"""Plates learnt by `fit`: tables of counts as people write them, what is found, and the file."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from ros_pose_stats import load_part, shapes, simulate
+from tests.bodies import write_stl
+from tests.running import answer_json, refusal
+
+RESTITUTION, HEIGHT = 0.3, 0.05
+SIZES = {"a": (20.0, 30.0, 12.0), "b": (10.0, 10.0, 7.5), "c": (16.0, 22.0, 20.0)}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plates")
+    for name, size in SIZES.items():
+        write_stl(folder / f"{name}.stl", shapes.box(*size))
+    return folder
+
+
+def table_of(folder, names, drops, restitution, height, **options):
+    """A table of what a simulated plate counts."""
+    rows = [f"{name}.stl,{pose.index},{pose.count}" for seed, name in enumerate(names)
+            for pose in simulate(load_part(folder / f"{name}.stl", unit="mm"), drops, restitution,
+                                 11 + seed, height, **options).poses]
+    file = folder / f"{'-'.join(names)}-{restitution}.csv"
+    file.write_text("\n".join(rows))
+    return file
+
+
+def fit(table, *options):
+    return answer_json("fit", table, "--unit", "mm", "--plate", "glass", "--plates",
+                       table.with_suffix(".yaml"), "--seed", 5, *options)
+
+
+@pytest.fixture(scope="module")
+def fitted(folder):
+    """What is printed for a simulated plate, and the file, which was there before, as a link."""
+    table = table_of(folder, "ac", 600, RESTITUTION, HEIGHT)
+    real, link = folder / "real.yaml", table.with_suffix(".yaml")
+    real.write_text("plates:\n  steel: {restitution: 0.2, note: by hand}\n")
+    link.symlink_to(real)
+    return fit(table), link
+
+
+def test_the_scene_of_a_simulated_plate_is_within_the_intervals(fitted):
+    found, _ = fitted
+    assert found["restitution_low"] <= RESTITUTION <= found["restitution_high"]
+    assert found["drop_height_low"] <= HEIGHT <= found["drop_height_high"]
+    assert found["p_value"] > 0.01 and 0.0 < found["plate_error"] < 0.08
+    assert found["counted"] == 1200 and found["parts"] == ["a", "c"]
+
+
+def test_the_file_stays_where_it_is_with_what_else_it_holds(fitted):
+    found, link = fitted
+    assert link.is_symlink()
+    plates = yaml.safe_load(link.read_text(encoding="utf-8"))["plates"]
+    assert plates["steel"] == {"restitution": 0.2, "note": "by hand"}
+    for name in ("restitution", "drop_height", "plate_error", "counted", "version"):
+        assert plates["glass"][name] == found[name]
+    assert not [file for file in link.parent.iterdir() if file.suffix not in (".stl", ".csv",
+                                                                             ".yaml")]
+
+
+@pytest.mark.long
+def test_a_plate_unlike_the_model_is_said_to_be_so(folder, fitted):
+    """A fifth of each part is moved from the most frequent pose to the rarest."""
+    moved = folder / "moved.csv"
+    rows = [line.split(",") for line in (folder / "a-c-0.3.csv").read_text().splitlines()]
+    for name in "ac":
+        own = [row for row in rows if row[0] == f"{name}.stl"]
+        most, least = max(own, key=lambda row: int(row[2])), min(own, key=lambda row: int(row[2]))
+        most[2], least[2] = str(int(most[2]) - 120), str(int(least[2]) + 120)
+    moved.write_text("\n".join(map(",".join, rows)))
+    found = fit(moved)
+    assert found["p_value"] < 0.01 < fitted[0]["p_value"]
+    assert found["plate_error"] > 0.03
+
+
+@pytest.mark.parametrize("text", [
+    "part,pose,count\na.stl,0,40\nb.stl,2,6\na.stl,0,3\n", "a.stl;0;43\n\nb.stl;2;6",
+    '\ufeff"a.stl", 0 , 43\n b.stl,2,6\n', "part\tpose\tcount\r\na.stl\t0\t43\r\nb.stl\t2\t6",
+], ids=["head and twice", "semicolons", "byte order mark", "tabs"])
+def test_tables_as_people_write_them(folder, text):
+    """Of parts that lie beside the table; rows of the same pose add."""
+    table = folder / "written.csv"
+    table.write_text(text, encoding="utf-8")
+    line = refusal("fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no")
+    assert "got 49; count 1 more" in line
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("a.stl,0,117\na.stl,1\n", "'a.stl,1' in line 2"), ("a.stl,0,117\na.stl,zero,4", "in line 2"),
+    ("a.stl,0,-3\n", "a.stl,0,-3"), ("a.stl,0,1.5", "whole numbers"), (",0,117", "whole numbers"),
+    ("a.stl,0,99999999999999999999", "whole numbers"), ("a.stl,0,117,9", "whole numbers"),
+    ("", "none in"), ("part,pose,count", "none in"), ('"a.stl,0,1', "expected a CSV file"),
+    ("\x00\udcff", "expected a CSV file"), ("a.stl,6,500", "poses 0 to 5")])
+def test_tables_that_are_none(folder, text, words):
+    table = folder / "bad.csv"
+    table.write_text(text, encoding="utf-8", errors="surrogateescape")
+    line = refusal("fit", table, "--unit", "mm", "--plate", "glass", "--plates", folder / "no")
+    assert words in line
+
+
+@pytest.mark.parametrize("name", ["", "  ", "a\nb", "x" * 101])
+def test_names_that_no_plate_has(folder, name):
+    line = refusal("fit", folder / "a.csv", "--plate", name, "--plates", folder / "no")
+    assert "plate's name" in line
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+def test_round_parts_tell_what_rolling_loses(folder):
+    """A cylinder as high as wide and a box, dropped with 48 sides a turn."""
+    write_stl(folder / "round.stl", shapes.prism(64, 10.0, 20.0))
+    found = fit(table_of(folder, ("round", "a"), 2000, 0.4, 0.12, round_sides=48))
+    assert found["round_sides_low"] == found["round_sides"] == 48
+    assert found["round_sides_high"] < 384
+    assert found["restitution_low"] <= 0.4 <= found["restitution_high"]
+    assert found["drop_height_low"] <= 0.12 <= found["drop_height_high"]

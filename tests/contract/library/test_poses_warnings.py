@@ -1,0 +1,84 @@
+"""Warnings of poses that are close to changing, and of curves that a file divides coarsely."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, simulate
+
+
+def warnings_of(part, tolerance=0.0, round_sides=0):
+    """Code -> sentence."""
+    answer = estimate(part, "csae", cluster_tolerance=tolerance, round_sides=round_sides)
+    return dict(line.split(": ", 1) for line in answer.warnings)
+
+
+def leaning(lean):
+    """A prism whose bases stop being stable at a lean of 1; all edges differ."""
+    base = np.array([(x, y, 0.0) for x in (-0.5, 0.5) for y in (-0.4, 0.4)])
+    top = base + np.array((lean, 0.0, 1.5))
+    return part_from_mesh(*shapes.hull_mesh(0.01 * np.vstack((base, top))))
+
+
+def cylinder(sides):
+    return part_from_mesh(*shapes.cylinder(sides, 0.01, 0.02))
+
+
+@pytest.mark.parametrize(("lean", "warned"), [(0.9, False), (0.99, True), (1.001, False)])
+def test_a_face_about_to_be_lost_is_marginal(lean, warned):
+    """The foot of the centre of mass is 0.5 (1 - lean) widths inside, 0.75 high."""
+    told = warnings_of(leaning(lean))
+    assert ("MARGINAL_POSE" in told) == warned
+    if warned:
+        tilt = np.degrees(np.arctan(0.5 * (1.0 - lean) / 0.75))
+        poses = [pose.index for pose in resting_poses(leaning(lean), 0.0).poses
+                 if pose.margin < 0.0175]
+        assert f"poses {', '.join(map(str, poses))} topple" in told["MARGINAL_POSE"]
+        assert f"{tilt:.2g} degrees" in told["MARGINAL_POSE"]
+
+
+def test_the_roof_of_a_flat_ridge_is_shallow():
+    points = [[x, y, z] for x in (-0.6, 0.6) for y in (-0.5, 0.5) for z in (0.0, 0.7)]
+    points += [[x, 0.0, 0.71] for x in (-0.6, 0.6)]
+    part = part_from_mesh(*shapes.hull_mesh(0.01 * np.array(points)))
+    least = min(pose.barrier for pose in resting_poses(part, 0.0).poses)
+    assert f"{1e3 * least:.2g} mm" in warnings_of(part)["SHALLOW_POSE"]
+    assert warnings_of(part_from_mesh(*shapes.box(0.01, 0.01, 0.01))) == {}
+
+
+@pytest.mark.parametrize(("side", "warned"), [(1.0, False), (1.0005, True), (1.2, False)])
+def test_saddles_nearly_as_high_as_each_other_are_a_near_tie(side, warned):
+    part = part_from_mesh(*shapes.box(0.01, 0.02, 0.02 * side))
+    assert ("NEAR_TIE" in warnings_of(part)) == warned
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.0025])
+@pytest.mark.parametrize(("sides", "warned"), [(48, True), (60, True), (100, False)])
+def test_coarse_facets_as_the_file_has_them(sides, warned, tolerance):
+    told = warnings_of(cylinder(sides), tolerance)
+    assert ("COARSE_CURVE" in told) == warned
+    if warned:
+        assert f"facets of {360.0 / sides:g} degrees" in told["COARSE_CURVE"]
+
+
+def test_drops_of_coarse_cylinders_do_end_on_the_curve():
+    """What that warning says, by 600 drops each: four binomial errors are 0.08."""
+    ends = [sum(pose.probability for pose in simulate(
+        cylinder(sides), 600, seed=1, round_sides=0).poses if abs(pose.down[2]) > 0.9)
+        for sides in (32, 400)]
+    assert ends[1] - ends[0] > 0.08
+
+
+@pytest.mark.parametrize(("sides", "codes"), [
+    (24, ["ROUNDED", "CLUSTERED"]), (600, ["ROUNDED", "CLUSTERED"]), (192, ["CLUSTERED"])])
+def test_circles_are_given_the_sides_of_the_contract(sides, codes):
+    told = warnings_of(cylinder(sides), 0.0025, 192)
+    assert list(told) == codes
+    if "ROUNDED" in told:
+        assert "2 round edges" in told["ROUNDED"] and "192 sides" in told["ROUNDED"]
+
+
+def test_drops_carry_them_too():
+    told = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0).warnings
+    assert any(line.startswith("MARGINAL_POSE") for line in told)

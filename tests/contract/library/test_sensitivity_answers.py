@@ -1,0 +1,83 @@
+"""`sensitivity` and `suggest` as their callers see them: checks, stops and refusals."""
+
+from __future__ import annotations
+
+import pytest
+
+from ros_pose_stats import (
+    PoseStatsError,
+    part_from_mesh,
+    resting_poses,
+    sensitivity,
+    shapes,
+    suggest,
+)
+
+CUBE = part_from_mesh(*shapes.box(20e-3, 20e-3, 20e-3))
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    """A box that lies heavier on one end, and the poses on its two x faces."""
+    part = part_from_mesh(*shapes.box(20e-3, 22e-3, 24e-3), center_of_mass=(0.0, 0.0, 3e-3))
+    return part, [pose.index for pose in resting_poses(part).poses if abs(pose.down[0]) > 0.99]
+
+
+def plain(found):
+    """Slopes and counted changes."""
+    return [(effect.number, effect.slope, effect.check and effect.check.value)
+            for effect in found.effects]
+
+
+def test_the_same_request_has_the_same_answer_whatever_the_workers(heavy):
+    part, wanted = heavy
+    one, two = (sensitivity(part, wanted, drops=500, seed=3, workers=workers)
+                for workers in (1, 2))
+    assert plain(one) == plain(two)
+    assert sum(effect.check is not None for effect in one.effects) == 5 and one.drops <= 500
+
+
+def test_as_many_changes_are_checked_as_asked_for(heavy):
+    part, wanted = heavy
+    for checks in (0, 2):
+        found = sensitivity(part, wanted, checks=checks, drops=50, seed=1)
+        assert sum(effect.check is not None for effect in found.effects) == checks
+    changes = [abs(effect.change) for effect in found.effects]
+    assert changes == pytest.approx(sorted(changes, reverse=True), abs=1e-9)  # some tie
+
+
+def test_a_stop_leaves_the_estimates(heavy):
+    part, wanted = heavy
+    shown = []
+    found = sensitivity(part, wanted, seed=1, on_progress=shown.append,
+                        should_stop=lambda: bool(shown) and shown[-1] > 0.0)
+    assert all(0.0 <= share <= 1.0 for share in shown) and shown == sorted(shown)
+    assert found.wanted == tuple(wanted)
+
+
+def test_nothing_is_suggested_where_nothing_can_be_gained():
+    found = suggest(CUBE, list(range(6)), 1e-3, drops=10, seed=1)
+    assert not found.steps.any() and found.taken == () and found.gain.value == 0.0
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ({"wanted": [9]}, "wanted poses out of 0 to 5"), ({"wanted": []}, "at least one"),
+    ({"wanted": [0], "step": 0.0}, "a step above 0"),
+    ({"wanted": [0], "step": 1.0}, "half the part's radius"),
+    ({"wanted": [0], "drops": 0}, "1 to 1000000000 drops"),
+])
+def test_refusals(options, words):
+    with pytest.raises(PoseStatsError, match=words) as refusal:
+        sensitivity(CUBE, **options)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("within", [0.0, -1e-3, 1.0, float("nan")])
+def test_a_bound_that_is_none_is_refused(within):
+    with pytest.raises(PoseStatsError, match="a bound above 0"):
+        suggest(CUBE, [0], within)
+
+
+def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out():
+    found = sensitivity(CUBE, [0], checks=0)
+    assert [line.partition(":")[0] for line in found.warnings] == ["WANTED_ALIKE"]

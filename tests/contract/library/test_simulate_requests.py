@@ -1,0 +1,102 @@
+"""What a simulation may be asked for: seeds, given starts, and refusals in one line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import PoseStatsError, part_from_mesh, record_drop, resting_poses, simulate
+from tests.bodies import random_polyhedron
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.fixture(scope="module")
+def part():
+    return part_from_mesh(*random_polyhedron(9, 3))
+
+
+def counts(found):
+    return [pose.count for pose in sorted(found.poses, key=lambda pose: pose.index)]
+
+
+def refused(call):
+    """The one line of a refusal."""
+    with pytest.raises(PoseStatsError) as caught:
+        call()
+    text = str(caught.value)
+    assert text.startswith("expected ") and ", got " in text and "; " in text
+    assert "\n" not in text
+    return text
+
+
+@pytest.mark.parametrize(("name", "values"), [
+    ("drops", [0, -1, 1.5, 10.0, True, "10", 10**9 + 1, NAN]),
+    ("restitution", [1, 1.0, -0.1, NAN, INF, None, True, "hard", 1j]),
+    ("seed", [-1, 2**64, 1.0, True, "1"]),
+    ("workers", [0, -1, 1.0, True, 100_000]),
+    ("target_error", [1, -0.1, NAN, INF, True, "small", None]),
+    ("drop_height", [0, 0.0, -1, NAN, INF, True, "high"]),
+    ("cluster_tolerance", [1, -0.1, NAN, True, None]),
+])
+def test_bad_values_are_refused(part, name, values):
+    for value in values:
+        refused(lambda value=value: simulate(part, **{"drops": 5, name: value}))
+
+
+@pytest.mark.parametrize("value", [0, 2**64 - 1, np.int64(5), np.uint64(2**63)])
+def test_any_whole_seed_serves(part, value):
+    assert simulate(part, np.int32(20), np.float32(0.5), value).seed == int(value)
+
+
+def test_what_is_no_part_is_refused():
+    assert "a Part" in refused(lambda: simulate("clamp.stl"))
+
+
+def test_a_fresh_seed_can_be_used_again(part):
+    found, other = simulate(part, 500), simulate(part, 500)
+    assert found.seed != other.seed
+    assert counts(simulate(part, 500, seed=found.seed)) == counts(found)
+
+
+def test_given_starts_are_what_is_dropped(part):
+    """In order; as many as there are, or the first few of them; of any length."""
+    starts = np.array([record_drop(part, drop, seed=5, interval=1e6).down for drop in range(100)])
+    usual = counts(simulate(part, 100, 0.4, 5))
+    assert counts(simulate(part, restitution=0.4, starts=starts.tolist())) == usual
+    assert counts(simulate(part, restitution=0.4, starts=starts, workers=3)) == usual
+    few = simulate(part, 40, 0.4, starts=starts)
+    assert counts(few) == counts(simulate(part, 40, 0.4, 5))
+    longer = simulate(part, restitution=0.4, starts=starts * np.arange(1, 101)[:, None])
+    assert longer.drops == 100
+    # Rounding of the length may turn a chaotic drop over.
+    assert np.abs(np.subtract(counts(longer), usual)).sum() <= 10
+
+
+def test_starts_point_down(part):
+    """Set down at rest, the lowest pose stays where it is."""
+    pose = resting_poses(part).poses[0]
+    assert counts(simulate(part, starts=[pose.down] * 5, drop_height=0.001))[0] == 5
+
+
+@pytest.mark.parametrize("starts", [
+    [1.0, 2.0, 3.0], np.zeros((0, 3)), np.ones((2, 2)), 5.0, {}, "abc", [[0.0, 0.0, 0.0]],
+    [[0.0, 0.0, 1.0], [NAN, 0.0, 1.0]], [[INF, 0.0, 0.0]], [[None, 1, 2]], [["a", "b", "c"]],
+    [[1, 2, 3], [1, 2]], np.array([[1j, 0.0, 0.0]])])
+def test_bad_starts_are_refused(part, starts):
+    refused(lambda: simulate(part, starts=starts))
+
+
+def test_the_row_of_a_bad_start_is_named_and_what_goes_with_none_is_refused(part):
+    starts = np.tile((0.0, 0.0, 1.0), (20, 1))
+    starts[17] = 0.0
+    assert "row 17" in refused(lambda: simulate(part, starts=starts))
+    assert "(3)" in refused(lambda: simulate(part, 4, starts=np.eye(3)))
+    refused(lambda: simulate(part, seed=-1, starts=np.eye(3)))
+
+
+@pytest.mark.parametrize("length", [1e-200, 1e200])
+def test_a_start_of_any_finite_length_is_a_direction(part, length):
+    """Squares under- and overflow there."""
+    found = record_drop(part, start=length * np.array((0.6, 0.0, 0.8)))
+    assert found.down == pytest.approx((0.6, 0.0, 0.8), abs=1e-15)

@@ -1,0 +1,57 @@
+"""Names, types and defaults that feeder planners are written against."""
+
+from __future__ import annotations
+
+PACKAGE = "ros_pose_stats_msgs"
+
+SERVICES = {
+    "estimate": f"{PACKAGE}/srv/EstimatePoses",
+    "get_statistics": f"{PACKAGE}/srv/GetStatistics",
+    "feeding": f"{PACKAGE}/srv/FeedingAnswer",
+    "fit_plate": f"{PACKAGE}/srv/FitPlate",
+    "forget_part": f"{PACKAGE}/srv/ForgetPart",
+    "start_drop_simulation": f"{PACKAGE}/srv/StartDropSimulation",
+    "get_drop_simulation": f"{PACKAGE}/srv/GetDropSimulation",
+    "list_drop_simulations": f"{PACKAGE}/srv/ListDropSimulations",
+    "cancel_drop_simulation": f"{PACKAGE}/srv/CancelDropSimulation",
+}
+SUBSCRIPTIONS = {
+    "/pose_stats/part_mesh": f"{PACKAGE}/msg/PartMesh",
+    "/pose_stats/pose_counts": f"{PACKAGE}/msg/PoseCounts",
+    "/pose_stats/observed_parts": f"{PACKAGE}/msg/ObservedParts",
+}
+PUBLICATIONS = {
+    "/pose_stats/pose_statistics": f"{PACKAGE}/msg/PoseStatistics",
+    "/pose_stats/markers": "visualization_msgs/msg/MarkerArray",
+    "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+}
+ACTION = {"/pose_stats/simulate_drops": f"{PACKAGE}/action/SimulateDrops",
+          "/pose_stats/simulate_flips": f"{PACKAGE}/action/SimulateFlips"}
+
+DEFAULTS = {
+    "mesh_topics": [], "mesh_unit": 1.0, "plate_frame": "plate", "plate": "", "plates": "",
+    "default_method": "auto", "restitution": 0.5, "drop_height": -1.0, "refine_drops": 0,
+    "drops": 10_000, "target_error": 0.0, "workers": 0, "keep_cores": 1, "max_queued_jobs": 16,
+    "max_drops": 10_000_000, "max_job_seconds": 600.0, "max_parts": 256,
+    "max_mesh_bytes": 67_108_864, "max_part_bytes": 2**30, "cluster_tolerance": 0.0025,
+    "round_sides": 192, "flip_height": 0.0,
+    "log_directory": "", "max_bag_bytes": 536_870_912, "max_log_bytes": 2**33,
+    "log_drops": False, "restore": True,
+}
+
+FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes", "restore"}
+"""What can be set at the start only."""
+
+FIELDS = {
+    "PartMesh": "header part_id mesh vertices triangles unit inertia restitution drop_height",
+    "StablePose": "index pose_id group pose down height top margin barrier spread probability "
+    "probability_low probability_high standard_error count support_polygon outline",
+    "PoseStatistics": "header part_id part_digest radius method restitution drop_height "
+    "cluster_tolerance drops unsettled seed expected_error largest_error plate_error plate "
+    "compute_time job_id revision final version poses warnings scene",
+    "PoseCounts": "header part_id part_digest cluster_tolerance plate drop_height index count "
+    "unclassified",
+    "ObservedParts": "header part_id poses confidence",
+    "DropRecords": "header job_id part_digest first_drop start_down pose_index impacts seconds "
+    "energy_left stopped_at_trap",
+}

@@ -1,0 +1,64 @@
+"""A camera over the plate: what it counts and where it sees parts lie."""
+
+from __future__ import annotations
+
+import itertools
+
+from geometry_msgs.msg import Point, Pose, Quaternion
+from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
+from scipy.spatial.transform import Rotation
+
+from .cell import MeshPublisher, latched
+from .client import until
+
+SECONDS = itertools.count(1_700_000_000)
+"""No two pictures have the same time: a message that comes twice counts once."""
+
+
+def stamped(message, frame_id=""):
+    """The message as of a time of its own."""
+    message.header.stamp.sec = next(SECONDS)
+    message.header.frame_id = frame_id
+    return message
+
+
+def counted(model, numbers, **fields):
+    """Counts of the poses of a result, in its order, with its numbering."""
+    index = [pose.index for pose in model.poses][:len(numbers)]
+    return stamped(PoseCounts(**{
+        "part_id": model.part_id, "part_digest": model.part_digest, "plate": model.plate,
+        "cluster_tolerance": model.cluster_tolerance, "round_sides": model.round_sides,
+        "index": index, "count": numbers, **fields}), "camera")
+
+
+def lying(pose, yaw=0.0, lean=0.0):
+    """Where a part is seen in a stable pose, turned and leaning."""
+    turn = pose.pose.orientation
+    seen = (Rotation.from_euler("z", yaw) * Rotation.from_euler("x", lean)
+            * Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]))
+    x, y, z, w = seen.as_quat().tolist()
+    return Pose(position=Point(x=0.1, y=-0.2, z=0.03), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def picture(part_id, *poses, frame="", **fields):
+    """A part seen in each of some poses."""
+    return stamped(ObservedParts(part_id=part_id, poses=list(poses), **fields), frame)
+
+
+def counting(client):
+    """Publishes on ~/pose_counts."""
+    return MeshPublisher(client, f"{client.prefix}/pose_counts", PoseCounts).matched()
+
+
+def seeing(client):
+    """Publishes on ~/observed_parts."""
+    return MeshPublisher(client, f"{client.prefix}/observed_parts", ObservedParts).matched()
+
+
+def learnt(client, part_id, observed):
+    """What is latched, once it has learnt from so many parts."""
+    def told():
+        result = latched(client, part_id)
+        return result if result.observed == observed else None
+
+    return until(told, f"a result of {observed} parts")

@@ -1,0 +1,106 @@
+"""A node in a namespace of its own, its publishers and what it says of its health."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros_pose_stats_msgs.msg import PartMesh
+
+from .client import Client, until
+from .node import PATIENCE, NodeProcess
+
+QuickClient = Client
+
+
+@contextmanager
+def cell_of(domain, log_directory, namespace, *arguments, **values):
+    """A node that is ready, and a client of it."""
+    with (QuickClient(domain, f"/{namespace}/pose_stats") as client,
+          NodeProcess(log_directory, "-r", f"__ns:=/{namespace}", *arguments, **values) as node):
+        node.ready()
+        yield node, client
+
+
+class MeshPublisher:
+    """Publishes meshes, or what else a cell tells the node of a client."""
+
+    def __init__(self, client, topic="", kind=PartMesh, *, latched=False):
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        quality = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE,
+                             durability=durability)
+        self._client = client
+        self._publisher = client.node.create_publisher(
+            kind, topic or f"{client.prefix}/part_mesh", quality)
+        self._takers = 2 if latched else 1
+
+    def matched(self):
+        """Wait until the node listens."""
+        until(lambda: self._publisher.get_subscription_count() >= self._takers, "the node")
+        return self
+
+    def publish(self, *messages):
+        """Publish messages, or serialised ones."""
+        for message in messages:
+            self._publisher.publish(message)
+        return self
+
+    def acknowledged(self):
+        """Wait until the node's side has received all of them."""
+        assert self._publisher.wait_for_all_acked(Duration(seconds=int(PATIENCE)))
+
+
+def latched(client, part_id):
+    """What is latched for a part, once there is something."""
+    def found():
+        answer = client.call("get_statistics", part_id=part_id)
+        return answer.statistics
+
+    return until(found, f"a result of {part_id}")[0]
+
+
+class Health:
+    """What a client hears on /diagnostics of the node that it belongs to."""
+
+    def __init__(self, client):
+        self._name = f"{client.prefix[1:]}: "
+        self._news = threading.Condition()
+        self._heard = 0
+        self._lines = {}
+        client.subscribe(DiagnosticArray, "/diagnostics", self._take, depth=10)
+
+    def _take(self, message):
+        lines = {line.name.removeprefix(self._name): line for line in message.status
+                 if line.name.startswith(self._name)}
+        with self._news:
+            self._heard += bool(lines)
+            self._lines.update(lines)
+
+    def line(self, about, condition=lambda line, values: True):
+        """A line that was said from now on and fulfils a condition, and its values."""
+        before = self._heard + 1  # the next one may be on its way
+
+        def found():
+            line = self._lines.get(about)
+            if self._heard <= before or line is None:
+                return None
+            values = {pair.key: pair.value for pair in line.values}
+            return (line, values) if condition(line, values) else None
+
+        return until(found, f"diagnostics of {about}; last: {self._lines.get(about)}")
+
+    def latest(self, about):
+        """The last line of all and its values."""
+        line = self._lines[about]
+        return line, {pair.key: pair.value for pair in line.values}
+
+    def eventually(self, about, condition=lambda line, values: True):
+        """A line that fulfils a condition, be it the last one or one to come, and its values."""
+        def there():
+            found = self.latest(about) if about in self._lines else None
+            return found if found and condition(*found) else None
+
+        return until(there, f"diagnostics of {about}")

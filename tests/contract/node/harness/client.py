@@ -1,0 +1,193 @@
+"""A client of the node inside the test's process."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import rclpy
+from rcl_interfaces import srv as parameter_services
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.msg import PoseStatistics
+
+from .node import PATIENCE
+
+SERVICES = {
+    "estimate": srv.EstimatePoses, "get_statistics": srv.GetStatistics,
+    "feeding": srv.FeedingAnswer, "fit_plate": srv.FitPlate,
+    "forget_part": srv.ForgetPart, "start_drop_simulation": srv.StartDropSimulation,
+    "get_drop_simulation": srv.GetDropSimulation,
+    "list_drop_simulations": srv.ListDropSimulations,
+    "cancel_drop_simulation": srv.CancelDropSimulation,
+    "describe_parameters": parameter_services.DescribeParameters,
+    "get_parameters": parameter_services.GetParameters,
+    "set_parameters": parameter_services.SetParameters,
+    "list_parameters": parameter_services.ListParameters,
+}
+QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(1, 6)
+
+
+def is_farewell(statistics):
+    """Whether a result is the last word about a part: the node has forgotten it."""
+    return not statistics.poses and any(
+        line.startswith("FORGOTTEN: ") for line in statistics.warnings)
+
+
+def until(condition, what="it"):
+    """Poll until `condition()` gives something true, and return that."""
+    end = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.01)
+    return found
+
+
+def wait_for(future, what="an answer"):
+    """Result of a future that an executor in another thread completes."""
+    done = threading.Event()
+    future.add_done_callback(lambda _: done.set())
+    assert done.wait(PATIENCE), f"waited in vain for {what}"
+    return future.result()
+
+
+class Client:
+    """A ROS node of its own with its executor in a thread; `prefix` is of the node's names."""
+
+    def __init__(self, domain, prefix="/pose_stats"):
+        self.prefix = prefix
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = rclpy.create_node("planner", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._clients = {}
+        self._open = True
+        self._thread = threading.Thread(target=self._spin)
+        self._thread.start()
+
+    def _spin(self):
+        while self._open:
+            try:
+                self.executor.spin_once(timeout_sec=0.5)
+            except ExternalShutdownException:
+                return
+            except InvalidHandle:  # of a subscription that a test has just ended
+                continue
+
+    def stop_spinning(self):
+        """End the executor's thread, so that nothing that is destroyed is in its hands."""
+        self._open = False
+        self.executor.wake()
+        self._thread.join()
+
+    def close(self):
+        self.stop_spinning()  # first of all: spinning in a context that ends meanwhile fails
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def run(self, work):
+        """Do something in the executor's thread, where no answer can overtake it."""
+        return wait_for(self.executor.create_task(work), "the executor")
+
+    def service(self, name):
+        """The client of a service, as soon as it is there; it may ask many things at once.
+
+        By itself rclpy looks four times a second, and loses all answers but ten.
+        """
+        if name not in self._clients:
+            found = self.node.create_client(SERVICES[name], f"{self.prefix}/{name}",
+                                            qos_profile=QoSProfile(depth=1000))
+            until(found.service_is_ready, f"service {name}")
+            self._clients[name] = found
+        return self._clients[name]
+
+    def send(self, name, **fields):
+        """Call a service without waiting."""
+        service = self.service(name)
+        return service.call_async(service.srv_type.Request(**fields))
+
+    def call(self, name, **fields):
+        return wait_for(self.send(name, **fields), f"{name}")
+
+    def good(self, name, **fields):
+        """Call a service that must succeed."""
+        answer = self.call(name, **fields)
+        assert answer.success, answer.message
+        return answer
+
+    def refused(self, name, **fields):
+        """Call a service that must refuse, in one line; its message."""
+        answer = self.call(name, **fields)
+        assert not answer.success
+        assert answer.message and "\n" not in answer.message
+        assert "internal failure" not in answer.message
+        return answer.message
+
+    def set(self, **values):
+        """Set parameters one by one; the reasons of those that were refused."""
+        messages = [Parameter(name, value=value).to_parameter_msg()
+                    for name, value in values.items()]
+        results = self.call("set_parameters", parameters=messages).results
+        return {name: result.reason for name, result in zip(values, results, strict=True)
+                if not result.successful}
+
+    def subscribe(self, kind, topic, take, *, latched=False, depth=300, raw=False):
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+        quality = QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE,
+                             durability=durability)
+        return self.node.create_subscription(kind, topic, take, quality, raw=raw)
+
+    def late_joiner(self):
+        """What a planner that has just started gets on ~/pose_statistics."""
+        return Joiner(self)
+
+
+class Joiner:
+    """Collects what is latched for each part, and everything that comes."""
+
+    def __init__(self, client):
+        self._client = client
+        self._lock = threading.Lock()
+        self._all = []
+        self._subscription = client.subscribe(
+            PoseStatistics, f"{client.prefix}/pose_statistics", self._take, latched=True)
+
+    def _take(self, message):
+        with self._lock:
+            self._all.append(message)
+
+    def of(self, part_id):
+        """All that came for a part, in order."""
+        with self._lock:
+            return [message for message in self._all if message.part_id == part_id]
+
+    def parts(self):
+        """Parts with a result; for a moment, the farewell of one just forgotten is latched."""
+        with self._lock:
+            newest = {message.part_id: message for message in self._all}
+        return {part_id for part_id, message in newest.items() if not is_farewell(message)}
+
+    def wait(self, part_id, condition=lambda message: True):
+        """The first message of a part that fulfils a condition."""
+        return until(lambda: next((one for one in self.of(part_id) if condition(one)), None),
+                     f"a result of {part_id}")
+
+    def close(self):
+        self._client.node.destroy_subscription(self._subscription)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

@@ -1,0 +1,109 @@
+"""The node as its user runs it: in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+PATIENCE = float(os.environ.get("PATIENCE", "240"))
+"""Seconds for anything that must happen; machines are slow."""
+
+START_PATIENCE = 900.0
+"""Until the node is ready: kernels may have to be compiled, by several at once."""
+
+
+def parameters(**values):
+    """Arguments that set parameters."""
+    pairs = [("-p", f"{name}:={value}") for name, value in values.items()]
+    return [argument for pair in pairs for argument in pair]
+
+
+class NodeProcess:
+    """A node in its `folder`, with parameters by `values`, and what it says on standard error."""
+
+    def __init__(self, log_directory, *arguments, environment=None, folder=None, **values):
+        command = [sys.executable, "-m", "ros_pose_stats", "node", "--ros-args",
+                   *parameters(log_directory=log_directory, **values), *arguments]
+        self.log_directory = log_directory
+        self.lines = []
+        self._news = threading.Condition()
+        self.process = subprocess.Popen(
+            command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+            errors="replace", env={**os.environ, **(environment or {})}, cwd=folder)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for line in self.process.stderr:
+            with self._news:
+                self.lines.append(line.rstrip("\n"))
+                self._news.notify_all()
+        with self._news:
+            self.lines.append("(end)")
+            self._news.notify_all()
+
+    @property
+    def log(self):
+        with self._news:
+            return "\n".join(self.lines)
+
+    def says(self, text, patience=PATIENCE):
+        """Wait until a line holds `text`."""
+        def said():
+            return any(text in line for line in self.lines)
+
+        with self._news:
+            self._news.wait_for(lambda: said() or "(end)" in self.lines, patience)
+            assert said(), f"the node never said {text!r}:\n" + "\n".join(self.lines)
+        return self
+
+    def ready(self):
+        return self.says("]: ready", START_PATIENCE)
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+    def ended(self):
+        """Wait for the end; the exit status."""
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise AssertionError(f"the node did not end:\n{self.log}") from None
+        self._reader.join(PATIENCE)
+        self.process.stderr.close()
+        return self.process.returncode
+
+    def kill(self):
+        """End it at once, if it still runs."""
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+
+    def stop(self, number=signal.SIGINT):
+        """End it as a user does, and look whether it ended well."""
+        self.send(number)
+        status = self.ended()
+        assert status == 0, f"exit status {status}:\n{self.log}"
+        self.assert_sound()
+
+    def assert_sound(self):
+        """Nothing in the log speaks of a fault of the program."""
+        for sign in ("Traceback", "internal failure", "Error raised", "[ERROR]", "[FATAL]",
+                     "terminate called", "Warning:"):
+            assert sign not in self.log, self.log
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if error is None and self.process.poll() is None:
+            self.stop()
+        elif error is not None:
+            self.kill()
+            self._reader.join(5.0)
+            print(f"log of the node:\n{self.log}")
+        self.kill()

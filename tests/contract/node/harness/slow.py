@@ -1,0 +1,83 @@
+"""Meshes that take the node long, and the process in which it builds them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from .client import until
+
+
+def ellipsoid(triangles, length=0.04):
+    """A smooth body: every vertex is a corner of the hull, which takes time.
+
+    A hundred thousand triangles take three seconds.
+    """
+    rings = max(4, round((triangles / 4) ** 0.5))
+    ball = trimesh.creation.uv_sphere(count=[rings, rings])
+    return ball.vertices * [0.5 * length, 0.4 * length, 0.3 * length], ball.faces
+
+
+def slivers(triangles, length=0.04, seed=0):
+    """Needles across each other: tetrahedra a million times longer than they are thick.
+
+    Whether they reach into each other is looked for as long as it may be.
+    """
+    chance = np.random.default_rng(seed)
+    count = triangles // 4
+    ends = chance.uniform(-0.5, 0.5, (2, count, 3)) * length
+    aside = chance.normal(size=(2, count, 3)) * 1e-6 * length
+    corners = np.stack([ends[0], ends[1], ends[0] + aside[0], ends[0] + aside[1]], 1)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    corners[volume < 0.0, 2:] = corners[volume < 0.0, 3:1:-1]
+    rows = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    starts = 4 * np.arange(count)[:, None, None]
+    return corners.reshape(-1, 3), (rows + starts).reshape(-1, 3).astype(np.uint32)
+
+
+def _read(path):
+    """Text of a file of /proc; empty where its process or thread has just ended."""
+    try:
+        return path.read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
+def builders(pid):
+    """Processes of a node that build its parts: it has no other children."""
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for task in tasks for child in _read(task).split()]
+
+
+def _ticks(pid):
+    """Time that a process has computed, in hundredths of a second."""
+    numbers = _read(Path(f"/proc/{pid}/stat")).rpartition(")")[2].split()
+    return int(numbers[11]) + int(numbers[12]) if numbers else 0
+
+
+def builder_at_work(pid):
+    """The process that builds, once it does: one may be left that rests after earlier work."""
+    at_first = {}
+
+    def found():
+        return next((child for child in builders(pid)
+                     if _ticks(child) > at_first.setdefault(child, _ticks(child))), None)
+
+    return until(found, "a process that builds")
+
+
+def is_gone(pid):
+    """Whether a process has ended, though its parent may not have heard of it."""
+    try:
+        return ") Z" in Path(f"/proc/{pid}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+def kill(pid):
+    """End a process as the operating system does when memory is short."""
+    os.kill(pid, signal.SIGKILL)

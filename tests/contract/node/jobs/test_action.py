@@ -1,0 +1,133 @@
+"""The action `~/simulate_drops`: feedback, result and cancel."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+
+from ros_pose_stats import simulate
+
+from ..harness.client import CANCELLED, DONE, QUEUED, RUNNING, until
+from ..harness.goals import Goals
+from ..harness.jobs import LONG, get, known_part, reached, start
+from ..harness.parts import WEDGE, counts, library_part, nested, new_id, whole
+
+SUCCEEDED, CANCELED, ABORTED = (
+    GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
+
+
+@pytest.fixture
+def goals(cell):
+    found = Goals(cell)
+    yield found
+    found.close()
+
+
+class TestSuccess:
+    def test_the_result_is_that_of_the_library_and_what_get_says(self, goals, cell):
+        part_id = new_id()
+        status, result = goals.send(part=nested(WEDGE, part_id), drops=1000, seed=3).result()
+        assert (status, result.success, result.message) == (SUCCEEDED, True, "")
+        expected = simulate(library_part(WEDGE), 1000, seed=3)
+        assert counts(result.statistics.poses) == counts(expected.poses)
+        answer = get(cell, result.job_id)
+        assert (answer.state, whole(answer.statistics)) == (DONE, whole(result.statistics))
+        assert cell.good("get_statistics", part_id=part_id).statistics
+
+    def test_feedback_rises(self, goals, cell):
+        goal = goals.send(part_id=known_part(cell), drops=LONG, seed=2)
+        until(lambda: len(goal.feedback) > 3)
+        goal.cancel()
+        _, result = goal.result()
+        told = goal.feedback
+        assert {one.job_id for one in told} == {result.job_id}
+        assert {one.drops_total for one in told} == {LONG}
+        assert all(b.drops_done > a.drops_done for a, b in pairwise(told))
+        assert told[-1].drops_done <= result.statistics.drops
+        assert 0.0 < told[-1].expected_error < told[0].expected_error
+        assert all(0.0 < one.drops_per_second < math.inf for one in told[1:])
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(("asked", "said"), [
+        ({"part_id": "nobody"}, "'nobody'"), ({"drops": 10_000_001}, "10000001"),
+        ({"restitution": 1.5}, "1.5"), ({"target_error": 2.0}, "2.0")])
+    def test_aborted_with_the_reason(self, goals, cell, asked, said):
+        status, result = goals.send(**{"part_id": known_part(cell), **asked}).result()
+        assert (status, result.success, result.job_id) == (ABORTED, False, "")
+        assert said in result.message and "\n" not in result.message
+
+    def test_a_full_queue(self, tuned):
+        tuned.set(max_queued_jobs=0)
+        part_id, goals = known_part(tuned), Goals(tuned)
+        start(tuned, part_id, LONG)
+        status, result = goals.send(part_id=part_id, drops=LONG, seed=99).result()
+        goals.close()
+        assert status == ABORTED and "max_queued_jobs" in result.message
+
+
+class TestCancel:
+    def test_running_has_the_statistics_so_far(self, goals, cell):
+        goal = goals.send(part_id=known_part(cell), drops=LONG, seed=5)
+        goal.first_feedback()
+        assert goal.cancel().return_code == CancelGoal.Response.ERROR_NONE
+        status, result = goal.result()
+        assert (status, result.success) == (CANCELED, False)
+        assert "cancelled" in result.message
+        expected = simulate(library_part(WEDGE), result.statistics.drops, seed=5)
+        assert counts(result.statistics.poses) == counts(expected.poses)
+        assert get(cell, result.job_id).state == CANCELLED
+
+    def test_queued_ends_alone(self, goals, cell):
+        part_id = known_part(cell)
+        running = goals.send(part_id=part_id, drops=LONG, seed=1)
+        running.first_feedback()
+        for seed in range(2, 5):
+            goal = goals.send(part_id=part_id, drops=LONG, seed=seed)
+            assert len(goal.cancel().goals_canceling) == 1
+            status, result = goal.result()
+            assert (status, result.statistics.drops) == (CANCELED, 0)
+        assert not running.ended
+
+    def test_through_the_service_aborts_with_the_message(self, goals, cell):
+        goal = goals.send(part_id=known_part(cell), drops=LONG)
+        cell.good("cancel_drop_simulation", job_id=goal.first_feedback().job_id)
+        status, result = goal.result()
+        assert status == ABORTED and "cancelled" in result.message
+        assert result.statistics.drops > 0
+
+    def test_of_an_ended_goal_changes_nothing(self, goals, cell):
+        goal = goals.send(part_id=known_part(cell), drops=100)
+        status, result = goal.result()
+        assert len(goal.cancel().goals_canceling) == 0
+        assert (status, get(cell, result.job_id).state) == (SUCCEEDED, DONE)
+
+
+class TestSharing:
+    def test_identical_goals_have_one_job_and_all_get_the_result(self, goals, cell):
+        part_id = known_part(cell)
+        blocker = start(cell, part_id, LONG)
+        asked = {"part_id": part_id, "drops": 5000, "seed": 4}
+        twins = [goals.send(**asked) for _ in range(2)]
+        job_id = start(cell, **asked)
+        assert get(cell, job_id).state == QUEUED
+        cell.good("cancel_drop_simulation", job_id=blocker)
+        (first, one), (second, other) = (goal.result() for goal in twins)
+        assert (first, second, one.job_id) == (SUCCEEDED, SUCCEEDED, job_id)
+        assert whole(one) == whole(other)
+
+    def test_a_goal_that_joins_a_running_job_gets_feedback_and_result(self, goals, cell):
+        asked = {"part_id": known_part(cell), "drops": LONG, "seed": 4}
+        job_id = start(cell, **asked)
+        reached(cell, job_id, RUNNING)
+        first, second = (goals.send(**asked) for _ in range(2))
+        assert first.first_feedback().job_id == second.first_feedback().job_id == job_id
+        second.cancel()  # ends the job of both
+        (one, aborted), (other, canceled) = first.result(), second.result()
+        assert (one, other) == (ABORTED, CANCELED)
+        assert "cancelled" in aborted.message
+        assert whole(aborted.statistics) == whole(canceled.statistics)

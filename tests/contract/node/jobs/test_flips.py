@@ -1,0 +1,110 @@
+"""The action `~/simulate_flips`: kicks out of every pose, beside the drops."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+
+from ros_pose_stats import simulate_flips
+
+from ..harness.client import RUNNING, until
+from ..harness.goals import Goals
+from ..harness.jobs import LONG, get, known_part, reached, start
+from ..harness.parts import WEDGE, library_part
+
+SUCCEEDED, CANCELED, ABORTED = (
+    GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED)
+KICK = 0.012
+MANY = 500_000
+"""Flips of a pose that take minutes: whoever asks for them cancels them."""
+
+
+@pytest.fixture
+def goals(cell):
+    found = Goals(cell, "simulate_flips")
+    yield found
+    found.close()
+
+
+def matrix(values):
+    size = math.isqrt(len(values))
+    return np.reshape(values, (size, size))
+
+
+def test_the_matrix_is_the_library_s(goals, cell):
+    part_id = known_part(cell)
+    status, result = goals.send(part_id=part_id, kick_height=KICK, drops=300, seed=3).result()
+    assert (status, result.success, result.message) == (SUCCEEDED, True, "")
+    expected = simulate_flips(library_part(WEDGE), KICK, 300, seed=3)
+    np.testing.assert_allclose(matrix(result.transition), expected.transition, 1e-12)
+    np.testing.assert_allclose(matrix(result.standard_error), expected.standard_error, 1e-12)
+    assert list(result.flips) == [300] * len(expected.poses)
+    assert list(result.unsettled) == expected.unsettled.tolist()
+    assert (result.part_id, result.part_digest, result.kick_height, result.seed) == (
+        part_id, expected.part_digest, KICK, 3)
+    assert result.restitution == 0.5
+
+
+def test_the_node_s_number_is_shared_out_and_no_kick_leaves_all_as_it_is(goals, cell):
+    _, result = goals.send(part_id=known_part(cell), kick_height=0.0).result()
+    assert set(result.flips) == {10_000 // len(result.flips)} and result.seed > 0
+    np.testing.assert_array_equal(matrix(result.transition), np.eye(len(result.flips)))
+
+
+@pytest.mark.parametrize(("asked", "said"), [
+    ({"part_id": "nobody"}, "'nobody'"), ({"drops": 10_000_000}, "max_drops"),
+    ({"kick_height": -1.0}, "flip_height is 0"), ({"kick_height": math.nan}, "a kick_height")])
+def test_a_refused_goal_is_aborted_with_the_reason(goals, cell, asked, said):
+    asked = {"part_id": known_part(cell), "kick_height": KICK, **asked}
+    status, result = goals.send(**asked).result()
+    assert (status, result.success, list(result.flips)) == (ABORTED, False, [])
+    assert said in result.message and "\n" not in result.message
+
+
+def test_a_full_queue(goals, cell):
+    asked = {"part_id": known_part(cell), "kick_height": KICK, "drops": MANY}
+    first = goals.send(**asked, seed=1)
+    first.first_feedback()
+    waiting = [goals.send(**asked, seed=seed) for seed in range(2, 18)]
+    status, result = goals.send(**asked, seed=99).result()
+    assert status == ABORTED and "max_queued_jobs" in result.message
+    for goal in (*reversed(waiting), first):
+        goal.cancel()
+        assert goal.result()[0] == CANCELED
+
+
+def test_feedback_rises_and_a_cancelled_goal_has_what_was_done(goals, cell):
+    goal = goals.send(part_id=known_part(cell), kick_height=KICK, drops=MANY, seed=5)
+    until(lambda: len(goal.feedback) > 2)
+    assert goal.cancel().return_code == CancelGoal.Response.ERROR_NONE
+    status, result = goal.result()
+    assert (status, result.success) == (CANCELED, False) and "cancelled" in result.message
+    told = goal.feedback
+    assert {one.flips_total for one in told} == {MANY * len(result.flips)}
+    assert all(b.flips_done > a.flips_done for a, b in pairwise(told))
+    assert told[-1].flips_done <= sum(result.flips)
+    assert max(result.flips) - min(result.flips) <= 1  # out of all poses in turn
+    np.testing.assert_allclose(matrix(result.transition).sum(axis=1), 1.0, rtol=1e-12)
+
+
+def test_drops_go_on_beside_it(goals, cell):
+    part_id = known_part(cell)
+    job_id = start(cell, part_id, LONG)
+    before = reached(cell, job_id, RUNNING).drops_done
+    status, _ = goals.send(part_id=part_id, kick_height=KICK, drops=2000).result()
+    assert status == SUCCEEDED
+    assert until(lambda: get(cell, job_id).drops_done > before)
+
+
+def test_the_node_s_time_is_kept(tuned):
+    tuned.set(max_job_seconds=0.5)
+    goals = Goals(tuned, "simulate_flips")
+    status, result = goals.send(part_id=known_part(tuned), kick_height=KICK, drops=MANY).result()
+    goals.close()
+    assert (status, result.success) == (SUCCEEDED, True)
+    assert result.message.startswith("TIME_LIMIT") and 0 < max(result.flips) < MANY

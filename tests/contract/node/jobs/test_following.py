@@ -1,0 +1,121 @@
+"""How clients follow, list and cancel drop simulations."""
+
+from __future__ import annotations
+
+import pytest
+from ros_pose_stats_msgs.msg import JobEvent
+from ros_pose_stats_msgs.srv import GetDropSimulation
+
+from ros_pose_stats import simulate
+
+from ..harness.client import CANCELLED, DONE, QUEUED, RUNNING, until, wait_for
+from ..harness.jobs import (
+    LONG,
+    cancelled,
+    finished,
+    get,
+    known_part,
+    reached,
+    running_with_results,
+    start,
+)
+from ..harness.listed import UNFINISHED, Row, recorded_of, rows
+from ..harness.parts import WEDGE, counts, flat, library_part
+
+
+@pytest.mark.parametrize("service", ["get_drop_simulation", "cancel_drop_simulation"])
+def test_unknown_jobs_are_refused(cell, service):
+    assert "'none'" in cell.refused(service, job_id="none")
+    answer = cell.call("get_drop_simulation", job_id="none")
+    assert answer.state == GetDropSimulation.Response.UNKNOWN
+
+
+def test_first_come_first_served(cell, shared_node):
+    """The bag says when each was accepted, began and ended."""
+    part_id = known_part(cell)
+    jobs = [start(cell, part_id, 100 + seed, seed=seed) for seed in range(1, 9)]
+    for job_id in jobs:
+        finished(cell, job_id)
+    kinds = JobEvent.QUEUED, JobEvent.RUNNING, JobEvent.DONE
+
+    def all_events():
+        found = recorded_of(shared_node, "job_events", part_id)
+        return found if len(found) == len(kinds) * len(jobs) else None
+
+    events = until(all_events, "all events")
+    for kind in kinds:
+        assert [one.job_id for one in events if one.event == kind] == jobs
+    last = next(one for one in events if (one.event, one.job_id) == (JobEvent.DONE, jobs[-1]))
+    assert (last.drops, last.drops_done, last.seed, last.refinement) == (108, 108, 8, False)
+    assert last.part_digest == library_part(WEDGE).digest
+
+
+def test_waiting_then_running_then_done_and_listed_in_the_order_of_acceptance(cell):
+    part_id = known_part(cell)
+    done = start(cell, part_id, 100, seed=1)
+    finished(cell, done)
+    first, second = start(cell, part_id, LONG, seed=1), start(cell, part_id, 500, seed=1)
+    reached(cell, first, RUNNING)
+    waiting = get(cell, second)
+    assert (waiting.state, waiting.drops_done, waiting.drops_total) == (QUEUED, 0, 500)
+    assert waiting.statistics.part_id == "" and len(waiting.statistics.poses) == 0
+    listed = [row._replace(done=0) if row.state == RUNNING else row for row in rows(cell)[-3:]]
+    assert listed == [Row(done, part_id, DONE, 100, 100), Row(first, part_id, RUNNING, 0, LONG),
+                      Row(second, part_id, QUEUED, 0, 500)]
+    cancelled(cell, first)
+    assert finished(cell, second).statistics.drops == 500
+
+
+def test_a_nameless_part_is_listed_under_the_name_it_gets(cell):
+    job_id = cell.good("start_drop_simulation", part=flat(WEDGE), drops=100).job_id
+    name = finished(cell, job_id).statistics.part_id
+    assert name == library_part(WEDGE).part_id
+    assert [row.part_id for row in rows(cell) if row.job_id == job_id] == [name]
+
+
+def test_a_running_job_shows_a_prefix_that_grows(cell):
+    job_id = start(cell, known_part(cell), LONG, seed=6)
+    early = running_with_results(cell, job_id)
+    late = until(lambda: (now := get(cell, job_id)).drops_done > early.drops_done
+                 and now.statistics.drops > early.statistics.drops and now)
+    assert late.state == RUNNING and not late.statistics.final
+    assert late.statistics.revision > early.statistics.revision
+    assert late.statistics.expected_error < early.statistics.expected_error
+    expected = simulate(library_part(WEDGE), early.statistics.drops, seed=6)
+    assert counts(early.statistics.poses) == counts(expected.poses)
+
+
+class TestCancel:
+    def test_running_keeps_the_longest_prefix(self, cell):
+        job_id = start(cell, known_part(cell), LONG, seed=8)
+        running_with_results(cell, job_id)
+        answer = cancelled(cell, job_id)
+        told = answer.statistics
+        assert 0 < told.drops == answer.drops_done < LONG and told.final
+        expected = simulate(library_part(WEDGE), told.drops, seed=8)
+        assert counts(told.poses) == counts(expected.poses)
+        message = cell.refused("cancel_drop_simulation", job_id=job_id)
+        assert job_id in message and "CANCELLED" in message
+
+    def test_queued_leaves_the_running_one_alone(self, cell):
+        part_id = known_part(cell)
+        running, waiting = start(cell, part_id, LONG), start(cell, part_id, 100)
+        answer = cancelled(cell, waiting)
+        assert answer.drops_done == 0 and "cancelled" in answer.message
+        reached(cell, running, RUNNING)
+
+    def test_one_that_is_done_stays_done(self, cell):
+        job_id = start(cell, known_part(cell), 100)
+        finished(cell, job_id)
+        assert "DONE" in cell.refused("cancel_drop_simulation", job_id=job_id)
+        assert get(cell, job_id).state == DONE
+
+    def test_a_new_request_does_not_join_a_cancelled_one(self, cell):
+        part_id = known_part(cell)
+        first = start(cell, part_id, LONG, seed=1)
+        running_with_results(cell, first)
+        cell.send("cancel_drop_simulation", job_id=first)
+        other = wait_for(cell.send("start_drop_simulation", part_id=part_id, drops=LONG,
+                                   seed=1)).job_id
+        reached(cell, first, CANCELLED)
+        assert other == first or get(cell, other).state in UNFINISHED

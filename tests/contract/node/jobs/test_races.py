@@ -1,0 +1,173 @@
+"""Jobs, goals and cancels that meet at bad moments: every job ends, once."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from random import Random
+
+import pytest
+from action_msgs.msg import GoalStatus
+from ros_pose_stats_msgs.msg import JobEvent
+
+from ros_pose_stats import simulate
+
+from ..harness.camera import counted, counting, learnt
+from ..harness.client import CANCELLED, DONE, RUNNING, until, wait_for
+from ..harness.goals import Goals
+from ..harness.jobs import LONG, cancelled, finished, get, known_part, start
+from ..harness.listed import UNFINISHED, recorded_of, rows
+from ..harness.parts import WEDGE, counts, library_part
+
+ENDS = {JobEvent.DONE: DONE, JobEvent.CANCELLED: CANCELLED}
+
+CLIENT = """
+import sys
+import rclpy
+from rclpy.action import ActionClient
+from ros_pose_stats_msgs.action import SimulateDrops
+
+rclpy.init(domain_id=int(sys.argv[1]))
+node = rclpy.create_node("doomed")
+actions = ActionClient(node, SimulateDrops, "/pose_stats/simulate_drops")
+actions.wait_for_server()
+goal = SimulateDrops.Goal(part_id=sys.argv[2], drops=int(sys.argv[3]), seed=7)
+sent = actions.send_goal_async(goal, feedback_callback=lambda message: None)
+sent.add_done_callback(lambda done: done.result().get_result_async())
+rclpy.spin(node)
+"""
+
+
+def assert_each_ended_once(client, node, part_id):
+    """Every job of a part, as it was accepted, in the bag and to whoever asks."""
+    def told():
+        ended, accepted = {}, set()
+        for event in recorded_of(node, "job_events", part_id):
+            if event.event == JobEvent.QUEUED:
+                accepted.add(event.job_id)
+            elif event.event in ENDS:
+                ended.setdefault(event.job_id, []).append(ENDS[event.event])
+        return ended if accepted == ended.keys() else None
+
+    ended = until(told, "the ends of all jobs in the bag")
+    assert ended.keys() == {row.job_id for row in rows(client) if row.part_id == part_id}
+    for job_id, states in ended.items():
+        assert states == [get(client, job_id).state]
+    return ended
+
+
+@pytest.mark.parametrize("length", [1, LONG])
+def test_a_cancel_at_once_after_the_acceptance(cell, shared_node, length):
+    """It meets the beginning of the job, or its end."""
+    part_id, goals = known_part(cell), Goals(cell)
+    for seed in range(1, 16):
+        goal = goals.send(part_id=part_id, drops=length, seed=seed)
+        goal.cancel()
+        status, result = goal.result()
+        if status == GoalStatus.STATUS_CANCELED:
+            assert get(cell, result.job_id).state == CANCELLED
+        else:
+            assert (length, status) == (1, GoalStatus.STATUS_SUCCEEDED), result.message
+            assert get(cell, result.job_id).state == DONE
+    goals.close()
+    assert len(assert_each_ended_once(cell, shared_node, part_id)) == 15
+
+
+def test_random_requests_goals_and_cancels_from_several_clients(tuned, tuned_cell):
+    tuned.set(max_queued_jobs=6)
+    part_id, goals, failures, sent = known_part(tuned), Goals(tuned), [], []
+
+    def act(chance, mine):
+        asked = {"part_id": part_id, "seed": chance.randrange(1, 40),
+                 "drops": chance.choice((1, 300, 3000, LONG))}
+        match chance.choice(("start", "start", "goal", "cancel", "cancel", "list")):
+            case "start":
+                answer = wait_for(tuned.send("start_drop_simulation", **asked))
+                assert answer.success or "max_queued_jobs" in answer.message
+                mine += [answer.job_id] * answer.success
+            case "goal":
+                sent.append(goals.send(**asked))
+                if chance.random() < 0.7:
+                    sent[-1].cancel()
+            case "cancel" if mine:
+                tuned.call("cancel_drop_simulation", job_id=chance.choice(mine))
+            case _:
+                rows(tuned)
+
+    def work(seed):
+        chance, mine = Random(seed), []
+        try:
+            for _ in range(50):
+                act(chance, mine)
+        except Exception as error:  # of a thread: the test tells
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures, failures
+    for row in reversed(rows(tuned)):
+        if row.state in UNFINISHED:
+            tuned.call("cancel_drop_simulation", job_id=row.job_id)
+    statuses = {goal.result()[0] for goal in sent}
+    assert GoalStatus.STATUS_CANCELED in statuses and statuses <= {
+        GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED}
+    goals.close()
+    until(lambda: all(row.state not in UNFINISHED for row in rows(tuned)))
+    assert len(assert_each_ended_once(tuned, tuned_cell[0], part_id)) > 20
+
+
+def test_a_goal_whose_client_was_killed_is_done_all_the_same(domain, cell):
+    """The next client is served."""
+    part_id = known_part(cell)
+    with subprocess.Popen([sys.executable, "-W", "ignore", "-c", CLIENT, str(domain), part_id,
+                           str(30_000)]) as client:
+        (job_id,) = until(lambda: [row.job_id for row in rows(cell)
+                                   if (row.part_id, row.state) == (part_id, RUNNING)])
+        client.kill()
+    assert finished(cell, start(cell, part_id, 100)).drops_done == 100
+    expected = simulate(library_part(WEDGE), 30_000, seed=7)
+    assert counts(get(cell, job_id).statistics.poses) == counts(expected.poses)
+
+
+def test_flips_and_fits_end_with_the_node(node_of, client_of):
+    """Whoever waits for them is told."""
+    node, client = node_of().ready(), client_of()
+    goals, part_id = Goals(client, "simulate_flips"), known_part(client)
+    model = client.good("get_statistics", part_id=part_id).statistics[0]
+    counting(client).publish(counted(model, [100] * len(model.poses)))
+    learnt(client, part_id, 100 * len(model.poses))
+    goal = goals.send(part_id=part_id, kick_height=0.012, drops=500_000)
+    goal.first_feedback()
+    fit = client.send("fit_plate")
+    until(lambda: "one fit at a time" in client.call("fit_plate").message)
+    node.send(signal.SIGINT)
+    status, result = goal.result()
+    assert status == GoalStatus.STATUS_ABORTED and "the node ended" in result.message
+    assert max(result.flips) > 0
+    assert "expected a running node" in wait_for(fit).message
+    goals.close()
+    assert node.ended() == 0
+
+
+@pytest.mark.long
+def test_the_newest_thousand_that_have_ended_are_kept(tuned):
+    """A long one is not forgotten at its end because many came and went meanwhile."""
+    part_id = known_part(tuned)
+    long = start(tuned, part_id, LONG)
+    jobs = [start(tuned, part_id, 100, seed=seed) for seed in range(1, 11)]
+    for job_id in jobs:
+        cancelled(tuned, job_id)
+    for seed in range(1, 1001):
+        jobs.append(start(tuned, part_id, 100, seed=seed))
+        tuned.good("cancel_drop_simulation", job_id=jobs[-1])
+    kept = [row.job_id for row in rows(tuned)]
+    assert kept == [long, *jobs[-1000:]]
+    assert f"'{jobs[0]}'" in tuned.refused("get_drop_simulation", job_id=jobs[0])
+    cancelled(tuned, long)
+    assert get(tuned, long).state == CANCELLED
+    assert len(rows(tuned)) == 1000

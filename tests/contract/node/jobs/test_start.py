@@ -1,0 +1,124 @@
+"""Drop simulations through `~/start_drop_simulation`: what is asked for is what is done."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from ros_pose_stats import simulate
+
+from ..harness.client import RUNNING
+from ..harness.jobs import LONG, finished, get, known_part, reached, start
+from ..harness.parts import WEDGE, counts, flat, library_part, new_id
+
+
+class TestResults:
+    def test_counts_are_those_of_the_library_with_the_same_seed(self, cell):
+        part_id = known_part(cell)
+        answer = finished(cell, start(cell, part_id, 3000, seed=7))
+        expected = simulate(library_part(WEDGE), 3000, seed=7)
+        assert counts(answer.statistics.poses) == counts(expected.poses)
+        assert answer.statistics.expected_error == pytest.approx(expected.expected_error)
+        assert (answer.drops_done, answer.drops_total, answer.message) == (3000, 3000, "")
+
+    def test_they_say_what_was_asked_for(self, cell):
+        part_id = known_part(cell)
+        job_id = start(cell, part_id, 200, seed=2**64 - 1, restitution=0.25, drop_height=0.75)
+        told = finished(cell, job_id).statistics
+        assert (told.part_id, told.method, told.job_id) == (part_id, "simulation", job_id)
+        assert (told.restitution, told.drop_height) == (0.25, 0.75)
+        assert (told.drops, told.seed, told.final) == (200, 2**64 - 1, True)
+        assert told.drops - told.unsettled == sum(pose.count for pose in told.poses)
+        estimated = cell.good("estimate", part_id=part_id).statistics
+        assert {pose.index: pose.down for pose in told.poses} == {
+            pose.index: pose.down for pose in estimated.poses}
+
+    def test_a_part_may_be_carried_and_is_remembered(self, cell):
+        part_id = new_id()
+        job_id = cell.good("start_drop_simulation", part=flat(WEDGE, part_id), drops=150).job_id
+        assert finished(cell, job_id).statistics.part_id == part_id
+        assert cell.good("get_statistics", part_id=part_id).statistics
+
+    def test_seed_zero_is_drawn_and_reported(self, cell):
+        part_id = known_part(cell)
+        first, second = (finished(cell, start(cell, part_id, 300)).statistics for _ in range(2))
+        assert 0 != first.seed != second.seed != 0
+        again = finished(cell, start(cell, part_id, 300, seed=first.seed)).statistics
+        assert counts(again.poses) == counts(first.poses)
+
+    def test_no_number_of_drops_stands_for_the_node_s(self, cell):
+        assert get(cell, start(cell, known_part(cell), 0)).drops_total == 10_000
+
+    def test_a_target_error_ends_early(self, cell):
+        job_id = start(cell, known_part(cell), 100_000, seed=4, target_error=0.02)
+        told = finished(cell, job_id).statistics
+        expected = simulate(library_part(WEDGE), 100_000, seed=4, target_error=0.02)
+        assert told.drops == expected.drops < 100_000 and told.expected_error <= 0.02
+        assert counts(told.poses) == counts(expected.poses)
+
+    def test_so_does_the_time_which_is_said(self, cell):
+        job_id = start(cell, known_part(cell), LONG, seed=5, max_seconds=0.3)
+        told = finished(cell, job_id).statistics
+        assert 0 < told.drops < LONG
+        assert any(warning.startswith("TIME_LIMIT: ") for warning in told.warnings)
+        assert counts(told.poses) == counts(
+            simulate(library_part(WEDGE), told.drops, seed=5).poses)
+
+
+class TestIdenticalRequests:
+    def test_in_flight_get_the_same_job_and_later_another(self, cell):
+        part_id = known_part(cell)
+        done = start(cell, part_id, 100, seed=1)
+        finished(cell, done)
+        assert start(cell, part_id, 100, seed=1) != done
+        running = start(cell, part_id, LONG, seed=1)
+        waiting, drawn = start(cell, part_id, LONG, seed=2), start(cell, part_id, LONG)
+        assert len({done, running, waiting, drawn}) == 4
+        assert start(cell, part_id, LONG, seed=1) == running
+        assert start(cell, part_id, LONG, seed=2) == waiting
+        assert start(cell, part_id, LONG) == drawn
+
+    @pytest.mark.parametrize("other", [
+        {"seed": 2}, {"drops": LONG - 1}, {"restitution": 0.4}, {"drop_height": 0.9},
+        {"target_error": 1e-6}, {"max_seconds": 500.0}])
+    def test_anything_else_is_another_job(self, cell, other):
+        part_id, asked = known_part(cell), {"drops": LONG, "seed": 1}
+        assert start(cell, part_id, **asked) != start(cell, part_id, **{**asked, **other})
+
+    def test_the_node_s_own_values_spelled_out_are_the_same_request(self, cell):
+        part_id = known_part(cell)
+        first = start(cell, part_id, LONG, seed=1)
+        assert start(cell, part_id, LONG, seed=1, restitution=0.5, max_seconds=600.0) == first
+
+    def test_of_a_nameless_part_get_the_same_job(self, cell):
+        asked = {"part": flat(WEDGE), "drops": LONG, "seed": 5}
+        first, again = (cell.good("start_drop_simulation", **asked).job_id for _ in range(2))
+        assert first == again
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(("asked", "said"), [
+        ({"drops": 10_000_001}, ("10000000", "10000001", "max_drops")),
+        ({"drops": 2**64 - 1}, ("10000000", "max_drops")),
+        *[({"target_error": value}, (str(value), "below 1")) for value in (-0.1, 1.0, math.nan)],
+        ({"max_seconds": -1.0}, ("-1", "600")),
+        ({"max_seconds": 601.0}, ("601", "600", "max_job_seconds")),
+        ({"max_seconds": math.nan}, ("nan", "600")),
+        ({"restitution": 1.0}, ("1.0", "below 1")),
+        ({"drop_height": math.inf}, ("inf", "above 0 m")),
+    ])
+    def test_numbers_out_of_range(self, cell, asked, said):
+        message = cell.refused("start_drop_simulation", part_id=known_part(cell), **asked)
+        assert all(word in message for word in said), message
+
+    def test_a_full_queue(self, cell):
+        """What is in flight may be asked for again all the same."""
+        part_id = known_part(cell)
+        running = start(cell, part_id, LONG, seed=1)
+        reached(cell, running, RUNNING)
+        for seed in range(2, 18):
+            start(cell, part_id, LONG, seed=seed)
+        message = cell.refused("start_drop_simulation", part_id=part_id, drops=LONG, seed=99)
+        assert "16" in message and "max_queued_jobs" in message
+        assert start(cell, part_id, LONG, seed=1) == running

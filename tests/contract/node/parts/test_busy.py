@@ -1,0 +1,179 @@
+"""However large or many the meshes are, others are served, and none is lost without a word."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import estimate, shapes
+
+from ..harness.bags import recorded
+from ..harness.cell import Health, MeshPublisher, latched
+from ..harness.client import Client, until, wait_for
+from ..harness.parts import WEDGE, flat, library_part, new_id, probabilities
+from ..harness.slow import builder_at_work, ellipsoid, is_gone, kill, slivers
+
+SLOW, SLOWISH, MEDIUM = map(ellipsoid, (120_000, 60_000, 12_000))
+MOST_GROWTH = 400 * 2**20
+"""Bytes of a hundred waiting meshes on either side of the middleware, and of what is kept."""
+
+
+def sized(surface, number):
+    """The same body a little larger, which is another mesh."""
+    return (1.0 + 0.1 * number) * surface[0], surface[1]
+
+
+@pytest.fixture
+def publisher(tuned):
+    return MeshPublisher(tuned).matched()
+
+
+@pytest.fixture
+def pid(tuned_cell):
+    """Of the node."""
+    return tuned_cell[0].process.pid
+
+
+def test_small_meshes_known_parts_and_lists_do_not_wait(tuned, publisher, pid):
+    """Of one name the later mesh wins, though it is checked sooner."""
+    known, slow, small, published = (new_id() for _ in range(4))
+    tuned.good("estimate", part=flat(WEDGE, known))
+    asked = tuned.send("estimate", part=flat(SLOW, slow))
+    builder_at_work(pid)
+    publisher.publish(flat(WEDGE, slow), flat(WEDGE, published))
+    tuned.good("estimate", part_id=known, restitution=0.3)
+    tuned.good("estimate", part=flat(WEDGE, small))
+    latched(tuned, published)
+    tuned.call("list_drop_simulations")
+    assert not tuned.call("get_statistics", part_id=slow).success
+    assert not asked.done()
+    assert wait_for(asked).statistics.part_digest == library_part(SLOW).digest
+    last = library_part(WEDGE).digest
+    until(lambda: latched(tuned, slow).part_digest == last)
+
+
+def test_a_large_part_is_the_library_s(tuned):
+    told = tuned.good("estimate", part=flat(MEDIUM, new_id())).statistics
+    expected = estimate(library_part(MEDIUM))
+    assert (told.part_digest, told.warnings) == (expected.part_digest, list(expected.warnings))
+    assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
+
+
+def test_needles_hold_up_no_small_mesh(tuned):
+    """A mesh of needles is small, and keeps whoever checks it for a second."""
+    needles = slivers(4900)
+    asked = [tuned.send("estimate", part=flat(sized(needles, k))) for k in range(4)]
+    tuned.good("estimate", part=flat(WEDGE, new_id()))
+    assert not any(answer.done() for answer in asked[2:])
+    assert all(wait_for(answer).success for answer in asked)
+
+
+def test_poses_for_another_tolerance_hold_up_nobody(tuned, pid):
+    slow, small = new_id(), new_id()
+    tuned.good("estimate", part=flat(SLOW, slow))
+    assert tuned.set(cluster_tolerance=0.02) == {}
+    builder_at_work(pid)
+    tuned.good("estimate", part=flat(WEDGE, small))
+    assert latched(tuned, slow).cluster_tolerance == 0.0025
+    until(lambda: latched(tuned, slow).cluster_tolerance == 0.02)
+
+
+def test_all_requests_that_wait_share_one_bound_in_bytes(tuned):
+    """Of which small ones have their part."""
+    size = SLOWISH[0].nbytes + 12 * len(SLOWISH[1])
+    assert tuned.set(max_mesh_bytes=size) == {}
+    asked = [tuned.send("estimate", part=flat(sized(SLOWISH, k), new_id())) for k in range(6)]
+    tuned.good("estimate", part=flat(WEDGE, new_id()))
+    refused = [answer.message for answer in map(wait_for, asked) if not answer.success]
+    assert 3 <= len(refused) <= 5  # one is built and another one waits
+    assert all(f"at most {2 * size} bytes of large meshes waiting (2 times max_mesh_bytes)"
+               in message for message in refused)
+
+
+def test_a_mesh_whose_process_is_killed_is_refused_and_the_next_one_served(tuned, publisher, pid):
+    asked, published = tuned.send("estimate", part=flat(SLOW, new_id())), new_id()
+    kill(builder_at_work(pid))
+    assert "send the mesh again" in wait_for(asked).message
+    publisher.publish(flat(SLOW, published))
+    kill(builder_at_work(pid))
+    Health(tuned).line("parts", lambda line, _: f"part '{published}'" in line.message
+                       and "send the mesh again" in line.message)
+    tuned.good("estimate", part=flat(MEDIUM, new_id()))
+
+
+def test_the_process_does_not_outlive_a_node_that_is_killed(node_of, client_of):
+    node, client = node_of().ready(), client_of()
+    asked = client.send("estimate", part=flat(SLOW, "slow"))
+    process = builder_at_work(node.process.pid)
+    assert not asked.done()
+    node.kill()
+    assert until(lambda: is_gone(process))
+
+
+@pytest.fixture
+def busy(domain, cell):
+    """A client that may ask many things at once."""
+    with Client(domain) as client:
+        yield client
+
+
+@pytest.mark.parametrize("name", ["list_drop_simulations", "get_statistics"])
+def test_none_of_many_requests_at_once_is_lost(busy, name):
+    fields = [{} if "list" in name else {"part_id": f"nobody {k}"} for k in range(300)]
+    for asked, future in [(asked, busy.send(name, **asked)) for asked in fields]:
+        answer = wait_for(future)
+        assert not asked or f"'{asked['part_id']}'" in answer.message
+
+
+def test_parts_come_and_go_while_others_ask(busy, cell):
+    names, over = [new_id() for _ in range(8)], threading.Event()
+
+    def ask():
+        while not over.is_set():
+            cell.call("list_drop_simulations")
+
+    other = threading.Thread(target=ask)
+    other.start()
+    try:
+        for _ in range(10):
+            coming = [busy.send("estimate", part=flat(WEDGE, name)) for name in names]
+            assert all(wait_for(future).success for future in coming)
+            coming = [busy.send("forget_part", part_id=name) for name in names]
+            assert all(wait_for(future).success for future in coming)
+    finally:
+        over.set()
+        other.join()
+
+
+def memory(pid, what):
+    """A line of a process's status, in bytes."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return 1024 * int(status.partition(f"{what}:")[2].split()[0])
+
+
+@pytest.mark.long
+def test_a_thousand_meshes_as_fast_as_can_be(tuned, tuned_cell):
+    """Each is taken or counted as overrun; memory stays bounded, and a request does not wait."""
+    node, health, publisher = tuned_cell[0], Health(tuned), MeshPublisher(tuned).matched()
+    ball = np.random.default_rng(3).standard_normal((1200, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    vertices, triangles = shapes.hull_mesh(ball * (0.02, 0.03, 0.04))
+    publisher.publish(flat(WEDGE, "first"))  # else the node would not know what it has missed
+    latched(tuned, "first")
+    overrun = int(health.line("parts")[1]["overrun"])
+    before = memory(node.process.pid, "VmRSS"), len(recorded(node.log_directory, "part_mesh"))
+    sizes = 1.0 + 1e-3 * np.arange(1000)
+    publisher.publish(*[flat((size * vertices, triangles), f"part {number % 8}")
+                        for number, size in enumerate(sizes)])
+    tuned.good("estimate", part=flat(WEDGE, "asked for"))
+    last = library_part((sizes[-1] * vertices, triangles)).digest
+    waits = latched(tuned, "part 7").part_digest != last
+    until(lambda: latched(tuned, "part 7").part_digest == last)
+    assert waits
+    assert memory(node.process.pid, "VmHWM") - before[0] < MOST_GROWTH
+    _, values = health.line("parts", lambda _, values: values["meshes waiting"] == "0")
+    taken = len(recorded(node.log_directory, "part_mesh")) - before[1] - 1
+    assert taken > 0 and taken + int(values["overrun"]) - overrun == len(sizes)

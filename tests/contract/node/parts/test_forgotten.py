@@ -1,0 +1,135 @@
+"""Who listens hears of a part that the node does not know any more; who comes later does not."""
+
+from __future__ import annotations
+
+import math
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from ros_pose_stats_msgs.msg import JobEvent
+
+from ..harness.cell import latched
+from ..harness.client import RUNNING, is_farewell, until
+from ..harness.jobs import LONG, cancelled, finished, known_part, reached, start
+from ..harness.listed import recorded_of
+from ..harness.parts import WEDGE, flat, new_id
+
+LISTENER = """
+import sys, rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_pose_stats_msgs.msg import PoseStatistics
+rclpy.init(domain_id=int(sys.argv[1]))
+node = rclpy.create_node("listener")
+node.create_subscription(PoseStatistics, sys.argv[2], lambda message: print(
+    message.part_id, flush=True), QoSProfile(
+        depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+rclpy.spin(node)
+"""
+
+
+def publishers(client):
+    return len(client.node.get_publishers_info_by_topic(f"{client.prefix}/pose_statistics"))
+
+
+def test_a_subscriber_hears_it_once_and_last(cell, shared_node):
+    part_id = known_part(cell)
+    with cell.late_joiner() as listener:
+        before = listener.wait(part_id)
+        cell.good("forget_part", part_id=part_id)
+        last = listener.wait(part_id, is_farewell)
+        assert (last.part_digest, last.header.frame_id, last.radius, last.final) == (
+            before.part_digest, before.header.frame_id, before.radius, True)
+        assert not last.poses and math.isnan(last.expected_error)
+        assert last.revision > before.revision
+        assert last.warnings == ["FORGOTTEN: a client had the part forgotten; send the mesh again "
+                                 "to get results."]
+        listener.wait(known_part(cell))
+        assert [is_farewell(one) for one in listener.of(part_id)] == [False, True]
+    for service in ("get_statistics", "estimate", "forget_part"):
+        assert f"'{part_id}'" in cell.refused(service, part_id=part_id)
+    assert part_id not in {one.part_id for one in cell.good("get_statistics").statistics}
+    (event,) = recorded_of(shared_node, "job_events", part_id)
+    assert (event.event, event.header.stamp) == (JobEvent.PART_FORGOTTEN, last.header.stamp)
+
+
+def test_late_joiners_hear_nothing_and_its_publisher_goes(tuned):
+    kept, gone = known_part(tuned), known_part(tuned)
+    before = until(lambda: publishers(tuned))
+    tuned.good("forget_part", part_id=gone)
+    until(lambda: publishers(tuned) < before, "the end of its publisher")
+    with tuned.late_joiner() as joiner:
+        joiner.wait(kept)
+        joiner.wait(known_part(tuned))
+        assert joiner.of(gone) == []
+
+
+def test_a_part_that_comes_again_has_higher_numbers(cell):
+    part_id = known_part(cell)
+    with cell.late_joiner() as listener:
+        for factor in (1.0, 1.0, 2.0, 3.0):  # at once: its publisher may not have gone yet
+            cell.good("forget_part", part_id=part_id)
+            cell.good("estimate", part=flat((factor * WEDGE[0], WEDGE[1]), part_id))
+        shown = latched(cell, part_id)
+        listener.wait(part_id, lambda message: message.revision == shown.revision)
+        numbers = [message.revision for message in listener.of(part_id)]
+        assert numbers == sorted(set(numbers))
+    with cell.late_joiner() as joiner:
+        assert joiner.wait(part_id, lambda message: message.poses).revision == shown.revision
+
+
+def test_its_simulations_go_on(cell):
+    part_id = known_part(cell)
+    short, long = start(cell, part_id, 2000), start(cell, part_id, LONG)
+    cell.good("forget_part", part_id=part_id)
+    assert finished(cell, short).statistics.drops == 2000
+    reached(cell, long, RUNNING)
+    assert cancelled(cell, long).statistics.part_id == part_id
+    assert part_id not in {one.part_id for one in cell.good("get_statistics").statistics}
+
+
+def size_of_a_part(client):
+    """Bytes that it takes, as a refusal gives them."""
+    client.set(max_part_bytes=1)
+    message = client.refused("estimate", part=flat(WEDGE, new_id()))
+    assert "(parameter max_part_bytes)" in message
+    return int(re.search(r"got (\d+) bytes", message)[1])
+
+
+@pytest.mark.parametrize("bound", ["max_parts", "max_part_bytes"])
+def test_parts_that_make_room_go_with_the_reason(tuned, bound):
+    """The least recently used one, where a new part comes or the bound is lowered."""
+    one = 1 if bound == "max_parts" else int(1.2 * size_of_a_part(tuned))
+    tuned.set(**{bound: 3 * one})
+    first, used, third = (known_part(tuned) for _ in range(3))
+    tuned.good("estimate", part_id=first)
+    with tuned.late_joiner() as listener:
+        for part_id in (first, used, third):
+            listener.wait(part_id)
+        fourth = known_part(tuned)
+        listener.wait(fourth)
+        assert bound in listener.wait(used, is_farewell).warnings[0]
+        tuned.set(**{bound: one})
+        assert bound in listener.wait(third, is_farewell).warnings[0]
+        listener.wait(first, is_farewell)
+        assert not is_farewell(listener.of(fourth)[-1])
+    assert [known.part_id for known in tuned.good("get_statistics").statistics] == [fourth]
+
+
+def test_a_subscriber_that_hangs_holds_up_nobody(domain, tuned):
+    parts = [known_part(tuned) for _ in range(20)]
+    with subprocess.Popen([sys.executable, "-W", "ignore", "-c", LISTENER, str(domain),
+                           f"{tuned.prefix}/pose_statistics"],
+                          stdout=subprocess.PIPE, text=True) as hangs:
+        assert {hangs.stdout.readline().split()[0] for _ in parts} >= set(parts)
+        hangs.send_signal(signal.SIGSTOP)
+        with tuned.late_joiner() as listener:
+            for part_id in parts:
+                listener.wait(part_id)
+                tuned.good("forget_part", part_id=part_id)
+            for part_id in parts:
+                listener.wait(part_id, is_farewell)
+            until(lambda: publishers(tuned) == 0, "the publishers to go")
+        hangs.kill()

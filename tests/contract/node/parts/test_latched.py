@@ -1,0 +1,115 @@
+"""What late joiners get on ~/pose_statistics, and what may take its place."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from ..harness.cell import latched
+from ..harness.client import until
+from ..harness.jobs import LONG, cancelled, finished, get, known_part, running_with_results, start
+from ..harness.parts import WEDGE, flat, whole
+
+OTHERS = {"other method": {"method": "csae"}, "restitution": {"restitution": 0.2},
+          "drop height": {"drop_height": 3.0}}
+
+
+def seconds(message):
+    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+
+
+def test_late_joiners_get_the_result_of_every_part(cell):
+    parts = [known_part(cell) for _ in range(5)]
+    done = finished(cell, start(cell, parts[0], 3000)).statistics
+    with cell.late_joiner() as joiner:
+        for part_id in parts:
+            assert whole(joiner.wait(part_id)) == whole(latched(cell, part_id))
+            assert len(joiner.of(part_id)) == 1
+        first = joiner.wait(parts[0])
+    assert (first.method, first.final, first.job_id) == ("simulation", True, done.job_id)
+    assert first.poses == done.poses
+    assert {latched(cell, part_id).method for part_id in parts[1:]} == {"split"}
+
+
+def test_a_larger_error_never_replaces_a_smaller_one(cell):
+    part_id = known_part(cell)
+    assert finished(cell, start(cell, part_id, 3, seed=1)).statistics.drops == 3
+    assert latched(cell, part_id).method == "split"
+    finished(cell, start(cell, part_id, 4000, seed=1))
+    best = latched(cell, part_id)
+    assert (best.method, best.drops) == ("simulation", 4000)
+    assert finished(cell, start(cell, part_id, 1000, seed=2)).statistics.drops == 1000
+    for method in ("area", ""):
+        assert cell.good("estimate", part_id=part_id, method=method).statistics.drops == 0
+    cell.good("estimate", part=flat(WEDGE, part_id))
+    assert whole(latched(cell, part_id)) == whole(best)
+    finished(cell, start(cell, part_id, 8000, seed=2))
+    assert latched(cell, part_id).drops == 8000
+
+
+def test_a_cancelled_simulation_counts_with_what_it_has(cell):
+    part_id = known_part(cell)
+    job_id = start(cell, part_id, LONG, seed=1)
+    until(lambda: get(cell, job_id).drops_done > 5000)
+    drops = cancelled(cell, job_id).statistics.drops
+    shown = latched(cell, part_id)
+    assert (shown.drops, shown.final, shown.job_id) == (drops, True, job_id)
+
+
+@pytest.mark.parametrize("asked", OTHERS.values(), ids=OTHERS)
+def test_answers_to_other_questions_are_not_latched(cell, asked):
+    part_id = known_part(cell)
+    before = latched(cell, part_id)
+    assert cell.good("estimate", part_id=part_id, **asked).statistics.drops == 0
+    if "method" not in asked:
+        assert finished(cell, start(cell, part_id, 3000, **asked)).statistics.drops == 3000
+    assert whole(latched(cell, part_id)) == whole(before)
+
+
+def test_the_scene_of_the_part_is_its_own_and_may_be_spelled_out(cell):
+    scene = {"restitution": 0.3, "drop_height": 2.0}
+    for part_id, asked in ((known_part(cell, **scene), {}), (known_part(cell, **scene), scene),
+                           (known_part(cell), {"restitution": 0.5})):
+        before = latched(cell, part_id)
+        finished(cell, start(cell, part_id, 3000, **asked))
+        shown = latched(cell, part_id)
+        assert (shown.drops, shown.restitution) == (3000, before.restitution)
+
+
+def test_an_estimate_by_the_method_that_is_wanted_now_takes_the_place_of_another(tuned):
+    part_id, dropped = known_part(tuned), known_part(tuned)
+    finished(tuned, start(tuned, dropped, 4000))
+    tuned.set(default_method="area")  # its error is larger
+    until(lambda: latched(tuned, part_id).method == "area")
+    assert latched(tuned, dropped).drops == 4000
+
+
+def test_while_a_simulation_goes_on_numbers_rise_and_errors_fall(cell):
+    """At most once a second, and at the end."""
+    part_id = known_part(cell)
+    with cell.late_joiner() as joiner:
+        joiner.wait(part_id)
+        job_id = start(cell, part_id, LONG)
+        until(lambda: len(joiner.of(part_id)) > 2)
+        cancelled(cell, job_id)
+        joiner.wait(part_id, lambda message: message.final and message.drops)
+        first, *told = joiner.of(part_id)
+    assert first.final and not first.drops
+    assert [message.final for message in told] == [False] * (len(told) - 1) + [True]
+    assert all(b.revision > a.revision for a, b in pairwise([first, *told]))
+    assert all(b.expected_error <= a.expected_error for a, b in pairwise(told[:-1]))
+    assert all(seconds(b) - seconds(a) > 0.5 for a, b in pairwise(told[:-1]))
+
+
+def test_every_other_result_has_another_number(cell):
+    part_id = known_part(cell)
+    job_id = start(cell, part_id, LONG)
+    drops_of = {latched(cell, part_id).revision: 0}
+
+    def look():
+        told = running_with_results(cell, job_id).statistics
+        assert drops_of.setdefault(told.revision, told.drops) == told.drops
+        return len(drops_of) > 3
+
+    until(look)

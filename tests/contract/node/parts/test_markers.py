@@ -1,0 +1,143 @@
+"""~/markers: parts rest on the plate, side by side, and there are not too many triangles."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ros_pose_stats import shapes
+from tests.bodies import clamp_hull, moved
+
+from ..harness.client import until
+from ..harness.parts import WEDGE, fine_box, flat, new_id
+from ..harness.slow import ellipsoid
+
+SURFACES = {"wedge": WEDGE, "box": shapes.box(0.02, 0.03, 0.05),
+            "prism": shapes.prism(7, 0.02, 0.01), "needle": shapes.box(0.06, 0.003, 0.002),
+            "clamp": moved(clamp_hull(), scale=0.001)}
+
+
+class Drawing:
+    """What a late joiner gets on ~/markers."""
+
+    def __init__(self, client):
+        self._client, self._arrays = client, []
+        self._subscription = client.subscribe(
+            MarkerArray, f"{client.prefix}/markers", self._arrays.append, latched=True, depth=1)
+
+    def wait(self, condition):
+        """The first array that fulfils a condition."""
+        return until(lambda: next(filter(condition, self._arrays), None), "markers")
+
+    def of(self, parts):
+        """The first array that shows these parts and no others."""
+        wanted = {f"{part_id}/poses" for part_id in parts}
+        return self.wait(lambda array: {one.ns for one in bodies(array)} == wanted)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._client.node.destroy_subscription(self._subscription)
+
+
+def bodies(array, part_id=None):
+    """Drawn bodies, of one part or of all."""
+    return [one for one in array.markers if one.type == Marker.TRIANGLE_LIST
+            and part_id in (None, one.ns.removesuffix("/poses"))]
+
+
+def labels(array, part_id):
+    return [one for one in array.markers if one.type == Marker.TEXT_VIEW_FACING
+            and one.ns == f"{part_id}/labels"]
+
+
+def placed(marker):
+    """Corners of a drawn body in the plate's frame."""
+    turn, place = marker.pose.orientation, marker.pose.position
+    turned = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).apply(
+        [(point.x, point.y, point.z) for point in marker.points])
+    return turned + np.array((place.x, place.y, place.z))
+
+
+@pytest.fixture
+def results(tuned):
+    """Of a part of each body, by name."""
+    told = [tuned.good("estimate", part=flat(surface, new_id())).statistics
+            for surface in SURFACES.values()]
+    return {one.part_id: one for one in told}
+
+
+def test_every_pose_rests_on_the_plate_beside_the_others_and_says_its_share(tuned, results):
+    with Drawing(tuned) as drawing:
+        array = drawing.of(results)
+    assert array.markers[0].action == Marker.DELETEALL
+    assert {one.action for one in array.markers[1:]} == {Marker.ADD}
+    assert {one.header.frame_id for one in array.markers[1:]} == {"plate"}
+    names = [(one.ns, one.id) for one in array.markers[1:]]
+    assert len(names) == len(set(names))
+    boxes = []
+    for part_id, told in results.items():
+        row, texts = bodies(array, part_id), labels(array, part_id)
+        poses = told.poses[:len(row)]
+        assert len(row) == min(len(told.poses), 16)
+        assert [one.id for one in row] == [pose.index for pose in poses]
+        assert [one.text for one in texts] == [part_id, *(
+            f"{pose.index}: {100.0 * pose.probability:.1f} %" for pose in poses)]
+        for body, label, pose in zip(row, texts[1:], poses, strict=True):
+            corners = placed(body)
+            assert corners[:, 2].min() == pytest.approx(0.0, abs=1e-7 * told.radius)
+            assert corners[:, 2].max() == pytest.approx(pose.top)
+            place = label.pose.position
+            aside = np.array((place.x, place.y)) - corners[:, :2].mean(axis=0)
+            assert np.linalg.norm(aside) < told.radius and place.z > pose.top
+            assert_seen_from_outside(corners.reshape(-1, 3, 3))
+            boxes.append((corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)))
+        middles = [placed(one)[:, 0].mean() for one in row]
+        assert all(right > left for left, right in pairwise(middles))
+    for place, (low, high) in enumerate(boxes):
+        assert all((low > other[1]).any() or (high < other[0]).any() for other in boxes[:place])
+
+
+def assert_seen_from_outside(triangles):
+    """They are counter-clockwise: true of convex bodies only."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    outward = triangles.mean(axis=1) - triangles.mean(axis=(0, 1))
+    assert (np.einsum("ij,ij->i", normals, outward) > 0.0).all()
+
+
+def test_fine_meshes_are_thinned_and_still_rest_on_the_plate(tuned):
+    """What is drawn is thinned; so is, otherwise, the hull that rests."""
+    told = tuned.good("estimate", part=flat(ellipsoid(12_000), new_id())).statistics
+    with Drawing(tuned) as drawing:
+        row = bodies(drawing.of([told.part_id]))
+    for marker in row:
+        assert 1000 <= len(marker.points) / 3 <= 4000
+        assert abs(placed(marker)[:, 2].min()) < 0.02 * told.radius
+
+
+def test_however_many_parts_there_are_the_drawing_is_bounded(tuned):
+    """Undiminished these would be 180 000 triangles."""
+    parts, (vertices, triangles) = [new_id() for _ in range(10)], fine_box(3000)
+    for number, part_id in enumerate(parts):
+        surface = (1.0 + 0.1 * number) * vertices, triangles
+        tuned.good("estimate", part=flat(surface, part_id))
+    with Drawing(tuned) as drawing:
+        row = bodies(drawing.of(parts))
+    assert len(row) == 60
+    assert 6000 <= sum(len(marker.points) for marker in row) / 3 <= 40_000
+
+
+def test_it_follows_parts_and_frame(tuned):
+    told = tuned.good("estimate", part=flat(WEDGE, new_id())).statistics
+    with Drawing(tuned) as drawing:
+        drawing.of([told.part_id])
+        assert tuned.set(plate_frame="feeder") == {}
+        drawing.wait(lambda array: {one.header.frame_id for one in array.markers[1:]} == {
+            "feeder"})
+        tuned.good("forget_part", part_id=told.part_id)
+        drawing.wait(lambda array: [one.action for one in array.markers] == [Marker.DELETEALL])

@@ -1,0 +1,120 @@
+"""Copies of a mesh, and new meshes under an old name."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from ros_pose_stats_msgs.msg import PoseStatistics
+
+from ..harness.cell import MeshPublisher, latched
+from ..harness.client import until
+from ..harness.jobs import LONG, cancelled, finished, known_part, running_with_results, start
+from ..harness.listed import recorded_of
+from ..harness.parts import WEDGE, flat, library_part, nested, new_id, whole
+
+
+def scaled(factor):
+    vertices, triangles = WEDGE
+    return factor * vertices, triangles
+
+
+@pytest.fixture
+def publisher(cell):
+    return MeshPublisher(cell).matched()
+
+
+class TestCopies:
+    def test_of_the_same_mesh_are_ignored(self, cell, shared_node, publisher):
+        """Also of another form, in another unit, and from a latched publisher."""
+        part_id = new_id()
+        with cell.late_joiner() as joiner:
+            publisher.publish(*[flat(WEDGE, part_id)] * 50, nested(WEDGE, part_id),
+                              flat(scaled(2.0), part_id, unit=0.5))
+            before = latched(cell, part_id)
+            MeshPublisher(cell, latched=True).matched().publish(flat(WEDGE, part_id))
+            again = cell.good("estimate", part=flat(scaled(2.0), part_id, unit=0.5)).statistics
+            assert whole(again) == whole(before)
+            last = new_id()  # taken in its turn: by then all others have been
+            publisher.publish(flat(WEDGE, last))
+            for one in (last, part_id):
+                joiner.wait(one)
+            assert list(map(whole, joiner.of(part_id))) == [whole(before)]
+        assert len(recorded_of(shared_node, "part_mesh", part_id)) == 1
+
+    def test_with_other_wishes_are_estimated_again(self, cell, publisher):
+        part_id = new_id()
+        publisher.publish(flat(WEDGE, part_id))
+        before = latched(cell, part_id)
+        publisher.publish(flat(WEDGE, part_id, restitution=0.2, drop_height=1.0))
+        shown = until(lambda: (told := latched(cell, part_id)).restitution == 0.2 and told)
+        assert shown.part_digest == before.part_digest
+        assert shown.revision > before.revision
+
+
+class TestNewMeshes:
+    def test_fifty_under_one_name_beside_other_parts(self, cell, publisher):
+        """The last one wins, numbers rise, and late joiners get every part's own."""
+        factors = {new_id(): 1.0 + 0.01 * number for number in range(8)}
+        publisher.publish(*[flat(scaled(factor), part_id)
+                            for part_id, factor in factors.items()])
+        for part_id in factors:
+            latched(cell, part_id)
+        swapped = next(iter(factors))
+        factors[swapped] = 2.5
+        end = library_part(scaled(2.5)).digest
+        with cell.late_joiner() as joiner:
+            joiner.wait(swapped)
+            publisher.publish(*[flat(scaled(factor), swapped)
+                                for factor in np.linspace(2.0, 2.5, 50)])
+            joiner.wait(swapped, lambda message: message.part_digest == end)
+            told = joiner.of(swapped)
+        assert len({message.part_digest for message in told}) > 25
+        assert all(b.revision > a.revision for a, b in pairwise(told))
+        with cell.late_joiner() as joiner:
+            for part_id, factor in factors.items():
+                assert joiner.wait(part_id).part_digest == library_part(scaled(factor)).digest
+                assert len(joiner.of(part_id)) == 1
+
+    def test_late_joiners_need_no_more_room_than_there_are_parts(self, tuned):
+        parts = {known_part(tuned) for _ in range(5)}
+        for factor in (2.0, 3.0, 4.0):
+            for part_id in parts:
+                tuned.good("estimate", part=flat(scaled(factor), part_id))
+        heard = {}
+
+        def take(message):
+            if message.poses:  # the farewell of a part just forgotten is latched for a moment
+                heard[message.part_id] = message.part_digest
+
+        subscription = tuned.subscribe(PoseStatistics, f"{tuned.prefix}/pose_statistics", take,
+                                       latched=True, depth=len(parts))
+        until(lambda: heard.keys() == parts, "all parts")
+        tuned.node.destroy_subscription(subscription)
+        assert set(heard.values()) == {library_part(scaled(4.0)).digest}
+
+    def test_back_to_an_earlier_mesh_its_best_result_counts_again(self, cell, shared_node):
+        part_id = known_part(cell)
+        finished(cell, start(cell, part_id, 3000))
+        best = latched(cell, part_id)
+        for factor in (2.0, 1.0, 2.0):
+            between = cell.good("estimate", part=flat(scaled(factor), part_id)).statistics
+        assert (between.method, between.drops) == ("split", 0)
+        assert between.part_digest != best.part_digest
+        cell.good("estimate", part=flat(WEDGE, part_id))
+        shown = latched(cell, part_id)
+        assert (shown.part_digest, shown.drops, shown.header.stamp) == (
+            best.part_digest, 3000, best.header.stamp)
+        assert shown.revision > between.revision > best.revision
+        assert len(recorded_of(shared_node, "part_mesh", part_id)) == 2  # each once
+
+    def test_a_job_on_the_old_mesh_is_not_latched_for_the_new(self, cell):
+        part_id = known_part(cell)
+        job_id = start(cell, part_id, LONG, seed=3)
+        running_with_results(cell, job_id)
+        cell.good("estimate", part=flat(scaled(1.5), part_id))
+        answer = cancelled(cell, job_id).statistics
+        shown = latched(cell, part_id)
+        assert answer.drops > 0 and answer.part_digest != shown.part_digest
+        assert (shown.method, shown.drops) == ("split", 0)

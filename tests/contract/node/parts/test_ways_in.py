@@ -1,0 +1,200 @@
+"""Every way in for a mesh: topics, publishers that were there before the node, the command."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Inertia, Vector3
+from shape_msgs.msg import Mesh
+
+from ros_pose_stats import load_part, shapes
+from tests.bodies import write_stl
+from tests.running import answer, complaints, refusal
+
+from ..harness.cell import MeshPublisher, cell_of, latched
+from ..harness.client import Client, until
+from ..harness.node import PATIENCE
+from ..harness.parts import WEDGE, flat, library_part, mesh, nested, new_id
+
+BOX = shapes.box(20.0, 30.0, 40.0)
+TOPICS = "[/cad/bracket, gear=/cad/wheel, early=/cad/early]"
+PART_MESH = "/workshop/pose_stats/part_mesh"
+
+
+class Publishing:
+    """Publishes a file until it is ended."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "ros_pose_stats", "publish", *map(str, arguments)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def said(self):
+        """The line that it prints once the part is published."""
+        return self.process.stdout.readline()
+
+    def end(self, number=signal.SIGINT):
+        """Its exit status and its complaints."""
+        self.process.send_signal(number)
+        _, error = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, complaints(error)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.communicate()
+
+
+@pytest.fixture(scope="module")
+def clamp(tmp_path_factory):
+    return write_stl(tmp_path_factory.mktemp("cad") / "clamp 7.stl", (1000.0 * WEDGE[0], WEDGE[1]))
+
+
+@pytest.fixture(scope="module")
+def workshop(domain, tmp_path_factory, clamp):
+    """A node whose latched publishers were there before it; two in this process, one command."""
+    with (Client(domain, "/workshop/pose_stats") as early,
+          Publishing(clamp, "--unit", "mm", "--mass", "0.06", "--restitution", "0.2",
+                     "--drop-height", "0.3", "--topic", "meshes", "--ros-args",
+                     "-r", f"meshes:={PART_MESH}") as command):
+        MeshPublisher(early, latched=True).publish(flat(WEDGE, "early part"))
+        MeshPublisher(early, "/cad/early", Mesh, latched=True).publish(mesh(BOX))
+        said = command.said()
+        with cell_of(domain, tmp_path_factory.mktemp("bags"), "workshop", mesh_topics=TOPICS,
+                     mesh_unit=0.001) as (node, client):
+            yield client, said
+            assert command.end() == (0, [])
+            node.assert_sound()
+
+
+@pytest.mark.parametrize(("part_id", "expected"), [
+    ("early part", library_part(WEDGE)), ("early", library_part(BOX, unit="mm"))])
+def test_latched_publishers_that_were_there_before(workshop, part_id, expected):
+    client, _ = workshop
+    assert latched(client, part_id).part_digest == expected.digest
+
+
+def test_the_command_publishes_a_file_for_nodes_that_start_later(workshop, clamp):
+    """With a unit, a mass and a scene, under the file's name; ROS arguments go to ROS."""
+    client, said = workshop
+    shown = latched(client, "clamp 7")
+    assert said.startswith("clamp 7: ") and f"{len(WEDGE[1])} triangles" in said
+    assert shown.part_digest == load_part(clamp, "mm", mass=0.06).digest
+    assert (shown.restitution, shown.drop_height) == (0.2, 0.3)
+
+
+@pytest.mark.parametrize(("topic", "part_id", "is_latched"), [
+    ("/cad/bracket", "bracket", False), ("/cad/wheel", "gear", True)])
+def test_standard_meshes_on_mesh_topics(workshop, topic, part_id, is_latched):
+    client, _ = workshop
+    MeshPublisher(client, topic, Mesh, latched=is_latched).matched().publish(mesh(BOX))
+    assert latched(client, part_id).part_digest == library_part(BOX, unit="mm").digest
+
+
+@pytest.mark.parametrize(("make", "is_latched"), [(flat, False), (nested, True)])
+def test_part_meshes(cell, make, is_latched):
+    part_id = new_id()
+    MeshPublisher(cell, latched=is_latched).matched().publish(make(WEDGE, part_id))
+    assert latched(cell, part_id).part_digest == library_part(WEDGE).digest
+
+
+def test_a_nameless_part_is_named_by_its_digest(cell):
+    surface = 1.23 * WEDGE[0], WEDGE[1]
+    digest = library_part(surface).digest
+    MeshPublisher(cell).matched().publish(flat(surface))
+    assert latched(cell, f"mesh_{digest[:12]}").part_digest == digest
+
+
+def test_unit_and_mass_properties(cell):
+    """The mesh is in its unit; centre and inertia are in metres."""
+    part_id, large = new_id(), (1000.0 * WEDGE[0], WEDGE[1])
+    inertia = Inertia(m=0.2, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=2e-5, ixy=1e-6,
+                      ixz=-2e-6, iyy=3e-5, iyz=5e-7, izz=4e-5)
+    MeshPublisher(cell).matched().publish(flat(large, part_id, unit=0.001, inertia=inertia))
+    tensor = np.array([[2e-5, 1e-6, -2e-6], [1e-6, 3e-5, 5e-7], [-2e-6, 5e-7, 4e-5]])
+    expected = library_part(large, unit=0.001, mass=0.2, inertia=tensor,
+                            center_of_mass=(0.02, 0.014, 0.007))
+    assert latched(cell, part_id).part_digest == expected.digest
+
+
+def test_times_and_frames_of_meshes_do_not_matter(cell):
+    part = flat(WEDGE, new_id())
+    part.header.stamp.sec, part.header.frame_id = -5, "anywhere"
+    MeshPublisher(cell).matched().publish(part)
+    found = latched(cell, part.part_id)
+    assert found.header.frame_id == "plate" and found.header.stamp.sec > 0
+
+
+def test_the_unit_of_standard_meshes_follows_the_parameter(tuned):
+    publisher = MeshPublisher(tuned, "/tuned/cad", Mesh).matched()
+    for unit in (0.001, 0.01):
+        assert tuned.set(mesh_unit=unit) == {}
+        publisher.publish(mesh(BOX))
+        digest = library_part((unit * BOX[0], BOX[1])).digest
+        until(lambda digest=digest: latched(tuned, "cad").part_digest == digest, "the new unit")
+
+
+def catches(process, number):
+    """Whether a process handles a signal itself."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    return bool(int(status.partition("SigCgt:")[2].split()[0], 16) >> (number - 1) & 1)
+
+
+@pytest.fixture
+def wedge(tmp_path):
+    return write_stl(tmp_path / "wedge.stl", WEDGE)
+
+
+@pytest.fixture
+def _handlers(domain):
+    """The command takes signals over, which is too much for the process of the tests."""
+    kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("_handlers")
+class TestTheCommand:
+    """How it ends, and what it refuses as the node would."""
+
+    def test_it_ends_after_the_time_given(self, wedge):
+        said = answer("publish", wedge, "--part-id", "Winkel 4×5", "--com", 0.02, 0.014, 0.007,
+                      "--seconds", 0, "--topic", "/nobody/part_mesh")
+        assert said.startswith("Winkel 4×5: ") and "published on /nobody/part_mesh" in said
+
+    def test_a_signal_before_it_has_published_ends_it_well(self, wedge):
+        with Publishing(wedge, "--topic", "/nobody/part_mesh") as publishing:
+            until(lambda: catches(publishing.process, signal.SIGTERM), "its handlers")
+            assert publishing.end(signal.SIGTERM) == (0, [])
+
+    @pytest.mark.parametrize("content", [
+        b"", b"solid nothing\nendsolid nothing\n", b"\0" * 84, b"\0" * 100])
+    def test_files_that_hold_no_mesh(self, tmp_path, content):
+        path = tmp_path / "bad.stl"
+        path.write_bytes(content)
+        line = refusal("publish", path)
+        assert "bad.stl" in line or "triangles" in line
+
+    def test_a_flat_part(self, tmp_path):
+        vertices, triangles = WEDGE
+        path = write_stl(tmp_path / "plane.stl", (vertices * (1.0, 1.0, 0.0), triangles))
+        assert "thick" in refusal("publish", path)
+
+    @pytest.mark.parametrize(("given", "said"), [
+        (["--com", 1000.0, 0.0, 0.0], "centre of mass"), (["--mass", 0], "finite mass above 0 kg"),
+        (["--seconds", -1], "seconds"), (["--part-id", "x" * 300], "at most 200"),
+        (["--part-id", "a\nb"], "printable"), (["--topic", "two words"], "ROS topic"),
+        *[(["--restitution", value], "restitution from 0") for value in (1.0, -0.5, "nan")],
+        *[(["--drop-height", value], "drop height above 0") for value in (0, -1.0)],
+    ])
+    def test_what_the_node_would_refuse(self, wedge, given, said):
+        assert said in refusal("publish", wedge, *given)

@@ -1,0 +1,79 @@
+"""`kill -9` of the node at any moment loses nothing that a client was told."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from ..harness.bags import assert_readable_by_others, bags_of, on_topic, raw
+from ..harness.cell import QuickClient
+from ..harness.client import DONE, until
+from ..harness.node import NodeProcess
+from ..harness.witness import Told, Witness, events, unfinished
+
+KILLS, NAMESPACE = 8, ("-r", "__ns:=/killed")
+UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+"""A killed process would leave its shared memory behind."""
+
+
+class Killings:
+    """One log directory through many short lives of the node."""
+
+    def __init__(self, folder, domain, seed):
+        self.folder, self.domain, self.chance = folder, domain, random.Random(seed)
+        self.told, self.ended_by_start = Told(), 0
+
+    def recorded(self):
+        """Topic and bytes of everything in all bags."""
+        return [one for bag in bags_of(self.folder) for one in raw(bag)]
+
+    def live(self, answers):
+        """Start, look at what the last life left, work for a number of answers, and die."""
+        left, cut_off = bags_of(self.folder), unfinished(events(self.recorded()))
+        node = NodeProcess(self.folder, *NAMESPACE, environment=UDP_ONLY, log_drops=bool(
+            self.chance.randrange(2)))
+        try:
+            if not answers:  # somewhere in its start
+                lines = self.chance.randrange(4)
+                until(lambda: len(node.lines) >= lines or "]: ready" in node.log, "its start")
+                return
+            client = QuickClient(self.domain, "/killed/pose_stats")
+            node.ready()
+            for bag in left:
+                assert_readable_by_others(bag)
+            self._look_at(client, cut_off)
+            before = len(self.told.answers)
+            witness = Witness(client, self.told, self.chance.random())
+            try:
+                until(lambda: len(self.told.answers) >= before + answers, "so many answers")
+                node.kill()
+            finally:
+                witness.stop()
+        finally:
+            node.kill()
+
+    def _look_at(self, client, jobs):
+        """Those that were cut off have ended."""
+        for job_id in jobs:
+            assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
+        self.ended_by_start += len(jobs)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [1, 2])
+def test_nothing_acknowledged_is_lost(domain, tmp_path, seed):
+    killings = Killings(tmp_path, domain, seed)
+    for number in range(KILLS):
+        killings.live(0 if number % 4 == 3 else killings.chance.randrange(1, 60))
+        killings.told.assert_in(killings.recorded())
+    with NodeProcess(tmp_path, *NAMESPACE) as node:
+        node.ready()
+    recorded = killings.recorded()
+    killings.told.assert_in(recorded)
+    lives = events(recorded)
+    assert unfinished(lives) == set()
+    assert all(len([kind for kind in kinds if kind >= DONE]) == 1 for kinds in lives.values())
+    assert len(killings.told.answers) > KILLS and len(killings.told.ends) > 3
+    assert killings.ended_by_start > 3
+    assert any(topic == on_topic("drop_records") for topic, _ in recorded)

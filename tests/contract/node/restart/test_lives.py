@@ -1,0 +1,170 @@
+"""What a node that is started again has: the parts, results and counts that it had before."""
+
+from __future__ import annotations
+
+import shutil
+from types import SimpleNamespace
+
+import pytest
+from ros_pose_stats_msgs.msg import JobEvent
+from shape_msgs.msg import Mesh
+
+from ..harness.bags import assert_readable_by_others, bags_of, recorded
+from ..harness.camera import counted, counting, learnt
+from ..harness.cell import Health, MeshPublisher, cell_of, latched
+from ..harness.client import CANCELLED
+from ..harness.jobs import LONG, finished, get, running_with_results, start
+from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, whole
+
+
+def scaled(factor):
+    return factor * WEDGE[0], WEDGE[1]
+
+
+def shown(client):
+    """What is latched, by part."""
+    return {told.part_id: told for told in client.good("get_statistics").statistics}
+
+
+def first_life(client):
+    """Parts of all kinds."""
+    client.good("estimate", part=flat(WEDGE, "estimated"))
+    client.good("estimate", part=flat(scaled(1.1), "simulated"))
+    finished(client, start(client, "simulated", 5000, seed=3))
+    client.good("estimate", part=flat(WEDGE, "own scene", restitution=0.2, drop_height=1.5))
+    finished(client, start(client, "own scene", 2000, seed=4))
+    client.good("estimate", part=flat(WEDGE, "refined"))
+    finished(client, start(client, "refined", 100_000, target_error=0.01))
+    for factor in (1.2, 1.3, 1.2):
+        client.good("estimate", part=flat(scaled(factor), "back again"))
+    for part_id in ("forgotten", "remembered"):
+        client.good("estimate", part=flat(WEDGE, part_id))
+        client.good("forget_part", part_id=part_id)
+    client.good("estimate", part=flat(WEDGE, "remembered"))
+    MeshPublisher(client, "/lives/cad", Mesh).matched().publish(mesh(scaled(1.4)))
+    latched(client, "cad")
+    seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
+    counting(client).publish(counted(seen, [30, 70])).acknowledged()
+    learnt(client, "seen", 100)
+
+
+def assert_restored(client, before):
+    """All parts with their results, as soon as the node is ready, latched and asked for."""
+    with client.late_joiner() as joiner:
+        now = {part_id: joiner.wait(part_id) for part_id in before}
+        assert joiner.parts() == set(before)
+    asked = shown(client)
+    assert asked.keys() == before.keys()
+    for part_id, message in now.items():
+        old = before[part_id]
+        assert whole(message) == whole(asked[part_id])
+        for field in ("part_digest", "method", "drops", "observed", "seed", "restitution"):
+            assert getattr(message, field) == getattr(old, field), (part_id, field)
+        assert counts(message.poses) == counts(old.poses)
+        assert probabilities(message.poses) == pytest.approx(probabilities(old.poses))
+        assert message.revision >= old.revision and message.final
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("bags")
+
+
+@pytest.fixture(scope="module")
+def begin(domain, folder):
+    """Starts one node after the other on the same folder."""
+    return lambda **values: cell_of(domain, folder, "lives", mesh_topics="[/lives/cad]",
+                                    plate="glass", **values)
+
+
+@pytest.fixture(scope="module")
+def lives(begin, domain, folder):
+    """One that ends well, one that is killed, and what they left."""
+    left = SimpleNamespace()
+    with begin() as (_, client):
+        first_life(client)
+        left.first = shown(client)
+    with begin() as (node, client):
+        assert_restored(client, left.first)  # here, since it is over when the next one begins
+        left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
+        camera = counting(client)
+        camera.publish(counted(left.first["seen"], [1, 0]))
+        learnt(client, "seen", 101)
+        left.job_id = start(client, "own scene", LONG)
+        running_with_results(client, left.job_id)
+        with cell_of(domain, folder, "other") as (other, guest):
+            left.others = shown(guest), guest.call("list_drop_simulations").job_id, other.log
+            guest.good("estimate", part=flat(WEDGE, "theirs"))
+        left.bag = bags_of(folder)[1]
+        node.kill()
+    return left
+
+
+def test_all_parts_of_a_node_that_ended_well_come_back(lives):
+    assert set(lives.first) == {"estimated", "simulated", "own scene", "refined", "back again",
+                                "remembered", "cad", "seen"}
+    assert lives.first["back again"].part_digest == library_part(scaled(1.2)).digest
+    assert lives.first["seen"].method == "observed"
+    assert lives.better.drops == 20_000
+    assert lives.better.revision > lives.first["simulated"].revision
+
+
+def test_another_node_of_the_same_folder_is_left_alone(lives):
+    """It has no parts or jobs of this one, and mends nothing under its hands."""
+    parts, jobs, log = lives.others
+    assert parts == {} and lives.job_id not in jobs
+    assert "mended" not in log
+
+
+@pytest.fixture(scope="module")
+def third(lives, begin, folder):
+    """The life after a kill, beside garbage; what its clients saw."""
+    for name, text in (("pose_stats_20200101T000000_000000_1", ""),
+                       ("pose_stats_20200101T000000_000001_1", "no bag")):
+        (folder / name).mkdir()
+        if text:
+            (folder / name / f"{name}_0.mcap").write_text(text)
+    with begin() as (node, client):
+        told = SimpleNamespace(shown=shown(client), job=get(client, lives.job_id), log=node.log,
+                               repair=Health(client).eventually("recording")[1]["last repair"])
+        expected = {**lives.first, "simulated": lives.better, "seen": told.shown["seen"]}
+        assert_restored(client, {**expected, "own scene": told.shown["own scene"]})
+    return told
+
+
+def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
+    assert third.shown["simulated"].drops == 20_000 and third.shown["seen"].observed == 101
+    assert third.shown["own scene"].part_digest == lives.first["own scene"].part_digest
+    assert third.job.state == CANCELLED and "the node ended" in third.job.message
+    assert lives.bag.name in third.repair and f"{lives.bag.name} mended" in third.log
+    assert_readable_by_others(lives.bag)
+    ends = [event.event for event in recorded(folder, "job_events")
+            if event.job_id == lives.job_id and event.event >= JobEvent.DONE]
+    assert ends == [JobEvent.CANCELLED]
+
+
+def test_copies_and_renamed_bags_change_nothing_and_a_new_scene_is_estimated(
+        lives, third, begin, folder):
+    """Nor is anything of the job told again. Of all parts the last used are kept."""
+    shutil.copytree(lives.bag, folder / (lives.bag.name + "0"))
+    with begin(restitution=0.3, plate_frame="feeder", max_parts=6) as (node, client):
+        client.good("estimate", part_id="seen")
+        now = shown(client)
+        assert len(now) == 6 and {"seen", "simulated", "own scene"} <= now.keys()
+        assert all(told.header.frame_id == "feeder" for told in now.values())
+        assert (now["simulated"].method, now["simulated"].restitution) == ("split", 0.3)
+        assert now["simulated"].revision > third.shown["simulated"].revision
+        assert now["own scene"].restitution == 0.2
+        assert now["seen"].observed == 101
+        client.good("forget_part", part_id="own scene")
+        kept = set(now) - {"own scene"}
+        node.kill()
+    shutil.move(lives.bag, folder / "monday")
+    with begin() as (_, client):
+        assert shown(client).keys() == kept
+        assert latched(client, "seen").observed == 101
+    cancelled = [event.job_id for event in recorded(folder, "job_events")
+                 if event.event == JobEvent.CANCELLED and event.job_id == lives.job_id]
+    assert len(cancelled) <= 2  # in the copy too
+    with begin(restore="false") as (_, client):
+        assert shown(client) == {}

@@ -1,0 +1,251 @@
+"""What cameras count and see: on record as it came, and what the node learns from it."""
+
+from __future__ import annotations
+
+import math
+import signal
+
+import numpy as np
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Pose, Quaternion
+
+from ros_pose_stats import hybrid, part_from_mesh, simulate
+from tests.bodies import random_polyhedron
+
+from .harness.bags import on_topic, raw_of, recorded
+from .harness.camera import counted, counting, learnt, lying, picture, seeing
+from .harness.cell import Health, latched
+from .harness.client import until
+from .harness.parts import WEDGE, counts, flat, inertia_of, new_id, prism, probabilities
+
+
+@pytest.fixture
+def node(tuned_cell):
+    return tuned_cell[0]
+
+
+@pytest.fixture
+def model(tuned):
+    """What the node has of a part on a plate of glass, before anything was seen of it."""
+    assert tuned.set(plate="glass", plate_frame="table") == {}
+    return tuned.good("estimate", part=flat(WEDGE, new_id())).statistics
+
+
+def counts_of(node, part_id, number=1):
+    """The recorded counts of a part, once there are so many."""
+    def there():
+        found = [one for one in recorded(node.log_directory, "pose_counts")
+                 if one.part_id == part_id]
+        return found if len(found) >= number else None
+
+    return until(there, f"{number} counts in the bag")
+
+
+def test_counts_that_cannot_be_compared_are_recorded_and_told(node, tuned, model):
+    known = f"{model.cluster_tolerance:g} and round_sides {model.round_sides}"
+    bad = {
+        "2 pose indices and 1 counts": {"index": [0, 1], "count": [5]},
+        "is known": {"part_id": "nobody"},
+        "another part_digest": {"part_digest": "cd" * 32},
+        f"{model.part_id}' has no pose 99": {"index": [0, 99]},
+        f"cluster_tolerance 0.0025 and round_sides 0, the results have cluster_tolerance {known}":
+            {"round_sides": 0},
+        f"cluster_tolerance unknown and round_sides 192, the results have cluster_tolerance "
+        f"{known}; copy both from PoseStatistics": {"cluster_tolerance": math.nan},
+    }
+    camera = counting(tuned)
+    for said, fields in bad.items():
+        camera.publish(counted(model, [50, 50], **fields))
+        node.says("~/pose_counts: recorded, but ")
+        node.says(said)
+    counts_of(node, model.part_id, len(bad) - 1)
+    camera.publish(b"\0\1\0\0" + b"\xee" * 40, counted(model, [7], part_digest=""))
+    node.says("~/pose_counts: count refused: expected a serialised PoseCounts")
+    learnt(tuned, model.part_id, 7)
+    found = raw_of(node.log_directory, on_topic("pose_counts"))
+    assert not any(b"\xee" * 40 in data for data in found)
+
+
+def test_each_part_seen_is_counted_in_its_pose(node, tuned, model):
+    """Whatever its yaw, and though it leans a little."""
+    poses = {pose.index: pose for pose in model.poses}
+    first, last = min(poses), max(poses)
+    unknown = Pose(orientation=Quaternion(x=math.nan, y=0.0, z=0.0, w=0.0))
+    yaws = np.linspace(-3.0, 3.0, 7).tolist()
+    message = picture(
+        model.part_id, *(lying(poses[first], yaw, math.radians(4.0)) for yaw in yaws),
+        lying(poses[last], 1.0), lying(poses[last], 2.0), unknown, frame="table",
+        confidence=[0.9] * 7 + [0.8, 0.3, 1.0])
+    seeing(tuned).publish(message)
+    (counts,) = counts_of(node, model.part_id)
+    assert dict(zip(counts.index, counts.count, strict=True)) == {first: 7, last: 1}
+    assert counts.unclassified == 2 and counts.header == message.header
+    for name in ("part_digest", "cluster_tolerance", "round_sides", "plate"):
+        assert getattr(counts, name) == getattr(model, name)
+    assert counts.drop_height == -1.0  # the node was told none
+    assert learnt(tuned, model.part_id, 8).method == "observed"
+
+
+def test_the_height_that_the_node_was_told_goes_along(node, tuned, model):
+    assert tuned.set(drop_height=0.25) == {}
+    until(lambda: tuned.good("get_statistics").statistics[0].drop_height == 0.25)
+    seeing(tuned).publish(picture(model.part_id, lying(model.poses[0])))
+    assert counts_of(node, model.part_id)[0].drop_height == 0.25
+
+
+def test_what_cannot_be_counted_is_refused_and_the_next_one_served(node, tuned, model):
+    pose, long = lying(model.poses[0]), lying(model.poses[0])
+    for axis in "xyzw":
+        setattr(long.orientation, axis, 2.0 * getattr(long.orientation, axis))
+    seen = {
+        "a serialised ObservedParts": b"\0\1\0\0" + b"\xee" * 40,
+        "at most 1048576 bytes": b"\0\1\0\0" + bytes(2**20),
+        "'nobody'; publish its mesh": picture("nobody", pose),
+        "a confidence for each": picture(model.part_id, pose, pose, confidence=[1.0]),
+        "confidences from 0 to 1, got 87": picture(model.part_id, pose, confidence=[87.0]),
+        "length 2 in row 1": picture(model.part_id, pose, long),
+        "frame 'table'": picture(model.part_id, pose, frame="camera_optical_frame"),
+    }
+    camera, health = seeing(tuned), Health(tuned)
+    before = int(health.line("parts")[1]["refused"])
+    for said, message in seen.items():
+        camera.publish(message)
+        node.says(said)
+    health.eventually("parts", lambda _, values: int(values["refused"]) == before + len(seen))
+    camera.publish(picture(model.part_id), picture(model.part_id, pose))
+    assert list(counts_of(node, model.part_id)[0].count) == [1]
+
+
+def test_what_comes_faster_than_it_can_be_recorded_is_told_as_lost(node, tuned, model):
+    """A flood of both kinds while the node stands still.
+
+    Which publisher a message is from is not told, so those of other tests blur the number a bit.
+    """
+    pose, health = lying(model.poses[0]), Health(tuned)
+    eyes, counter = seeing(tuned), counting(tuned)
+    before = int(health.eventually("recording")[1]["counts lost"])
+    node.send(signal.SIGSTOP)
+    for number in range(2000):
+        counter.publish(counted(model, [number]))
+        eyes.publish(picture(model.part_id, *[pose] * 3))
+    node.send(signal.SIGCONT)
+
+    def all_there():
+        lost = int(health.latest("recording")[1]["counts lost"]) - before
+        return lost > 0 and abs(lost + len(counts_of(node, model.part_id)) - 4000) < 40
+
+    until(all_there, "all counts")
+    node.says("counts lost so far")
+    floods = health.latest("parts")[1]["floods"]
+    assert "messages on ~/observed_parts" in floods and "of counts on ~/pose_counts" in floods
+
+
+RECENT = 400
+"""Parts that are compared with all those before."""
+
+
+def test_counts_sharpen_what_is_latched(tuned, model):
+    camera, before = counting(tuned), latched(tuned, model.part_id)
+    camera.publish(counted(model, [3, 7]))
+    first = learnt(tuned, model.part_id, 10)
+    assert (first.method, first.drops, first.final) == ("observed", 0, True)
+    assert first.revision > before.revision
+    camera.publish(*(counted(model, [3, 7]) for _ in range(30)))
+    later = learnt(tuned, model.part_id, 310)
+    assert later.plate_error == later.expected_error < 0.6 * first.expected_error
+    one, other = (pose.index for pose in model.poses[:2])
+    assert counts(later.poses)[one] == 93 and counts(later.poses)[other] == 217
+    assert probabilities(later.poses)[other] > probabilities(first.poses)[other]
+    # 217 of 310 parts: 0.70 with a standard error of 0.026, drawn a little to the model.
+    assert probabilities(later.poses)[other] == pytest.approx(0.7, abs=0.06)
+    fed = tuned.good("feeding", part_id=model.part_id, wanted=[one], rate=60.0)
+    assert fed.message == "From 310 parts seen (observed)."
+    asked = tuned.good("estimate", part_id=model.part_id).statistics
+    assert asked.observed == 0 and probabilities(asked.poses) == probabilities(model.poses)
+
+
+def test_counts_of_anything_else_are_recorded_only(tuned, model):
+    """Of another plate, another numbering, another part, or more than there can be."""
+    camera = counting(tuned)
+    for fields in ({"plate": "steel"}, {"cluster_tolerance": 0.01}, {"part_digest": "ab" * 32},
+                   {"count": [2**63, 2**63]}, {"index": [0, 99]}):
+        camera.publish(counted(model, [50, 50], **fields))
+    camera.publish(counted(model, [1, 2], plate=""))
+    learnt(tuned, model.part_id, 3)
+
+
+def test_a_cell_that_contradicts_the_model_is_believed(tuned, model):
+    counting(tuned).publish(counted(model, [0, 0, 400]))
+    told = learnt(tuned, model.part_id, 400)
+    assert any(line.startswith("CONFLICT:") for line in told.warnings)
+    assert told.poses[0].index == model.poses[2].index
+
+
+def test_counts_stay_in_another_scene_and_begin_anew_on_another_plate(tuned, model):
+    counting(tuned).publish(counted(model, [30, 70]))
+    learnt(tuned, model.part_id, 100)
+    assert tuned.set(restitution=0.2) == {}
+    until(lambda: latched(tuned, model.part_id).restitution == 0.2)
+    assert learnt(tuned, model.part_id, 100).method == "observed"
+    assert tuned.set(plate="steel") == {}
+    assert learnt(tuned, model.part_id, 0).method != "observed"
+
+
+def test_counts_go_on_where_the_plate_brings_its_round_sides(tuned, tmp_path):
+    """The file is fitted anew elsewhere, and the plate is set again."""
+    file = tmp_path / "plates.yaml"
+    glass = {"restitution": 0.4, "restitution_low": 0.3, "restitution_high": 0.5,
+             "drop_height": 0.2, "drop_height_low": 0.1, "drop_height_high": 0.3,
+             "plate_error": 0.03, "p_value": 0.5, "parts": ["drum"], "counted": 900,
+             "date": "2026-11-23T12:00:00+00:00", "version": "1"}
+    fitted = {"round_sides": 96, "round_sides_low": 48, "round_sides_high": 96}
+    file.write_text(yaml.safe_dump({"plates": {"glass": glass}}))
+    for values in ({"plates": str(file)}, {"plate": "glass"}):
+        assert tuned.set(**values) == {}
+    drum = tuned.good("estimate", part=flat(prism(64, 0.01, 0.02), new_id())).statistics
+    counting(tuned).publish(counted(drum, [30, 20]))
+    before = learnt(tuned, drum.part_id, 50)
+    file.write_text(yaml.safe_dump({"plates": {"glass": {**glass, **fitted}}}))
+    assert tuned.set(plate="glass") == {}
+    after = until(lambda: (told := latched(tuned, drum.part_id)).round_sides == 96 and told)
+    assert (before.round_sides, after.observed, after.method) == (192, 50, "observed")
+    assert counts(after.poses) == counts(before.poses)
+
+
+def test_a_cell_that_changes_is_told_and_one_that_does_not_is_not(tuned, model):
+    """By chance alone it alarms once in some hundred thousand parts."""
+    camera, health, random = counting(tuned), Health(tuned), np.random.default_rng(1)
+
+    def drop(parts, shares):
+        for _ in range(parts // 50):
+            camera.publish(counted(model, random.multinomial(50, shares).tolist()))
+
+    drop(2000, [0.5, 0.3, 0.2])
+    learnt(tuned, model.part_id, 2000)
+    line, _ = health.eventually("counts", lambda _, values: values["parts counted"] == "2000")
+    assert line.level == DiagnosticStatus.OK and line.message.startswith("2000 parts counted of 1")
+    drop(RECENT, [0.3, 0.5, 0.2])
+    line, _ = health.eventually("counts", lambda line, _: line.level == DiagnosticStatus.WARN)
+    assert f"changed '{model.part_id}'" in line.message
+    assert f"the last {RECENT} parts" in line.message
+
+
+def test_drops_that_contradict_the_estimate_win(tuned):
+    """A body with a heavy core, which turns so quickly that the estimate is misled."""
+    surface = random_polyhedron(6, 25)
+    surface = 0.02 * surface[0], surface[1]
+    uniform = part_from_mesh(*surface)
+    part = part_from_mesh(*surface, mass=1.0, center_of_mass=uniform.center_of_mass,
+                          inertia=0.3 * uniform.inertia / uniform.mass)
+    assert any(line.startswith("CONFLICT:") for line in hybrid(part, 5000, seed=1).warnings), (
+        "another body is needed here")
+    assert tuned.set(refine_drops=5000) == {}
+    part_id = new_id()
+    tuned.good("estimate", part=flat(surface, part_id, inertia=inertia_of(part)))
+    told = until(lambda: (one := latched(tuned, part_id)).final and one.drops == 5000 and one)
+    assert any(line.startswith("CONFLICT:") for line in told.warnings)
+    counted_too = simulate(part, 5000, seed=told.seed)
+    assert counts(told.poses) == counts(counted_too.poses)
+    assert probabilities(told.poses) == pytest.approx(probabilities(counted_too.poses))

@@ -1,0 +1,108 @@
+"""The few messages that random searches once tripped over, each as small as it can be."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from geometry_msgs.msg import Inertia, Vector3
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs.msg import PartMesh, PoseCounts
+from rosbags.highlevel.anyreader import AnyReaderError
+from shape_msgs.msg import Mesh
+
+from .harness.bags import assert_readable_by_others, bags_of, on_topic, raw_of
+from .harness.cell import MeshPublisher, latched
+from .harness.client import until
+from .harness.goals import Goals
+from .harness.jobs import known_part
+from .harness.parts import WEDGE, flat, mesh, new_id
+
+MOST = 2**64 - 1
+NAMES = ["y" * 5000, "\x1b[31mred", "a\nFATAL", "\u202egnp", "\ufeff"]
+SIGNALLING = struct.unpack("<d", struct.pack("<Q", 0x7FF4 << 48))[0]
+
+
+def assert_line(message):
+    assert message.isprintable() and 0 < len(message) < 700, ascii(message)
+
+
+@pytest.mark.parametrize("name", NAMES, ids=["long", "colour", "lines", "turned", "mark"])
+def test_a_refusal_shows_what_came_in_a_line_of_bounded_length(cell, name):
+    part_id = known_part(cell)
+    for service, fields in (
+            ("estimate", {"part_id": name}), ("estimate", {"part": flat(WEDGE, name)}),
+            ("estimate", {"part_id": part_id, "method": name}),
+            ("estimate", {"part_id": name, "part": PartMesh(part_id=part_id)}),
+            ("estimate", {"part_id": name, "part": flat(WEDGE, part_id)}),
+            ("start_drop_simulation", {"part_id": name}), ("forget_part", {"part_id": name}),
+            ("get_statistics", {"part_id": name}), ("get_drop_simulation", {"job_id": name}),
+            ("cancel_drop_simulation", {"job_id": name}), ("feeding", {"part_id": name}),
+            ("fit_plate", {"plate": name})):
+        assert_line(cell.refused(service, **fields))
+
+
+@pytest.mark.parametrize("field", ["vertices", "com", "ixx"])
+def test_a_signalling_nan_is_refused_without_a_warning_in_the_log(cell, field):
+    """Of its kind only broken messages have; numpy complains of it where it is computed with."""
+    part = flat(WEDGE, new_id())
+    if field == "vertices":
+        part.vertices[3] = SIGNALLING
+    elif field == "com":
+        part.inertia = Inertia(com=Vector3(x=SIGNALLING))
+    else:
+        part.inertia = Inertia(m=1.0, com=Vector3(x=0.02, y=0.014, z=0.007), ixx=SIGNALLING)
+    MeshPublisher(cell).matched().publish(part)
+    assert_line(cell.refused("estimate", part=part))
+
+
+def test_the_largest_numbers_of_a_request(cell):
+    part_id = known_part(cell)
+    assert "max_drops" in cell.refused("start_drop_simulation", part_id=part_id, drops=MOST)
+    assert cell.good("start_drop_simulation", part_id=part_id, drops=3, seed=MOST).job_id
+    goals = Goals(cell)
+    assert "max_drops" in goals.send(part_id=part_id, drops=MOST).result()[1].message
+    goals.close()
+
+
+def test_a_nested_mesh_in_a_request_has_a_bound_on_its_vertices_too(cell):
+    corner = mesh(WEDGE).vertices[0]
+    many = Mesh(vertices=[corner] * 30_001, triangles=mesh(WEDGE).triangles)
+    assert "at most 30000 vertices" in cell.refused("estimate", part=PartMesh(mesh=many))
+
+
+def recorded_counts(node, publisher, *messages):
+    """Publish counts and a good one behind them, and wait until that is recorded."""
+    last = PoseCounts(part_id=new_id())
+    publisher.publish(*messages, last)
+
+    def found():
+        counts = raw_of(node.log_directory, on_topic("pose_counts"))
+        return counts if any(last.part_id.encode() + b"\0" in data for data in counts) else None
+
+    return until(found, "the last count")
+
+
+def test_counts_that_are_none_or_endless_are_not_recorded(cell, shared_node):
+    """In the bag they would be in the way of its readers."""
+    part_id = known_part(cell)
+    camera = MeshPublisher(cell, f"{cell.prefix}/pose_counts", PoseCounts).matched()
+    nothing, endless = b"\0\1\0\0" + b"\xee" * 40, PoseCounts(part_id=part_id, index=[7] * 2**18)
+    largest = PoseCounts(part_id=part_id, index=[2**32 - 1, 0], count=[MOST, MOST],
+                         unclassified=MOST)
+    found = recorded_counts(shared_node, camera, nothing, endless, largest)
+    assert not any(b"\xee" * 40 in data or len(data) > 2**20 for data in found)
+    assert latched(cell, part_id).observed == 0
+
+
+@pytest.mark.xfail(strict=True, raises=AnyReaderError,
+                   reason="it is recorded as it came, and rosbags stops there")
+def test_a_count_whose_text_has_no_end_leaves_the_bag_readable_by_others(node_of, client_of):
+    """ROS reads a text without its closing zero byte; other readers of CDR do not."""
+    node = node_of().ready()
+    client = client_of()
+    camera = MeshPublisher(client, "/pose_stats/pose_counts", PoseCounts).matched()
+    open_ended = bytes(serialize_message(PoseCounts(part_id="abc"))).replace(b"abc\0", b"abcd")
+    recorded_counts(node, camera, open_ended)
+    node.stop()
+    assert_readable_by_others(bags_of(node.log_directory)[-1])

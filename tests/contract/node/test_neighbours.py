@@ -1,0 +1,270 @@
+"""Messages that are not quite right, greedy and deaf clients, another node: this one serves on."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import struct
+from pathlib import Path
+from random import Random
+
+import pytest
+from rclpy.action import ActionClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from ros_pose_stats_msgs import srv
+from ros_pose_stats_msgs.action import SimulateDrops
+from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
+from shape_msgs.msg import Mesh
+
+from ros_pose_stats import estimate, simulate
+
+from .harness.camera import counted, lying, picture
+from .harness.cell import Health, MeshPublisher, QuickClient, latched
+from .harness.client import until, wait_for
+from .harness.goals import Goals
+from .harness.jobs import finished, known_part, start
+from .harness.parts import WEDGE, counts, flat, library_part, mesh, nested, new_id, probabilities
+
+PUBLISHED, ASKED, AT_ONCE = 120, 30, 30
+MEGABYTE = 2**20
+MOST_GROWTH = 200 * MEGABYTE
+LONGEST_LINE = 2500
+"""Characters of a refusal; it may name eight known parts."""
+
+TOPICS = {PartMesh: "/tuned/pose_stats/part_mesh", Mesh: "/tuned/cad",
+          PoseCounts: "/tuned/pose_stats/pose_counts",
+          ObservedParts: "/tuned/pose_stats/observed_parts"}
+NAMES = ["", "part", "../evil", "/tmp/evil", "~/evil", "evil.mcap", "..", "a\nb", "\x1b[31mevil",
+         "x" * 300, "käse", "$(touch evil)", "'; --", "%s%n"]
+NUMBERS = [math.nan, math.inf, -math.inf, -1.0, 0.0, 0.5, 1.0, 1e-310, 1e300]
+COUNTS = [0, 1, 7, 2**31 - 1]
+
+
+@pytest.fixture
+def client(tuned):
+    assert tuned.set(max_drops=1000, max_parts=20) == {}
+    return tuned
+
+
+@pytest.fixture
+def node(tuned_cell):
+    return tuned_cell[0]
+
+
+def most_memory(node):
+    """The most that a process has had [bytes]."""
+    status = Path(f"/proc/{node.process.pid}/status").read_text()
+    return 1024 * int(re.search(r"VmHWM:\s+(\d+)", status)[1])
+
+
+def assert_serves(client):
+    """An estimate, a simulation and a published mesh, all as the library has them."""
+    part_id = new_id()
+    part = library_part(WEDGE, part_id)
+    answer = client.good("estimate", part=flat(WEDGE, part_id)).statistics
+    assert probabilities(answer.poses) == pytest.approx(probabilities(estimate(part).poses))
+    dropped = finished(client, start(client, part_id, 300, seed=5)).statistics
+    assert counts(dropped.poses) == counts(simulate(part, 300, seed=5).poses)
+    MeshPublisher(client, "/tuned/cad", Mesh).matched().publish(mesh(WEDGE))
+    until(lambda: latched(client, "cad").part_digest == part.digest, "the mesh")
+
+
+def changed(random, data):
+    """Serialised bytes with one thing wrong."""
+    data, place = bytearray(data), random.randrange(len(data))
+    match random.randrange(5):
+        case 0:
+            data[place] ^= 1 << random.randrange(8)
+        case 1:
+            del data[place:]
+        case 2:
+            data[place:place] = random.randbytes(random.randrange(1, 20))
+        case 3:
+            data[place & ~3:(place & ~3) + 4] = random.choice((b"\xff" * 4, bytes(4)))
+        case 4:
+            data[1] ^= 1  # the other order of bytes
+    return bytes(data)
+
+
+def sound_messages(client, kind):
+    """Serialised messages of a kind that the node would take."""
+    told = client.good("estimate", part=flat(WEDGE, "part")).statistics
+    messages = {
+        PartMesh: [flat(WEDGE, "part", restitution=0.3), nested(WEDGE, "nested"), flat(WEDGE)],
+        Mesh: [mesh(WEDGE)], PoseCounts: [counted(told, [3, 4, 5])],
+        ObservedParts: [picture("part", *map(lying, told.poses), confidence=[1.0] * len(
+            told.poses))]}[kind]
+    return [bytes(serialize_message(message)) for message in messages]
+
+
+def test_published_bytes_with_something_wrong(node, client):
+    random, health = Random(1), Health(client)
+    before, size = int(health.line("parts")[1]["refused"]), most_memory(node)
+    known = MeshPublisher(client).matched()
+    for kind, topic in TOPICS.items():
+        publisher = MeshPublisher(client, topic, kind).matched()
+        sound = sound_messages(client, kind)
+        for _ in range(PUBLISHED // AT_ONCE):  # not so many at a time that most are overrun
+            publisher.publish(*(changed(random, random.choice(sound)) for _ in range(AT_ONCE)))
+            part_id = new_id()
+            known.publish(flat(WEDGE, part_id))
+            latched(client, part_id)
+    health.eventually("parts", lambda _, values: values["meshes waiting"] == "0" and int(
+        values["refused"]) > before + len(TOPICS) * PUBLISHED // 5)
+    assert most_memory(node) - size < MOST_GROWTH
+    assert_serves(client)
+
+
+def claim(text, *numbers, order="<", zeros=MEGABYTE):
+    """The start of a message, with room behind it."""
+    return (b"\0\1\0\0" if order == "<" else bytes(4)) + struct.pack(order + text,
+                                                                     *numbers) + bytes(zeros)
+
+
+def test_claims_of_gigabytes_cost_no_memory(node, client):
+    """Nor does a mesh of which the deserialiser would make 25 times as much."""
+    many = 2**32 - 1
+    claims = {
+        Mesh: [claim("I", many), claim("II", 0, many), claim("I", 7 * 2**18, zeros=9 * MEGABYTE),
+               claim("I", many, order=">", zeros=MEGABYTE // 4),
+               claim("II", 0, 32 * MEGABYTE // 24, order=">", zeros=32 * MEGABYTE)],
+        PartMesh: [claim("IIIBxxxIBxxxI", 0, 0, 1, 0, 1, 0, many), claim("III", 0, 0, many)],
+        PoseCounts: [claim("III", 0, 0, many, zeros=MEGABYTE // 2)],
+        ObservedParts: [claim("IIIII", 0, 0, 0, 0, many, zeros=MEGABYTE // 2),
+                        claim("IIIII", 0, 0, 0, 0, many, order=">", zeros=MEGABYTE // 4)]}
+    health = Health(client)
+    before, size = int(health.line("parts")[1]["refused"]), most_memory(node)
+    for kind, messages in claims.items():
+        MeshPublisher(client, TOPICS[kind], kind).matched().publish(*messages)
+    sent = len({(kind, len(message)) for kind in claims for message in claims[kind]})
+    health.eventually("parts", lambda _, values: int(values["refused"]) >= before + sent)
+    assert most_memory(node) - size < MOST_GROWTH
+
+
+@pytest.mark.parametrize("stamp", [(2**31 - 1, 2**32 - 1), (-2**31, 0)])
+def test_a_mesh_may_have_a_stamp_that_no_clock_shows(client, stamp):
+    message = flat(WEDGE, new_id())
+    message.header.stamp.sec, message.header.stamp.nanosec = stamp
+    MeshPublisher(client).matched().publish(message)
+    latched(client, message.part_id)
+
+
+def asked(kind, random):
+    """A request in which every field is odd."""
+    fields = {}
+    for name, type_ in kind.get_fields_and_field_types().items():
+        if type_ == "string":
+            fields[name] = random.choice(NAMES)
+        elif type_ == "double":
+            fields[name] = random.choice(NUMBERS)
+        elif type_ in ("uint64", "uint32"):
+            fields[name] = random.choice(COUNTS)
+        elif type_.endswith("PartMesh") and random.random() < 0.5:
+            fields[name] = flat(WEDGE, random.choice(NAMES), unit=random.choice(NUMBERS),
+                                restitution=random.choice(NUMBERS))
+        elif type_ == "sequence<double>":
+            fields[name] = [random.choice(NUMBERS)] * random.randrange(3)
+    return fields
+
+
+def assert_line(answer):
+    assert answer.success or answer.message
+    assert answer.message.isprintable() and len(answer.message) <= LONGEST_LINE
+    assert "internal failure" not in answer.message
+
+
+@pytest.mark.parametrize("name", ["estimate", "start_drop_simulation", "forget_part", "feeding",
+                                  "get_drop_simulation", "cancel_drop_simulation", "fit_plate",
+                                  "get_statistics"])
+def test_odd_requests(client, name):
+    random, kind = Random(1), client.service(name).srv_type.Request
+    answers = [wait_for(client.send(name, **asked(kind, random))) for _ in range(ASKED)]
+    for answer in answers:
+        assert_line(answer)
+    assert not all(answer.success for answer in answers)
+
+
+def test_odd_goals(client):
+    random, goals = Random(1), Goals(client)
+    kind = client.service("start_drop_simulation").srv_type.Request
+    sent = [goals.send(**{**asked(kind, random), "drops": 20}) for _ in range(12)]
+    for goal in sent:
+        assert_line(goal.result()[1])
+    goals.close()
+    assert_serves(client)
+
+
+def test_no_name_leads_out_of_the_log_directory(node, client):
+    """By parts, jobs, methods, plates and frames, whichever way they come in."""
+    publishers = [MeshPublisher(client, TOPICS[kind], kind).matched()
+                  for kind in (PartMesh, PoseCounts)]
+    for name in NAMES:
+        part = flat(WEDGE, name)
+        part.header.frame_id = name
+        for message, publisher in zip((part, PoseCounts(part_id=name, plate=name)), publishers,
+                                      strict=True):
+            publisher.publish(message)
+        answer = client.call("start_drop_simulation", part=part, drops=5)
+        client.call("estimate", part_id=name, method=name)
+        client.call("fit_plate", plate=name)
+        for service in ("get_drop_simulation", "cancel_drop_simulation"):
+            assert not client.call(service, job_id=name).success
+        if answer.success:
+            finished(client, answer.job_id)
+    home = node.log_directory.parent
+    evil = [path for path in itertools.chain(home.rglob("*"), Path.cwd().glob("*"),
+                                             Path("/tmp").glob("evil*"))
+            if "evil" in path.name]
+    assert evil == [] and {path.name for path in home.iterdir()} <= {"bags", ".ros", ".config"}
+
+
+def test_clients_are_answered_in_turn(domain, cell):
+    """The other one too keeps many answers: each client is sent those to all others."""
+    part_id = known_part(cell)
+    with QuickClient(domain) as greedy, QuickClient(domain) as other:
+        greedy.good("estimate", part_id=part_id)
+        other.good("estimate", part_id=part_id)
+        sent = [greedy.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * number)
+                for number in range(600)]
+        until(lambda: any(one.done() for one in sent))
+        other.good("estimate", part_id=part_id)
+        assert not all(one.done() for one in sent)
+        assert all(wait_for(one).success for one in sent)
+
+
+def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
+    part_id = new_id()
+    for scale, client in ((1.0, cell), (2.0, tuned)):
+        client.good("estimate", part=flat((scale * WEDGE[0], WEDGE[1]), part_id))
+    first, second = (client.good("get_statistics", part_id=part_id).statistics[0]
+                     for client in (cell, tuned))
+    assert first.part_digest != second.part_digest
+    jobs = [start(client, part_id, 500, seed=1) for client in (cell, tuned)]
+    assert len(set(jobs)) == 2
+    for client, job_id, other, told in zip((cell, tuned), jobs, reversed(jobs), (first, second),
+                                           strict=True):
+        assert finished(client, job_id).drops_done == 500
+        assert other not in client.call("list_drop_simulations").job_id
+        with client.late_joiner() as joiner:
+            assert joiner.wait(part_id).part_digest == told.part_digest
+
+
+@pytest.mark.long
+def test_clients_that_cannot_hear_are_named_and_the_others_served(cell, shared_node):
+    """Their quality of service shuts out all answers."""
+    part_id = known_part(cell)
+    latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    asks = cell.node.create_client(srv.GetStatistics, f"{cell.prefix}/get_statistics",
+                                   qos_profile=latched)
+    drops = ActionClient(cell.node, SimulateDrops, f"{cell.prefix}/simulate_drops",
+                         goal_service_qos_profile=latched)
+    asked = asks.call_async(srv.GetStatistics.Request())
+    goal = drops.send_goal_async(SimulateDrops.Goal(part_id=part_id, drops=10))
+    for about in ("~/get_statistics", "~/simulate_drops/_action/send_goal"):
+        shared_node.says(f"]: {about}: an answer could not be delivered")
+        cell.good("get_statistics", part_id=part_id)
+    assert not asked.done() and not goal.done()
+    cell.run(drops.destroy)
+    cell.run(lambda: cell.node.destroy_client(asks))

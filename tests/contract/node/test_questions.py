@@ -1,0 +1,219 @@
+"""A planner's questions: what a feeder gets out of a part (`~/feeding`), and true outlines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from ros_pose_stats import estimate
+
+from .harness.cell import latched
+from .harness.client import RUNNING, wait_for
+from .harness.goals import Goals
+from .harness.jobs import LONG, finished, known_part, reached, start
+from .harness.parts import WEDGE, flat, library_part, new_id, probabilities
+
+KICK = 0.012
+POSES = len(estimate(library_part(WEDGE)).poses)
+WANTED, RATE, CYCLE = [0, 2], 40.0, 0.5
+ASKED = {"wanted": WANTED, "rate": RATE, "cycle_time": CYCLE}
+
+
+def interval(answer, name):
+    return getattr(answer, name + "_low"), getattr(answer, name), getattr(answer, name + "_high")
+
+
+def width(answer):
+    return answer.accepted_high - answer.accepted_low
+
+
+def by_index(statistics):
+    """Probabilities in the order of the poses' numbers."""
+    return np.array([share for _, share in sorted(probabilities(statistics.poses).items())])
+
+
+class TestDropping:
+    def test_wrong_ones_are_dropped_again(self, cell):
+        """accepted = sum of the wanted, passes = 1 / accepted, a minute: rate x accepted."""
+        part_id = known_part(cell)
+        answer = cell.good("feeding", part_id=part_id, **ASKED)
+        share = by_index(latched(cell, part_id))[WANTED].sum()
+        for name, value in (("accepted", share), ("passes", 1.0 / share),
+                            ("accepted_per_minute", RATE * share)):
+            low, told, high = interval(answer, name)
+            assert told == pytest.approx(value, rel=1e-9) and low < told < high
+        assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
+        assert interval(answer, "flips") == (0.0, 0.0, 0.0)
+        assert answer.message == "From an estimate (split)." and not answer.transition
+
+    def test_drops_make_it_surer_once_they_are_latched(self, cell):
+        part_id = known_part(cell)
+        before = cell.good("feeding", part_id=part_id, **ASKED)
+        drops = finished(cell, start(cell, part_id, 20_000, seed=3)).statistics
+        answer = cell.good("feeding", part_id=part_id, **ASKED)
+        assert answer.message == "From 20000 drops (simulation)."
+        assert answer.accepted == pytest.approx(by_index(drops)[WANTED].sum(), rel=1e-9)
+        assert width(answer) < width(before)
+
+    def test_the_estimate_is_the_node_s(self, tuned):
+        assert tuned.set(default_method="area") == {}
+        answer = tuned.good("feeding", part_id=known_part(tuned), **ASKED)
+        shares = by_index(estimate(library_part(WEDGE), "area"))
+        assert answer.accepted == pytest.approx(shares[WANTED].sum(), rel=1e-9)
+        assert answer.message == "From an estimate (area)."
+
+
+class TestFlips:
+    def test_wrong_ones_are_flipped_until_they_lie_right(self, cell):
+        """Out of pose i it takes n_i = 1 + sum of T_ij n_j flips, none out of a wanted one."""
+        part_id = known_part(cell)
+        answer = cell.good("feeding", part_id=part_id, kick_height=KICK, **ASKED)
+        shares = by_index(latched(cell, part_id))
+        moves = np.reshape(answer.transition, (POSES, POSES))
+        np.testing.assert_allclose(moves.sum(axis=1), 1.0)
+        wrong = np.setdiff1d(np.arange(POSES), WANTED)
+        needed = np.linalg.solve(np.eye(len(wrong)) - moves[np.ix_(wrong, wrong)],
+                                 np.ones(len(wrong)))
+        flips = shares[wrong] @ needed
+        low, told, high = interval(answer, "flips")
+        assert told == pytest.approx(flips, rel=1e-9) and 0.0 < low < told < high
+        low, told, high = interval(answer, "accepted_per_minute")
+        assert told == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
+        assert low < told < high
+        assert interval(answer, "accepted") == interval(answer, "passes") == (1.0, 1.0, 1.0)
+        assert answer.message.startswith("From an estimate (split) and ")
+        again = cell.good("feeding", part_id=part_id, kick_height=KICK, wanted=[1], rate=10.0,
+                          cycle_time=1.0)
+        assert again.transition == answer.transition and again.flips != answer.flips
+
+    def test_those_of_a_goal_serve_if_they_are_enough(self, cell):
+        part_id, goals = known_part(cell), Goals(cell, "simulate_flips")
+        asked = {"part_id": part_id, "kick_height": 3 * KICK, **ASKED}
+        goals.send(part_id=part_id, kick_height=3 * KICK, drops=1, seed=5).result()
+        few = cell.good("feeding", **asked)
+        _, many = goals.send(part_id=part_id, kick_height=3 * KICK, drops=3000, seed=5).result()
+        answer = cell.good("feeding", **asked)
+        goals.close()
+        assert answer.transition == many.transition != few.transition
+        assert f"{sum(many.flips)} flips" in answer.message
+
+    def test_neither_drops_nor_goals_are_in_the_way(self, cell):
+        """Both run for minutes meanwhile, and go on afterwards."""
+        part_id, goals = known_part(cell), Goals(cell, "simulate_flips")
+        job_id = start(cell, part_id, LONG)
+        goal = goals.send(part_id=part_id, kick_height=KICK, drops=LONG // 10)
+        goal.first_feedback()
+        assert cell.good("feeding", part_id=part_id, kick_height=4 * KICK, **ASKED).flips > 0.0
+        assert not goal.ended and reached(cell, job_id, RUNNING).drops_done > 0
+        goal.cancel()
+        goal.result()
+        goals.close()
+
+    def test_others_are_answered_while_it_flips(self, tuned):
+        """Flips that take all the time that there is for them; a question is worked on once."""
+        assert tuned.set(drops=10**7, max_job_seconds=1.0) == {}
+        part_id = known_part(tuned)
+        late = [tuned.send("feeding", part_id=part_id, kick_height=KICK, **ASKED)
+                for _ in range(3)]
+        tuned.good("get_statistics", part_id=part_id)
+        assert not any(one.done() for one in late)
+        answers = [wait_for(one) for one in late]
+        assert all(answer.success for answer in answers)
+        assert len({answer.message for answer in answers}) == 1
+
+    def test_the_node_s_own_kick(self, tuned):
+        assert tuned.set(flip_height=KICK, drops=300) == {}
+        asked = {"part_id": known_part(tuned), **ASKED}
+        own = tuned.good("feeding", kick_height=-1.0, **asked)
+        assert own == tuned.good("feeding", kick_height=KICK, **asked) and own.flips > 0.0
+        assert tuned.good("feeding", **asked).flips == 0.0
+        tuned.set(flip_height=0.0)
+        assert tuned.good("feeding", kick_height=-1.0, **asked).flips == 0.0
+
+    def test_a_full_queue_is_refused(self, tuned):
+        assert tuned.set(drops=10**7, max_job_seconds=0.3, max_queued_jobs=1) == {}
+        part_id = known_part(tuned)
+        sent = [tuned.send("feeding", part_id=part_id, kick_height=n * KICK, **ASKED)
+                for n in range(1, 5)]
+        first, *_, last = [wait_for(one) for one in sent]
+        assert first.success and not last.success and "max_queued_jobs" in last.message
+
+
+@pytest.mark.parametrize("kick", [0.0, KICK])
+@pytest.mark.parametrize(("asked", "said"), [
+    ({"part_id": "nobody"}, "'nobody'"),
+    ({"wanted": [POSES]}, f"got {POSES}"),
+    ({"wanted": []}, "got none"),
+    ({"rate": 0.0}, "a rate above 0"),
+    ({"rate": math.nan}, "a rate above 0"),
+    ({"cycle_time": -1.0}, "a cycle time of 0 s or more"),
+    ({"kick_height": math.nan}, "a kick_height in metres"),
+    ({"kick_height": math.inf}, "a kick_height in metres"),
+])
+def test_what_is_no_question_is_refused_in_one_line(cell, asked, said, kick):
+    fields = {"part_id": known_part(cell), "kick_height": kick, **ASKED, **asked}
+    assert said in cell.refused("feeding", **fields)
+
+
+def test_where_every_pose_is_wanted_there_is_nothing_to_do(cell):
+    part_id = new_id()
+    told = cell.good("estimate", part=flat(WEDGE, part_id)).statistics
+    answer = cell.good("feeding", part_id=part_id, kick_height=KICK, rate=30.0, cycle_time=1.0,
+                       wanted=list(range(len(told.poses))))
+    assert (answer.accepted, answer.flips, answer.accepted_per_minute) == (1.0, 0.0, 30.0)
+
+
+OUTER, INNER, HIGH, SIDES = 0.02, 0.008, 0.01, 64
+POLYGON = 0.5 * SIDES * math.sin(2.0 * math.pi / SIDES)
+"""Area of a regular polygon over that of its circle's squared radius."""
+
+
+@pytest.fixture
+def washer(cell):
+    """A ring, known to the node; its name."""
+    ring = trimesh.creation.annulus(INNER, OUTER, HIGH, sections=SIDES)
+    part_id = new_id()
+    cell.good("estimate", part=flat((ring.vertices, ring.faces), part_id))
+    return part_id
+
+
+def areas(outline):
+    """Of each closed loop; holes are negative."""
+    points = np.array(outline.points).reshape(-1, 2)
+    return [0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) for x, y in
+            (loop.T for loop in np.split(points, np.cumsum(outline.corners)[:-1]))]
+
+
+def test_a_hole_where_it_is_seen_and_a_gap_where_it_is_cut(cell, washer):
+    answer = cell.good("get_statistics", part_id=washer, heights=[-1.0, OUTER])
+    [result] = answer.statistics
+    asked = [(pose.pose_id, height) for pose in result.poses for height in (-1.0, OUTER)]
+    assert [(one.pose_id, one.height) for one in answer.outlines] == asked
+    flat_ones = on_edge = 0
+    for pose, seen, cut in zip(result.poses, answer.outlines[::2], answer.outlines[1::2],
+                               strict=True):
+        if math.isclose(pose.top, HIGH, rel_tol=1e-6):
+            flat_ones += 1
+            boundary, hole = areas(seen)
+            assert boundary == pytest.approx(POLYGON * OUTER**2, rel=1e-6)
+            assert hole == pytest.approx(-POLYGON * INNER**2, rel=1e-6)
+            assert len(cut.corners) == 0  # it is lower than that
+        else:  # on its edge, cut through the axis, give or take a facet
+            on_edge += 1
+            [boundary] = areas(seen)
+            assert boundary == pytest.approx(2.0 * OUTER * HIGH, rel=0.01)
+            assert len(cut.corners) == 2  # on both sides of the bore
+            assert sum(areas(cut)) == pytest.approx(2.0 * (OUTER - INNER) * HIGH, rel=0.01)
+    assert flat_ones == 2 and on_edge == 1
+    assert not cell.good("get_statistics", part_id=washer).outlines
+
+
+def test_what_cannot_be_asked_is_refused(cell, washer):
+    assert "one part's outlines" in cell.refused("get_statistics", heights=[0.001])
+    assert "heights above the plate" in cell.refused("get_statistics", part_id=washer,
+                                                     heights=[math.nan])
+    assert "triangles in all outlines" in cell.refused("get_statistics", part_id=washer,
+                                                       heights=[0.001] * 10_000)

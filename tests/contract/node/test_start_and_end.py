@@ -1,0 +1,200 @@
+"""Starts that are refused in one line, odd ones that are not, and ends at any moment."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.parameter import parameter_value_to_python
+from ros_pose_stats_msgs.msg import JobEvent
+from rosgraph_msgs.msg import Clock
+from shape_msgs.msg import Mesh
+
+from tests.running import refusal
+
+from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
+from .harness.camera import counted, counting
+from .harness.cell import Health, MeshPublisher, cell_of, latched
+from .harness.client import RUNNING, until, wait_for
+from .harness.goals import Goals
+from .harness.jobs import LONG, finished, known_part, running_with_results, start
+from .harness.parts import WEDGE, flat, mesh, new_id
+from .harness.slow import builder_at_work, ellipsoid, is_gone
+
+
+@pytest.fixture
+def refused(domain, tmp_path):
+    """The line of a start that must be refused, in this process."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield lambda *given: refusal("node", "--ros-args", "-p", f"log_directory:={tmp_path}",
+                                 *[word for one in given for word in ("-p", one)])
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ("restitution:=2.5", ("restitution", "2.5", "below 1")),
+    ("restitution:=.nan", ("restitution", "nan")),
+    ("restitution:=high", ("restitution", "'high'", "double")),
+    ("max_parts:=2.5", ("max_parts", "2.5", "integer")),
+    ("log_directory:=7", ("log_directory", "7", "string")),
+    ("log_directory:=~nobody_of_this_name/bags", ("log_directory", "nobody")),
+    ("default_method:=guess", ("default_method", "'guess'", "combined")),
+    ("plates:=/dev/null", ("plates", "/dev/null")),
+    ("nonsense", ("nonsense",)),
+])
+def test_a_bad_parameter_is_refused_in_a_line_that_says_why(refused, given, said):
+    line = refused(given, "plate:=glass") if given.startswith("plates") else refused(given)
+    assert all(word in line for word in said), line
+
+
+@pytest.mark.parametrize(("entries", "said"), [
+    ("[/a/clamp, /b/clamp]", "different part_id each"), ("['x=/a', 'x=/b']", "'x'"),
+    ("[/a/x, 'x=/b']", "'x'"), ("[1, 2]", "string_array"),
+    *[(f"['{entry}']", "mesh_topics as") for entry in (
+        "/", "~", "part=", "=", "/a/", "//a", "a b", "/1a", "part=/ü", "part=~x", "a-b")],
+    ("['" + "x" * 201 + "=/a']", "printable"), ("['/" + "x" * 501 + "']", "mesh_topics"),
+])
+def test_mesh_topics_must_be_topics_with_a_name_each(refused, entries, said):
+    line = refused(f"mesh_topics:={entries}")
+    assert "mesh_topics" in line or "part_id" in line
+    assert said in line, line
+
+
+def test_arguments_that_are_no_ros_arguments(refused):
+    assert "--fast" in refusal("node", "--fast")
+
+
+@pytest.mark.parametrize(("missing", "advice"), [
+    ("rclpy", "source /opt/ros/jazzy/setup.bash"),
+    ("ros_pose_stats_msgs", "colcon build --base-paths . msg_defs")])
+def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
+    monkeypatch.setitem(sys.modules, missing, None)
+    line = refused()
+    assert missing in line and advice in line and "make setup" in line
+
+
+@pytest.fixture(scope="module")
+def odd(domain, tmp_path_factory):
+    """A client of a node with parameters of every form, on simulated time."""
+    with cell_of(domain, tmp_path_factory.mktemp("bags"), "odd", use_sim_time=True,
+                 restitution=0, max_job_seconds=5, drop_height=1, cluster_tolerance=0, workers=1,
+                 mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']") as (
+            _, client):
+        yield client
+
+
+def test_whole_numbers_lists_and_private_topics_are_taken(odd):
+    values = odd.call("get_parameters", names=["restitution", "drop_height"]).values
+    assert [parameter_value_to_python(value) for value in values] == [0.0, 1.0]
+    for topic, names in (("/cad/clamp", ("clamp", "a=b")), (f"{odd.prefix}/mine", ("mine",)),
+                         ("/odd/nut", ("other",))):
+        MeshPublisher(odd, topic, Mesh).matched().publish(mesh(WEDGE))
+        for name in names:
+            assert latched(odd, name).cluster_tolerance == 0.0
+
+
+def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(odd):
+    """The node is ready, healthy and answers meanwhile."""
+    Health(odd).line("jobs")
+    told = odd.good("estimate", part=flat(WEDGE, "wedge")).statistics
+    assert (told.header.stamp.sec, told.header.stamp.nanosec) == (0, 0)
+    finished(odd, start(odd, "wedge", 200))
+    with odd.late_joiner() as joiner:
+        joiner.wait("wedge")
+    clock = odd.node.create_publisher(Clock, "/clock", 1)
+    until(lambda: clock.get_subscription_count() > 0, "the node")
+
+    def stamp(part_id):
+        clock.publish(Clock(clock=Time(sec=1234)))
+        return odd.good("estimate", part=flat(WEDGE, part_id)).statistics.header.stamp.sec
+
+    until(lambda: stamp(new_id()) == 1234, "the node's clock")
+
+
+ENDING = "expected a running node, got one that is ending; start it again"
+
+
+def catches(process, number):
+    """Whether a process handles a signal itself."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(caught >> (number - 1) & 1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_before_it_is_ready(node_of, number):
+    node = node_of()
+    until(lambda: catches(node.process, signal.SIGTERM), "the handlers")
+    node.stop(number)
+
+
+def test_many_signals_as_soon_as_it_is_ready(node_of):
+    """A handler must not wait for a lock that the wait which it interrupts holds."""
+    node = node_of().ready()
+    for number in 100 * [signal.SIGINT, signal.SIGTERM]:
+        node.send(number)
+    assert node.ended() == 0
+    node.assert_sound()
+
+
+@pytest.fixture(scope="module")
+def ended(domain, tmp_path_factory):
+    """A node that was ended with its hands full; its folder, and what it told its clients."""
+    folder, told = tmp_path_factory.mktemp("bags"), {}
+    with cell_of(domain, folder, "ended", refine_drops=LONG) as (node, client):
+        part_id = known_part(client)
+        until(lambda: RUNNING in client.call("list_drop_simulations").state, "a refinement")
+        told["running"] = start(client, part_id, LONG, seed=5)
+        told["queued"] = start(client, part_id, LONG, seed=6)
+        running_with_results(client, told["running"])
+        goals = Goals(client)
+        goal = goals.send(part_id=part_id, drops=LONG, seed=7)
+        model = client.good("get_statistics", part_id=part_id).statistics[0]
+        counting(client).publish(
+            *(counted(model, [number]) for number in range(300))).acknowledged()
+        slow = client.send("estimate", part=flat(ellipsoid(120_000), "long"))
+        builder = builder_at_work(node.process.pid)
+        told["many"] = [client.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * k)
+                        for k in range(200)]
+        feeding = client.send("feeding", part_id=part_id, wanted=[0], rate=40.0,
+                              cycle_time=0.5, kick_height=0.012)
+        node.stop(signal.SIGTERM)
+        told["waited"] = [wait_for(one) for one in (slow, feeding)]
+        told["many"] = [wait_for(one) for one in told["many"]]
+        told["goal"] = goal.result()[1]
+        assert is_gone(builder)
+        goals.close()
+    return folder, told
+
+
+def test_jobs_are_cancelled_once_and_what_was_done_is_kept(ended):
+    folder, told = ended
+    found = ends(folder)
+    assert {told["running"], told["queued"], told["goal"].job_id} <= found.keys()
+    assert len(found) == 4  # with the refinement
+    for events in found.values():
+        assert [event.event for event in events] == [JobEvent.CANCELLED]
+        assert events[0].message == "the node ended"
+    last = [one for one in recorded(folder, "answers")
+            if one.job_id == told["running"] and one.final][-1]
+    assert last.drops == found[told["running"]][0].drops_done > 0
+
+
+def test_whoever_waits_is_told(ended):
+    _, told = ended
+    assert not told["goal"].success and "the node ended" in told["goal"].message
+    slow, _ = told["waited"]
+    assert not slow.success and slow.message == ENDING
+    refused = {one.message for one in (*told["waited"], *told["many"]) if not one.success}
+    assert refused == {ENDING}
+
+
+def test_all_counts_that_had_come_and_no_half_built_part_are_recorded(ended):
+    folder, _ = ended
+    assert [one.count[0] for one in recorded(folder, "pose_counts")] == list(range(300))
+    assert len(recorded(folder, "part_mesh")) == 1
+    assert_readable_by_others(*bags_of(folder))

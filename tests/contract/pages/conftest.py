@@ -1,0 +1,118 @@
+"""Pages as the commands write them, and the browser that shows them."""
+
+from __future__ import annotations
+
+import pytest
+import trimesh
+
+from ros_pose_stats import shapes
+from tests.bodies import moved, random_polyhedron, rotation, write_stl
+from tests.running import answer, answer_json
+
+from .browser import Browser, browser_file
+from .reading import Page
+
+DROPPED = "--unit", "mm", "--drops", 300, "--seed", 1
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    if browser_file() is None:
+        pytest.skip("no Chromium: apt install chromium")
+    browser = Browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.close()
+
+
+@pytest.fixture(scope="session")
+def parts(tmp_path_factory):
+    """The demo parts, a box of 20 x 30 x 40 mm, and variants of the clamp."""
+    folder = tmp_path_factory.mktemp("parts")
+    answer("shapes", folder)
+    write_stl(folder / "box.stl", shapes.box(20.0, 30.0, 40.0))
+    clamp = trimesh.load_mesh(folder / "clamp.stl")
+    surface = clamp.vertices, clamp.faces
+    write_stl(folder / "long.stl", (surface[0] * (1.0, 1.0, 1.4), surface[1]))
+    write_stl(folder / "turned.stl", moved(surface, rotation(3)))
+    write_stl(folder / "<i>stone & 'co'.stl", moved(random_polyhedron(8, 2), scale=10.0))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def report(parts):
+    """All that a report can hold, of the box: its page, and its file."""
+    file = parts / "box.html"
+    answer("report", parts / "box.stl", *DROPPED, "--wanted", "0,1", "--rate", 60, "--kick", 0.02,
+           "--changes", "-o", file, "--png", parts / "box.png")
+    return Page(file), file
+
+
+@pytest.fixture(scope="session")
+def counted(parts):
+    """The drops that the report is about."""
+    return answer_json("simulate", parts / "box.stl", *DROPPED)
+
+
+@pytest.fixture(scope="session")
+def clamp(parts):
+    """A report on the clamp."""
+    file = parts / "clamp.html"
+    answer("report", parts / "clamp.stl", *DROPPED, "-o", file)
+    return Page(file), file
+
+
+@pytest.fixture(scope="session")
+def rock(parts):
+    """A report on a body of many poses."""
+    file = parts / "rock.html"
+    write_stl(parts / "rock.stl", random_polyhedron(14, 5))
+    answer("report", parts / "rock.stl", *DROPPED, "--cluster-tolerance", 0, "-o", file)
+    return Page(file), file
+
+
+@pytest.fixture(scope="session")
+def comparison(parts):
+    """Of the clamp, three variants of it and a stone; the page, its file and the object."""
+    file = parts / "variants.html"
+    asked = ("compare", *(parts / f"{name}.stl" for name in (
+        "clamp", "long", "turned", "<i>stone & 'co'")), *DROPPED, "--wanted", "0,1")
+    answer(*asked, "-o", file)
+    return Page(file), file, answer_json(*asked)
+
+
+SHAPES = {
+    "a_cube": (10.0, 10.0, 10.0), "b_bar": (12.0, 14.0, 60.0), "c_plate": (40.0, 30.0, 3.0),
+    "d_block": (20.0, 22.0, 25.0), "e_<i>odd</i> & 'name'": (9.0, 10.0, 11.0),
+    "g_tiny": (0.10, 0.11, 0.12),
+}
+
+
+@pytest.fixture(scope="session")
+def catalogue(tmp_path_factory):
+    """Makes the catalogue of a few parts and so many files that are none: folder and object."""
+    def make(others):
+        folder = tmp_path_factory.mktemp("catalogue")
+        (folder / "parts").mkdir()
+        for name, size in SHAPES.items():
+            write_stl(folder / "parts" / f"{name.replace(chr(47), '_')}.stl", shapes.box(*size))
+        trimesh.creation.box((15.0, 16.0, 17.0)).export(folder / "parts" / "h_declared.3mf")
+        (folder / "parts" / "f_letter.stl").write_text("Dear colleague,")
+        for k in range(others):
+            (folder / "parts" / f"x_{k}.stl").write_text("Dear colleague,")
+        return folder / "out", answer_json(
+            "catalogue", folder / "parts", "--unit", "mm", "--restitution", 0.4, "--workers", 1,
+            "-o", folder / "out")
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def small(catalogue):
+    """A page that holds all of its parts."""
+    return catalogue(0)
+
+
+@pytest.fixture(scope="session")
+def large(catalogue):
+    """A page that takes its rows from scripts beside it."""
+    return catalogue(400)

@@ -1,0 +1,71 @@
+"""What a page of HTML holds: its texts, its addresses, its pictures and what they show."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from html.parser import HTMLParser
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image
+
+VOID = {"meta", "link", "img", "br", "input", "hr"}
+
+
+class Picture(NamedTuple):
+    """What is said of it, and its file."""
+
+    name: str
+    content: bytes
+
+    @property
+    def pixels(self):
+        """Of a picture of pixels (h, w, 3)."""
+        return np.asarray(Image.open(io.BytesIO(self.content)).convert("RGB")).astype(int)
+
+    @property
+    def words(self):
+        """Texts of a drawing, which it names beside their outlines."""
+        return re.findall(r"<!-- (.*?) -->", self.content.decode())
+
+
+class Page(HTMLParser):
+    """A page that was read; its tags must be closed in their order."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.source = file.read_text(encoding="utf-8")
+        self.addresses, self.pictures = [], []
+        self._texts, self._open = [], []
+        self.feed(self.source)
+        assert self._open == []
+        self.text = " ".join(" ".join(self._texts).replace("\xa0", " ").split())
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.addresses += [given[name] for name in ("src", "href") if name in given]
+        if tag == "img" and given["src"].startswith("data:"):
+            content = base64.b64decode(given["src"].partition(";base64,")[2])
+            self.pictures.append(Picture(given.get("alt", "").replace("\xa0", " "), content))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        if self._open and self._open[-1] not in ("script", "style"):
+            self._texts.append(data)
+
+    def named(self, begin):
+        """Pictures by the beginning of what is said of them."""
+        return [picture for picture in self.pictures if picture.name.startswith(begin)]
+
+    def needs_nothing(self):
+        """Whether it asks for nothing beside itself."""
+        bare = re.sub(r"base64,[^\"]*", "", self.source)
+        return (all(address.startswith(("data:", "#")) for address in self.addresses)
+                and not re.search(r"https?://(?!www\.w3\.org)", bare)
+                and "default-src 'none'" in self.source)

@@ -1,0 +1,107 @@
+"""Pages in a real browser: nothing asked of a network, nothing cut off, and the part turns."""
+
+from __future__ import annotations
+
+import pytest
+
+HARMLESS = ("software WebGL", "GPU stall")
+"""What a browser without a graphics card says of itself."""
+
+SHOWN = """(() => {
+  const view = document.getElementById('view'), copy = document.createElement('canvas');
+  copy.width = view.width;
+  copy.height = view.height;
+  const pen = copy.getContext('2d');
+  pen.drawImage(view, 0, 0);
+  const data = pen.getImageData(0, 0, copy.width, copy.height).data;
+  let blue = 0;
+  for (let i = 0; i < data.length; i += 4) blue += data[i + 2] > data[i] + 40;
+  return blue / (data.length / 4);
+})()"""
+"""Share of the view that shows the blue part."""
+
+STATE = "(e => [e.azimuth, e.elevation, e.pose])(document.getElementById('view').dataset)"
+
+CUT = """[...document.querySelectorAll('h1,h2,h3,p,dd,dt,button,pre,figcaption')].filter(e =>
+  e.getBoundingClientRect().right > innerWidth + 1).map(e => e.textContent)"""
+
+TEXTS = """(() => [...document.images].filter(e => e.src.startsWith('data:image/svg')).map(e => {
+  const drawing = new DOMParser().parseFromString(atob(e.src.split(',')[1]), 'image/svg+xml')
+    .documentElement;
+  document.body.append(drawing);
+  const page = drawing.getBoundingClientRect();
+  const boxes = [...drawing.querySelectorAll('g[id^=text_]')].map(text =>
+    text.getBoundingClientRect()).filter(box => box.width > 0);
+  drawing.remove();
+  const cut = boxes.filter(box => box.left < page.left || box.right > page.right
+    || box.top < page.top || box.bottom > page.bottom);
+  const over = boxes.filter((a, i) => boxes.some((b, j) => j < i && a.left < b.right
+    && b.left < a.right && a.top < b.bottom && b.top < a.bottom));
+  return [e.alt, boxes.length, cut.length, over.length];
+}))()"""
+"""Of every drawing: its name, and how many texts it has, are cut off, and cover another."""
+
+
+@pytest.fixture(params=["report", "clamp", "comparison"])
+def file(request):
+    return request.getfixturevalue(request.param)[1]
+
+
+@pytest.mark.parametrize(("fragment", "renderer"), [("", "webgl"), ("#2d", "2d")])
+def test_the_view_turns_and_shows_the_pose_that_is_asked_for(clamp, browser, fragment, renderer):
+    browser.open("about:blank")
+    browser.open(clamp[1].as_uri() + fragment)
+    assert browser.evaluate("document.getElementById('view').dataset.renderer") in (renderer, "2d")
+    assert browser.evaluate(SHOWN) > 0.03
+    before = browser.evaluate(STATE)
+    browser.evaluate("document.getElementById('view').scrollIntoView({block: 'center'})")
+    x, y = browser.evaluate("(r => [r.x + r.width / 2, r.y + r.height / 2])"
+                            "(document.getElementById('view').getBoundingClientRect())")
+    browser.drag((x, y), (x + 120, y + 40))
+    after = browser.evaluate(STATE)
+    assert float(after[0]) != float(before[0]) and float(after[1]) != float(before[1])
+    assert browser.evaluate(SHOWN) > 0.03
+    browser.evaluate("document.querySelectorAll('#poses-of-view button')[2].click()")
+    browser.evaluate("new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))")
+    assert browser.evaluate(STATE)[2] != before[2]
+    assert browser.evaluate(SHOWN) > 0.03
+
+
+@pytest.mark.parametrize(("width", "phone"), [(1280, False), (390, True)])
+def test_a_page_asks_for_nothing_and_is_no_wider_than_the_window(file, browser, width, phone):
+    browser.open("about:blank")
+    browser.requests.clear()
+    browser.complaints.clear()
+    browser.open(file.as_uri(), width, 844, phone)
+    assert browser.requests == [file.as_uri()]
+    assert [line for line in browser.complaints if not any(w in line for w in HARMLESS)] == []
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    assert browser.evaluate(CUT) == []
+    assert browser.evaluate(
+        "[...document.images].every(e => e.complete && e.naturalWidth > 0)")
+
+
+def test_no_text_of_a_drawing_is_cut_off_or_covers_another(report, clamp, rock, browser):
+    for _, file in (report, clamp, rock):
+        browser.open("about:blank")
+        browser.open(file.as_uri())
+        drawings = browser.evaluate(TEXTS)
+        assert len(drawings) >= 4
+        assert [drawing for drawing in drawings if drawing[1] < 5 or drawing[2] + drawing[3]] == []
+
+
+def test_no_figure_is_squeezed_or_covered_in_print(clamp, browser):
+    browser.open("about:blank")
+    browser.open(clamp[1].as_uri(), 720, 1000)
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    try:
+        boxes = browser.evaluate(
+            "[...document.querySelectorAll('.pair img')].map(e => e.getBoundingClientRect())"
+            ".map(r => [r.left, r.right, r.width])")
+        assert len(boxes) == 4
+        for left, right in zip(boxes[::2], boxes[1::2], strict=True):
+            assert left[1] <= right[0]
+            assert min(left[2], right[2]) > 0.4 * 720
+        assert browser.evaluate("document.documentElement.scrollWidth") == 720
+    finally:
+        browser.ask("Emulation.setEmulatedMedia", media="")

@@ -1,0 +1,165 @@
+"""The page about a part: one story, that of the counted drops, in numbers and in pictures."""
+
+from __future__ import annotations
+
+import math
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import shapes
+from tests.bodies import METHODS, subdivided, write_stl
+from tests.running import answer
+
+from .reading import Page
+
+AREAS = (12.0, 8.0, 6.0)
+"""Of the faces of the box, in hundreds of square millimetres."""
+
+
+@pytest.fixture(scope="module")
+def kinds(counted):
+    """Poses by what symmetry makes alike, with totals: (numbers, pose)."""
+    poses = sorted(counted["poses"], key=lambda pose: pose["index"])
+    return [((pose["index"], pose["index"] + 1), pose) for pose in poses[::2]]
+
+
+def percent(share):
+    return f"{100.0 * share:.1f} %"
+
+
+def test_it_is_one_file_that_asks_for_nothing(report, clamp):
+    for page, file in (report, clamp):
+        assert page.needs_nothing()
+        assert file.stat().st_size < 3e6
+
+
+def test_the_first_sentence_names_the_scene_and_the_commonest_pose(report, counted):
+    page, _ = report
+    scene = counted["scene"][0].upper() + counted["scene"][1:]
+    assert f"{scene}, this part comes to rest in 6 stable poses of 3 kinds" in page.text
+    best = max(pose["group_probability"] for pose in counted["poses"])
+    assert f"{percent(best)} of 300 simulated drops" in page.text
+
+
+def test_like_poses_have_a_picture_and_their_total(report, kinds):
+    page, _ = report
+    shown = [picture.name for picture in page.named("The part in pose")]
+    assert len(shown) == 3
+    for (first, second), pose in kinds:
+        total = percent(pose["group_probability"])
+        assert f"The part in poses {first}, {second}, {total} of the drops" in shown
+        for number in (f"each of 2, about {percent(pose['group_probability'] / 2)}",
+                       f"{1e3 * pose['height']:.4g} mm", f"{1e3 * pose['barrier']:.4g} mm",
+                       f"{math.degrees(pose['margin']):.3g}°", "every 180° of yaw"):
+            assert number in page.text
+
+
+def test_each_pose_is_listed_on_demand_with_its_count(report, counted):
+    (hidden,) = re.findall(r"<details>(.*?)</details>", report[0].source, re.DOTALL)
+    rows = [re.findall(r"<td>(.*?)</td>", row, re.DOTALL)
+            for row in re.findall(r"<tr>(.*?)</tr>", hidden, re.DOTALL)[1:]]
+    assert [(int(row[0]), int(row[1]), int(row[4])) for row in rows] == [
+        (pose["index"], pose["group"], pose["count"]) for pose in counted["poses"]]
+
+
+def test_every_method_tells_every_total(report, kinds):
+    titles = unescape(report[0].source).replace("\xa0", " ")
+    for method in ("hybrid", *METHODS):
+        for (first, second), _ in kinds:
+            assert f'title="{method}, poses {first}, {second}: ' in titles
+    for ((first, second), _), area in zip(kinds, AREAS, strict=True):
+        share = percent(area / sum(AREAS))
+        assert f'title="area, poses {first}, {second}: {share}' in titles
+
+
+def test_the_splitting_graph_has_the_levels_of_the_edges_and_the_shares_of_the_table(
+        report, counted):
+    """A box goes from face to face over its edges: half the diagonals of the sides between."""
+    (picture,) = report[0].named("Splitting graph")
+    words = picture.words
+    for level in (math.hypot(15.0, 10.0), math.hypot(20.0, 10.0)):
+        assert f"{level:.2f}" in words
+    for pose in counted["poses"]:
+        assert str(pose["index"]) in words and percent(pose["probability"]) in words
+
+
+def test_feeding_is_in_rates_passes_and_kicks(report, counted):
+    page, _ = report
+    share = sum(pose["probability"] for pose in counted["poses"] if pose["index"] < 2)
+    assert f"{60.0 * share:.3g} accepted parts a minute" in page.text
+    assert f"{1.0 / share:.3g} passes per accepted part" in page.text
+    assert "Feeding: dropped again or flipped" in page.text
+    assert page.named("Accepted parts a minute over the kick height")
+    assert "A wanted pose has others" not in page.text
+
+
+def test_changes_are_in_a_table_and_on_the_part(report):
+    page, _ = report
+    assert "Which change of the part feeds better" in page.text and "points per mm" in page.text
+    assert page.named("The part from two sides, coloured where to add and where to take away")
+
+
+def test_all_can_be_had_again(report, counted):
+    page, _ = report
+    assert "ros_pose_stats report box.stl --unit mm" in page.text
+    assert "ros_pose_stats simulate box.stl --unit mm" in page.text
+    assert counted["part_digest"] in page.text
+
+
+def test_a_part_without_symmetry_has_a_picture_a_pose(clamp):
+    page, _ = clamp
+    assert len(page.named("The part in pose ")) == 7
+    assert "<details>" not in page.source and "Feeding: dropped" not in page.text
+
+
+def test_warnings_come_in_plain_words(parts, tmp_path):
+    answer("report", parts / "cylinder.stl", "--unit", "mm", "--drops", 50, "--wanted", 1,
+           "--drop-height", 0.03, "-o", tmp_path / "a.html")
+    text = Page(tmp_path / "a.html").text
+    for words in ("A wanted pose has others that look the same", "margin across its axis",
+                  "at any yaw"):
+        assert words in text
+    assert text.count("* The part rolls in this pose") == 1
+    assert text.count("The part is released low") == 1  # though nine methods say so
+
+
+def test_large_lengths_have_no_exponent_and_stay_with_their_units(tmp_path):
+    write_stl(tmp_path / "hall.stl", shapes.box(22.0, 18.0, 14.0))
+    answer("report", tmp_path / "hall.stl", "--drops", 50, "-o", tmp_path / "a.html")
+    page = Page(tmp_path / "a.html")
+    assert "22000 × 18000 × 14000\xa0mm" in unescape(page.source)
+    assert not re.search(r"\de[+-]\d", page.text)
+    assert not re.findall(r"<(?:p|dd)\b[^>]*>[^<]*\d (?:mm\b|%)", unescape(page.source))
+
+
+def test_names_of_parts_cannot_write_html(tmp_path):
+    write_stl(tmp_path / "<b>&'.stl", shapes.box(20.0, 30.0, 40.0))
+    answer("report", tmp_path / "<b>&'.stl", "--unit", "mm", "--drops", 20, "-o",
+           tmp_path / "a.html")
+    page = Page(tmp_path / "a.html")
+    assert "<b>&" not in page.source and "<b>&': how it comes to rest" in page.text
+
+
+def test_the_page_of_a_fine_part_stays_small(parts, tmp_path):
+    import trimesh
+
+    mesh = trimesh.load_mesh(parts / "clamp.stl")
+    surface = mesh.vertices, mesh.faces
+    for _ in range(3):
+        surface = subdivided(surface)
+    assert len(surface[1]) > 50_000
+    write_stl(tmp_path / "fine.stl", surface)
+    answer("report", tmp_path / "fine.stl", "--unit", "mm", "--drops", 50, "-o",
+           tmp_path / "a.html")
+    assert (tmp_path / "a.html").stat().st_size < 3e6
+
+
+def test_poses_stand_whole_on_white_paper(report):
+    for picture in report[0].named("The part in pose"):
+        pixels = picture.pixels
+        rim = np.concatenate([pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]])
+        assert (rim == 255).all()
+        assert (np.ptp(pixels, axis=2) > 20).mean() > 0.03  # blue is no grey

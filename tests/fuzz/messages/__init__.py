@@ -1,1 +1,0 @@
-"""Messages and requests that are no good."""

@@ -1,0 +1,74 @@
+"""Answers condensed to what is kept, and compared: exactly, but for floats that others round.
+
+Kept of an answer are a digest of all that is exact (counts, digests, indices, words, structure)
+and its floating-point numbers to twelve digits. Libraries round otherwise on other processors, so
+numbers agree within `ROUNDING`, and those printed in text within one unit of their last digit.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+
+ROUNDING = 1e-9
+"""Relative and absolute: a thousand times what estimates differed by between processors."""
+
+SEARCHED = {"fit": 1e-6}
+"""Answers of a numeric search, which ends within its own tolerance."""
+
+BITS = "bits"
+"""Key of what is equal to the last bit on one machine alone; not kept."""
+
+DECIMAL = re.compile(r"(?<![\w.])[-+−]?\d+(?:\.\d+(?:e[-+]?\d+)?|e[-+]\d+)(?!\w)")
+
+
+def condense(answer):
+    """Digest of what is exact, and the numbers that are not, with the unit of their last digit."""
+    numbers = []
+
+    def plain(value):
+        if isinstance(value, float):
+            numbers.append(float(f"{value:.12g}"))
+            return "#"
+        if isinstance(value, str):
+            return DECIMAL.sub(take, value)
+        if isinstance(value, dict):
+            return {key: plain(item) for key, item in value.items() if key != BITS}
+        return [plain(item) for item in value] if isinstance(value, list) else value
+
+    def take(match):
+        text = match.group().replace("−", "-")
+        mantissa, _, exponent = text.partition("e")
+        unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+        numbers.append([float(text), unit])
+        return "#"
+
+    exact = json.dumps(plain(answer), sort_keys=False, ensure_ascii=False)
+    return {"exact": hashlib.sha256(exact.encode()).hexdigest()[:24], "numbers": numbers}
+
+
+def differences(answers, kept):
+    """A line for every kept request whose answer is another, empty where all agree."""
+    lines = []
+    for name, expected in kept.items():
+        if name not in answers:
+            lines.append(f"{name}: not answered")
+            continue
+        here = condense(answers[name])
+        if here["exact"] != expected["exact"] or len(here["numbers"]) != len(expected["numbers"]):
+            lines.append(f"{name}: what is exact differs")
+            continue
+        rounding = SEARCHED.get(name, ROUNDING)
+        pairs = zip(map(number, here["numbers"]), map(number, expected["numbers"]), strict=True)
+        apart = [(value, other) for (value, unit), (other, _) in pairs
+                 if abs(value - other) > max(1.001 * unit, rounding * (1.0 + abs(other)))]
+        if apart:
+            value, other = max(apart, key=lambda pair: abs(pair[0] - pair[1]))
+            lines.append(f"{name}: {len(apart)} numbers differ, most {value!r} from {other!r}")
+    return lines
+
+
+def number(kept):
+    """A number and the unit of its last digit, 0 of one that was not printed."""
+    return kept if isinstance(kept, list) else (kept, 0.0)

@@ -1,0 +1,35 @@
+"""What the bag of a node holds that was sent the demo parts; of one checkout beside another."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+from tests.contract.node.harness.node import NodeProcess
+from tests.golden.answers import without_times
+
+DEMO = ("clamp", "bracket", "prism", "cylinder")
+
+
+def analysis_of_bag(folder, checkout):
+    """What the command `bag` says of the parts of such a bag, less times.
+
+    The parts are those that `write_parts` wrote below the folder.
+    """
+    runs = folder / "runs"
+    command = [sys.executable, "-m", "ros_pose_stats"]
+    environment = {**os.environ, "PYTHONPATH": str(checkout), "PYTHONWARNINGS": "ignore",
+                   "ROS_DOMAIN_ID": str(os.getpid() % 100 + 1),
+                   "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with NodeProcess(runs, environment=environment, folder=checkout) as node:
+        node.ready()
+        for name in DEMO:
+            subprocess.run([*command, "publish", folder / "parts" / f"{name}.stl", "--unit", "mm",
+                            "--seconds", "3"], env=environment, cwd=checkout, check=True,
+                           capture_output=True)
+    said = subprocess.run([*command, "bag", *runs.iterdir(), "--json"], check=True, cwd=checkout,
+                          env=environment, capture_output=True, text=True).stdout
+    return {f"bag: {part['part_id']}": without_times(part)
+            for part in json.loads(said)["parts"]}

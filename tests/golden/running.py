@@ -1,0 +1,44 @@
+"""The answers of a checkout, made by a process of its own in a chosen environment."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.golden import answers, parts
+from tests.running import ROOT
+
+KEPT = Path(__file__).with_name("kept.json")
+
+REAL = ROOT.parent / "shared"
+"""Meshes that were not made for this project; without them their answers are not compared."""
+
+CATALOGUE = ("Cf1i", "Cf4i", "Cl2o", "Cs1o", "Rf2i", "Rl4i", "Sf2o", "Sl1i", "Tf1o", "Ts4i")
+
+
+def write_parts(folder):
+    """Fill a folder with the kept parts, and of the real ones where they are at hand."""
+    parts.write(folder)
+    real = folder / "real"
+    real.mkdir()
+    for file in [*(REAL / "meshes").glob("*.*"),
+                 *(REAL / "catalogue" / f"{name}.STEP" for name in CATALOGUE)]:
+        if file.is_file() and file.suffix != ".md":
+            (real / file.name).symlink_to(file)
+    return folder
+
+
+def answers_of(folder, *arguments, checkout=ROOT, environment=None):
+    """Answers by request; `arguments` as of the script `answers`."""
+    folder.mkdir(exist_ok=True)
+    write_parts(folder / "parts")
+    output = folder / "answers.json"
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", answers.__file__, "parts", output, *arguments],
+        capture_output=True, text=True, cwd=folder, env={
+            **os.environ, "PYTHONPATH": str(checkout), **(environment or {})})
+    assert done.returncode == 0, done.stderr
+    return json.loads(output.read_text(encoding="utf-8"))

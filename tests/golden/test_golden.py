@@ -1,0 +1,110 @@
+"""What the commands answer for forty-five parts is what they answered before, on any machine.
+
+One machine plays others: BLAS, the C library, numpy and LLVM are told to use what other
+processors have; another hull is put in place of Qhull's; and Python computes every kernel itself.
+Counts, digests and words are exact; estimates, which may use the libraries, are so but for
+rounding (`comparing.ROUNDING`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.golden import answers
+from tests.golden.comparing import differences
+from tests.golden.machines import COMPILED_OTHERWISE, PLAYED
+from tests.golden.running import KEPT, answers_of, write_parts
+
+ALL = json.loads(KEPT.read_text(encoding="utf-8"))
+SLOW = ".STEP"
+"""Each request reads the file anew in a process of its own."""
+
+PARTS = sorted({name.partition(": ")[0] for name in ALL if ": " in name})
+
+CORE_PARTS = ("cube", "turned_cube", "octahedron", "open_box", "drum", "cut_ball", "pebble",
+              "half_cylinder", "polyhedron_0", "polyhedron_3", "clamp", "bracket", "machined_1")
+CORE_REQUESTS = ("poses", "methods", "split bouncy", "drops dull 1", "drops bouncy 2", "film",
+                 "sensitivity")
+CORE = {name: kept for name, kept in ALL.items()
+        if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS}
+FEW = {name: ALL[name] for name in ("cube.stl: few", "polyhedron_0.stl: few", "clamp.stl: few")}
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory):
+    return write_parts(tmp_path_factory.mktemp("golden") / "parts")
+
+
+@pytest.fixture
+def in_folder_of(parts, monkeypatch):
+    """Files are named in answers: as seen from the folder above them."""
+    monkeypatch.chdir(parts.parent)
+    return Path(parts.name)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.long] if name.endswith(SLOW) else [])
+    for name in PARTS])
+def test_answers_for_a_part(name, in_folder_of):
+    file = in_folder_of / name
+    if not file.exists():
+        pytest.skip(f"{name} is not at hand")
+    kept = {request: answer for request, answer in ALL.items() if request.startswith(f"{name}: ")}
+    assert differences(answers.answers_of_part(file, kept.__contains__), kept) == []
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.long] if name == "fit" else [])
+    for name in ALL if ": " not in name])
+def test_answers_about_several_parts(name, in_folder_of, tmp_path):
+    made = sorted(file for file in in_folder_of.iterdir() if file.is_file())
+    found = answers.answers_of_commands(made, tmp_path, {name}.__contains__)
+    assert differences(found, {name: ALL[name]}) == []
+
+
+def assert_kept(folder, kept, *arguments, **environment):
+    """A process in another environment answers as was kept."""
+    made = answers_of(folder, "--only", *kept, *arguments, environment=environment)
+    at_hand = {name: answer for name, answer in kept.items()
+               if name in made or not (folder / "parts" / "real").exists()}
+    assert differences(made, at_hand) == []
+
+
+@pytest.mark.parametrize("machine", PLAYED)
+def test_on_another_machine(machine, tmp_path):
+    assert_kept(tmp_path, CORE, **PLAYED[machine])
+
+
+def test_with_another_hull(tmp_path):
+    """A hull decides only what the faces are; changes of a part have those that it cut."""
+    assert_kept(tmp_path, {name: kept for name, kept in CORE.items()
+                           if not name.endswith("sensitivity")}, "--other-hull")
+
+
+def test_with_kernels_run_by_python(tmp_path):
+    """Python fuses no multiplication with an addition and reorders nothing: nor did LLVM."""
+    assert_kept(tmp_path, FEW, NUMBA_DISABLE_JIT="1")
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("compiler", COMPILED_OTHERWISE)
+def test_with_kernels_compiled_otherwise(compiler, tmp_path):
+    assert_kept(tmp_path, CORE, **COMPILED_OTHERWISE[compiler],
+                NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("machine", PLAYED)
+def test_everything_on_another_machine(machine, tmp_path):
+    environment = {**os.environ, **PLAYED[machine]}
+    made = answers_of(tmp_path, environment=environment)
+    assert differences(made, {name: ALL[name] for name in made}) == []
+    assert made.keys() >= {name for name in ALL if not (tmp_path / "parts" / "real").exists()}

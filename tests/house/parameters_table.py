@@ -1,0 +1,38 @@
+"""Writes the table of parameters in docs/node.md: `python -m tests.house.parameters_table`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ros_pose_stats.ros.settings import TABLE, Setting
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "node.md"
+HEAD = "| name | default | meaning |\n|---|---|---|\n"
+
+
+def parameters_table() -> str:
+    """One row a parameter, as the node declares it."""
+    return HEAD + "".join(f"| `{one.name}` | `{_shown(one)}` | {_meaning(one)} |\n"
+                          for one in TABLE)
+
+
+def _shown(setting: Setting) -> str:
+    default = setting.default
+    return str(default).lower() if isinstance(default, bool) else str(default) or "''"
+
+
+def _meaning(setting: Setting) -> str:
+    return setting.description + (" Set at the start only." if setting.fixed else "")
+
+
+def main() -> int:
+    """Write the table, which is the end of the page."""
+    page = PAGE.read_text(encoding="utf-8")
+    PAGE.write_text(page[:page.index(HEAD)] + parameters_table(), encoding="utf-8")
+    print(PAGE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

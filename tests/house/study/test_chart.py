@@ -1,0 +1,83 @@
+"""The chart of speed against accuracy: every method is on it, and its front is one."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.bodies import METHODS
+from tests.running import strict_json
+
+from .programs import assert_drawn, first, reference, refused, study_json, write
+
+TITLES = ["area", "CSAE", "ADRE", "QSE", "PQSE", "NQSE", "EAE", "MEAE", "combined", "split"]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("dataset") / "some.npz", first(reference(), 30))
+
+
+@pytest.fixture(scope="module")
+def stem(tmp_path_factory):
+    return tmp_path_factory.mktemp("chart") / "new" / "chart_0.3"
+
+
+@pytest.fixture(scope="module")
+def sizes(file, stem):
+    results = study_json("chart", "--dataset", file, "--quick", "-o", stem)
+    assert results == strict_json(stem.with_name("chart_0.3.json").read_text())
+    assert results["dataset"]["bodies"] == 30
+    return results["sizes"]
+
+
+@pytest.mark.long
+class TestChart:
+    def test_every_method_is_on_it_at_every_size(self, sizes):
+        assert len(sizes) == 3
+        for entry in sizes:
+            names = {point["name"] for point in entry["points"]
+                     if point["kind"] in ("paper", "estimator")}
+            assert names == set(TITLES)
+            kinds = {point["kind"] for point in entry["points"]}
+            assert kinds == {"paper", "estimator", "hybrid", "simulation", "outside"}
+            for point in entry["points"]:
+                assert 0.0 < point["seconds"] < 600.0
+                assert 0.0 <= point["low"] <= point["error"] <= point["high"] < 1.0
+
+    def test_nobody_on_the_front_is_beaten_and_everybody_else_is(self, sizes):
+        """Points whose error is lost in the noise are not drawn."""
+        for entry in sizes:
+            shown = {k: point for k, point in enumerate(entry["points"]) if point["error"] > 0.0}
+            for k, point in shown.items():
+                beaten = any(other["seconds"] < point["seconds"]
+                             and other["error"] < point["error"] for other in shown.values())
+                assert (k in entry["pareto_front"]) != beaten
+            assert set(entry["pareto_front"]) <= set(shown)
+
+    def test_errors_are_those_of_the_table(self, sizes, file):
+        (table,) = study_json("table", "--dataset", file, "--no-rerun")
+        points = {point["name"]: point for point in sizes[0]["points"]}
+        for entry, title in zip(table["estimators"], TITLES, strict=True):
+            assert points[title]["error"] == pytest.approx(entry["pooled"]["error"])
+        assert [entry["name"] for entry in table["estimators"]] == list(METHODS)
+
+    def test_errors_of_drops_fall_with_the_root_of_their_number(self, sizes):
+        for entry in sizes:
+            errors = [point["error"] for point in entry["points"]
+                      if point["kind"] == "simulation"]
+            assert errors == pytest.approx([errors[0] / 10.0 ** (0.5 * k) for k in range(3)])
+
+    def test_trimesh_errs_as_the_quasi_static_estimator_on_polyhedra(self, sizes):
+        for entry in sizes[:2]:
+            points = {point["name"]: point["error"] for point in entry["points"]}
+            assert points["trimesh.poses"] == pytest.approx(points["QSE"], abs=1e-6)
+
+    def test_it_is_drawn_with_every_name(self, sizes, stem):
+        assert_drawn(stem, *TITLES, "trimesh.poses", "drop simulation", "hybrid")
+
+
+@pytest.mark.parametrize("kind", ["chart", "prisms", "stability", "plates", "figures"])
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(kind, tmp_path):
+    (tmp_path / "file").write_text("")
+    line = refused(kind, "-o", tmp_path / "file" / "deep" / "name")
+    assert "name another one with -o" in line

@@ -1,0 +1,86 @@
+"""What setup.py asks for comes from apt by package.xml, or from pip by a workspace's list."""
+
+import ast
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).resolve().parents[2]
+KEYS = {"Jinja2": "python3-jinja2", "pillow": "python3-pil", "PyYAML": "python3-yaml"}
+"""rosdep's keys that are not the name after `python3-`."""
+
+NOBLE = {"numpy": "1.26.4", "scipy": "1.11.4", "matplotlib": "3.6.3"}
+"""Versions in Ubuntu 24.04 of what setup.py asks for in some version or newer."""
+
+
+def setup_value(keyword):
+    tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
+    (value,) = [node.value for node in ast.walk(tree)
+                if isinstance(node, ast.keyword) and node.arg == keyword]
+    return ast.literal_eval(value)
+
+
+def asked():
+    return {one.name: one for one in map(Requirement, setup_value("install_requires"))}
+
+
+def listed(file):
+    lines = (ROOT / ".ci" / file).read_text(encoding="utf-8").splitlines()
+    return {one.name: one for one in map(Requirement, filter(None, [
+        line.partition("#")[0].strip() for line in lines]))}
+
+
+def keys(*tags):
+    package = ElementTree.parse(ROOT / "package.xml").getroot()
+    return {item.text for tag in tags for item in package.iter(tag)}
+
+
+def lowest(requirement):
+    return [one for one in requirement.specifier if one.operator == ">="]
+
+
+ASKED = asked()
+BY_PIP = listed("requirements-workspace.txt")
+BY_APT = {name for name in ASKED
+          if KEYS.get(name, f"python3-{name}") in keys("depend", "exec_depend")}
+
+
+def test_every_requirement_comes_from_apt_or_from_pip():
+    # coverage is there for numba's sake alone.
+    assert ASKED.keys() == BY_APT | BY_PIP.keys() - {"coverage"}
+    # numpy is on both lists, so that pip leaves it at the distribution's.
+    assert BY_APT & BY_PIP.keys() == {"numpy"}
+    assert "2.0" in ASKED["numpy"].specifier
+    assert "2.0" not in BY_PIP["numpy"].specifier
+
+
+@pytest.mark.parametrize("name", sorted(BY_PIP.keys() - {"coverage"}))
+def test_lower_bounds_of_a_workspace_are_those_of_setup(name):
+    assert lowest(BY_PIP[name]) == lowest(ASKED[name])
+
+
+@pytest.mark.parametrize("name", sorted(BY_APT))
+def test_versions_of_the_distribution_suffice(name):
+    assert not ASKED[name].specifier or NOBLE[name] in ASKED[name].specifier
+    assert name not in BY_PIP or NOBLE[name] in BY_PIP[name].specifier
+
+
+def test_what_step_files_need_is_pinned_too():
+    (step,) = map(Requirement, setup_value("extras_require")["step"])
+    (pin,) = listed("requirements.txt")[step.name].specifier
+    assert pin.version in step.specifier
+
+
+@pytest.mark.parametrize("name", sorted(ASKED))
+def test_pinned_versions_suffice(name):
+    (pin,) = listed("requirements.txt")[name].specifier
+    assert pin.version in ASKED[name].specifier
+
+
+def test_rosdep_is_asked_for_nothing_else_and_never_for_pip():
+    python = {key for key in keys("depend", "exec_depend") if key.startswith("python3-")}
+    assert python == {KEYS.get(name, f"python3-{name}") for name in BY_APT}
+    assert not [key for key in keys("depend", "exec_depend", "test_depend", "build_depend")
+                if key.endswith("-pip")]

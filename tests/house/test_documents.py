@@ -1,0 +1,248 @@
+"""The documents say what is true: their code runs and nothing is left out."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import importlib
+import io
+import re
+import shlex
+
+import pytest
+from matplotlib.image import imread
+
+from ros_pose_stats import __version__
+from ros_pose_stats.cli import main, parser
+from ros_pose_stats.commands.outlines import outline_command
+from ros_pose_stats.methods import METHODS
+from study.__main__ import main as study
+from tests.house import commands_page
+from tests.running import ROOT, call
+
+README = "README.md"
+COMMAND_LINE = "docs/command_line.md"
+SENSITIVITY = "docs/sensitivity.md"
+PAGES = (README, COMMAND_LINE, "docs/library.md", "docs/report.md", "docs/catalogue.md",
+         "docs/design.md", SENSITIVITY)
+"""Whose lines and code are run here; the tests of the node run those of its pages."""
+
+PROGRAMS = {"ros_pose_stats": main, "python -m study": study}
+ROS = ("node", "publish", "bag")
+
+LAST_LINE = "computed in "
+"""Of an answer: how long it took, which differs from run to run."""
+
+
+def text_of(page):
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", text_of(page), re.DOTALL)
+
+
+def lines_of(program, *pages):
+    """Lines that call a program, each once."""
+    return list(dict.fromkeys(line for page in pages for block in blocks(page, "sh")
+                              for line in block.splitlines() if line.startswith(program)))
+
+
+def run_line(line):
+    program = next(name for name in PROGRAMS if line.startswith(name))
+    done = call(*shlex.split(line.removeprefix(program)), program=PROGRAMS[program])
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def demo_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("readme")
+    assert call("shapes", folder / "demo").returncode == 0
+    return folder
+
+
+@pytest.fixture
+def in_demo_folder(demo_folder, monkeypatch):
+    monkeypatch.chdir(demo_folder)
+    return demo_folder
+
+
+LINES = [line for line in lines_of("ros_pose_stats", *PAGES) if line.split()[1] not in ROS]
+EXAMPLES = [line for line in lines_of("ros_pose_stats", "docs/commands.md") if line not in LINES]
+"""Of the help of every command, which that page shows."""
+CODE = [code for page in PAGES for code in blocks(page, "python")]
+
+
+def test_pages_have_lines_and_code_to_run():
+    assert {line.split()[1] for line in LINES} >= {
+        "shapes", "estimate", "simulate", "catalogue", "flips", "report", "animate", "compare",
+        "sensitivity"}
+    assert CODE
+
+
+def test_readme_takes_two_minutes():
+    assert len(text_of(README).splitlines()) <= 120
+
+
+def test_answer_in_the_readme_is_what_the_command_prints(in_demo_folder):
+    """To an output that takes the bars of the table."""
+    (shown,) = blocks(README, "text")
+    (line,) = (line for line in lines_of("ros_pose_stats", README) if " estimate " in line)
+    out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    with contextlib.redirect_stdout(out):
+        assert main(shlex.split(line)[1:]) == 0
+    printed = out.buffer.getvalue().decode().splitlines()
+    *answer, seconds = shown.splitlines()
+    assert answer == printed[:-1]
+    assert seconds.startswith(LAST_LINE) and printed[-1].startswith(LAST_LINE)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("line", [
+    pytest.param(line, marks=pytest.mark.long if ".gif" in line or "dropped" in line else ())
+    for line in LINES])
+def test_lines_of_the_pages_run(line, in_demo_folder):
+    run_line(line)
+
+
+def test_the_parsers_take_every_example():
+    """Those too that need a cell or what was counted there."""
+    assert {line.split()[1] for line in EXAMPLES} >= {"bag", "fit", "node", "publish"}
+    for line in EXAMPLES:
+        ours, _, _ = line.partition("--ros-args")
+        assert parser().parse_args(shlex.split(ours)[1:]).command == line.split()[1]
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_examples_run(in_demo_folder):
+    for line in EXAMPLES:
+        if line.split()[1] not in (*ROS, "fit"):
+            run_line(line)
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_lines_of_the_study_run(tmp_path, monkeypatch):
+    """Later ones go on from the files of earlier ones."""
+    monkeypatch.chdir(tmp_path)
+    lines = lines_of("python -m study", COMMAND_LINE)
+    assert lines
+    for line in lines:
+        run_line(line)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("code", CODE)
+def test_python_of_the_pages_runs(code, in_demo_folder):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(code, "page", "exec"), {"__name__": "__main__"})
+    drawn = re.findall(r'savefig\("([^"]+)"\)', code)
+    assert out.getvalue() or drawn
+    assert all(imread(in_demo_folder / file).std() > 0.0 for file in drawn)
+
+
+def test_every_method_is_in_its_page():
+    page = text_of("docs/methods.md")
+    for one in METHODS:
+        assert (f"| `{one.name}` | {one.about} |" if one.module else f"`{one.name}`") in page
+
+
+def test_the_page_of_the_commands_is_what_the_parsers_say():
+    assert commands_page.PAGE.read_text(encoding="utf-8") == commands_page.commands_page(
+        outline_command(parser())), "write it again: python -m tests.house.commands_page"
+
+
+def test_every_argument_is_explained():
+    page = commands_page.PAGE.read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    assert rows and not [row for row in rows if len(row.split(" | ")[-1].strip("| ")) < 5]
+
+
+def test_every_command_and_option_has_its_place_in_the_page_of_the_commands():
+    """Read from the parsers without the outlines of which the page is made."""
+    page = commands_page.PAGE.read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^##+ (.*)\n((?:(?!##).*\n)*)", page, re.MULTILINE))
+    (commands,) = (action for action in parser()._actions if action.dest == "command")
+    assert "estimate" in commands.choices and commands.choices.keys() <= sections.keys()
+    for name, command in commands.choices.items():
+        assert f"ros_pose_stats {name}" in sections[name]
+        for action in command._actions:
+            for option in action.option_strings:
+                if option not in ("-h", "--help"):
+                    assert re.search(rf"^\| .*`{option}[ `]", sections[name],
+                                     re.MULTILINE), f"{name} {option}"
+
+
+def test_every_warning_code_is_explained_and_every_explained_one_exists():
+    sources = "".join(path.read_text(encoding="utf-8")
+                      for path in (ROOT / "ros_pose_stats").rglob("*.py"))
+    raised = set(re.findall(r'"([A-Z][A-Z_]{4,}): ', sources))
+    explained = set(re.findall(r"^\| `([A-Z_]+)` \|",
+                               (ROOT / "docs/warnings.md").read_text(encoding="utf-8"),
+                               re.MULTILINE))
+    assert raised
+    assert raised == explained
+
+
+def test_version_stands_in_one_place():
+    assert f"<version>{__version__}</version>" in text_of("package.xml")
+
+
+def test_documents_name_files_that_exist():
+    for document in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        text = document.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#:]+)\)", text):
+            assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_no_two_pages_have_one_title():
+    titles = [page.read_text(encoding="utf-8").splitlines()[0]
+              for page in (ROOT / "docs").rglob("*.md")]
+    assert len(set(titles)) == len(titles)
+
+
+def test_the_page_on_sensitivity_has_the_figures_of_the_study():
+    study = (ROOT / "docs/study/design.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in study.splitlines()
+            if line.startswith("|")]
+    table = {row[0]: row[1:] for row in rows}
+    cases, clear, right, _, size, apart, _ = table["edge chamfered"]
+    others = [int(table[name][2]) for name in ("centre of mass", "stretching", "resting face")]
+    page = " ".join(text_of(SENSITIVITY).split())
+    for words in (f"{clear} of {cases} changes by a cut edge",
+                  f"these {right} % had the right sign",
+                  f"{min(others)} to {max(others)} % for all other",
+                  f"{size} points, and the estimate was off by {apart}"):
+        assert words in page, words
+
+
+def test_every_decision_has_a_room_a_date_and_a_state():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    rooms = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
+    for room in rooms:
+        title, *paragraphs = room.strip().split("\n\n")
+        decisions = [one for one in paragraphs if not one.startswith("- ")]
+        assert decisions, title
+        for one in decisions:
+            assert re.match(r"\*\*[^*]+\*\* \(20\d\d-\d\d-\d\d, (holds|replaced by) ?",
+                            one.replace("\n", " ")), f"{title}: {one}"
+
+
+def test_decisions_name_files_that_exist():
+    page = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:\w+/)*\w+\.py)`", page)
+    assert named
+    for file in named:
+        assert (ROOT / file).exists() or (ROOT / "ros_pose_stats" / file).exists(), file
+
+
+def test_scripts_outside_the_package_import_what_is_there():
+    for file in (*(ROOT / ".ci").glob("*.py"), *(ROOT / "launch").glob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module.startswith("ros_pose_stats."):
+                module = importlib.import_module(node.module)
+                assert all(hasattr(module, alias.name) for alias in node.names), ast.unparse(node)

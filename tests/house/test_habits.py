@@ -1,0 +1,88 @@
+"""Habits of the tests that keep them quick, steady and free of the product's inside."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+
+from tests.house.weight import PACKAGE, python_files
+
+TREES = ("tests", "lab")
+
+NAMED_TUPLE = ("_fields", "_replace", "_asdict", "_make")
+"""Public names of every NamedTuple."""
+
+
+def names_of_product(module):
+    """Local names in a file that stand for the product or something in it."""
+    return {alias.asname or alias.name.split(".")[0]
+            for node in ast.walk(module) if isinstance(node, ast.Import | ast.ImportFrom)
+            for alias in node.names
+            if (node.module or "" if isinstance(node, ast.ImportFrom) else alias.name)
+            .split(".")[0] == PACKAGE}
+
+
+def patches(module):
+    """Lines that put something of their own into a module of the product."""
+    ours = names_of_product(module)
+    for node in ast.walk(module):
+        if (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+                and node.func.attr in ("setattr", "delattr", "patch", "object") and node.args):
+            target = node.args[0]
+            root = next((part for part in ast.walk(target) if isinstance(part, ast.Name)), None)
+            if (root is not None and root.id in ours) or (
+                    isinstance(target, ast.Constant) and str(target.value).startswith(PACKAGE)):
+                yield node.lineno
+
+
+def private_names(module):
+    """Lines that read a private name of the product."""
+    ours = names_of_product(module)
+    for node in ast.walk(module):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == PACKAGE:
+            if any(alias.name.startswith("_") and not alias.name.endswith("__")
+                   for alias in node.names):
+                yield node.lineno
+        elif (isinstance(node, ast.Attribute) and node.attr.startswith("_")
+                and not node.attr.endswith("__") and node.attr not in NAMED_TUPLE
+                and isinstance(node.value, ast.Name)
+                and node.value.id in ours):
+            yield node.lineno
+
+
+def rounded_keys(module):
+    """Lines that compare or look up values that are rounded to a decimal."""
+    def rounds(node):
+        return isinstance(node, ast.Call) and (
+            (isinstance(node.func, ast.Name) and node.func.id == "round" and len(node.args) == 2)
+            or (isinstance(node.func, ast.Attribute) and node.func.attr == "round"
+                and (len(node.args) == 2 or (len(node.args) == 1 and isinstance(
+                    node.args[0], ast.Constant)))))
+
+    for node in ast.walk(module):
+        parts = (node.ops and [node.left, *node.comparators] if isinstance(node, ast.Compare)
+                 else [node.slice] if isinstance(node, ast.Subscript)
+                 else [*filter(None, node.keys)] if isinstance(node, ast.Dict)
+                 else [node.key] if isinstance(node, ast.DictComp)
+                 else [node.elt] if isinstance(node, ast.SetComp) else [])
+        if any(rounds(inner) for part in parts for inner in ast.walk(part)):
+            yield node.lineno
+
+
+@pytest.mark.parametrize("habit", [patches, private_names, rounded_keys])
+def test_no_file_has_the_habit(habit):
+    met = [f"{file}:{line}" for tree in TREES for file in python_files(tree)
+           for line in habit(ast.parse(file.read_text(encoding="utf-8")))]
+    assert met == []
+
+
+@pytest.mark.parametrize(("habit", "text"), [
+    (patches, "from ros_pose_stats.mesh import hull\nm.setattr(hull, 'ConvexHull', 1)"),
+    (patches, "m.setattr('ros_pose_stats.mesh.hull.ConvexHull', 1)"),
+    (private_names, "from ros_pose_stats.mesh.hull import _faces"),
+    (private_names, "import ros_pose_stats\nros_pose_stats._HOMES"),
+    (rounded_keys, "assert round(x, 3) == y"), (rounded_keys, "{tuple(np.round(x, 9)): 1}"),
+])
+def test_the_habits_are_seen(habit, text):
+    assert len(list(habit(ast.parse(text)))) == 1

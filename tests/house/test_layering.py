@@ -1,0 +1,190 @@
+"""Every room imports lower floors only, and heavy libraries stay in the rooms that need them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ros_pose_stats
+from ros_pose_stats import shapes
+from tests.bodies import write_stl
+from tests.house.imports import Sources
+
+PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
+
+FLOORS = (
+    {"errors", "methods", "text", "tolerances", "version"},
+    {"records", "whole_files"},
+    {"kernels", "statistics"},
+    {"mesh"},
+    {"resting"},
+    {"estimators", "simulation", "shapes"},
+    {"planning", "plates"},
+    {"design"},
+    {"recording"},
+    {"batch", "plots"},
+    {"catalogue", "report"},
+    {"ros", "commands", "cli", "__main__"},
+)
+FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+FLOOR[""] = len(FLOORS)  # the package's own __init__, which no module may import
+
+NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros")}
+"""Rooms of one floor that may be imported all the same."""
+
+EXAMPLES = "ros_pose_stats.ros.examples."
+"""Written as users write theirs: they import what the package offers."""
+
+ROOMS_OF = {
+    "numpy": set(FLOOR),
+    "numba": {"kernels"},
+    "llvmlite": {"kernels"},
+    "scipy": {"statistics", "mesh", "resting", "shapes", "plates", "design"},
+    "trimesh": {"mesh", "shapes"},
+    "cascadio": {"mesh"},
+    "manifold3d": {"mesh", "resting", "shapes"},
+    "meshoptimizer": {"mesh"},
+    "yaml": {"plates"},
+    "mcap": {"recording"},
+    "mcap_ros2": {"recording"},
+    "zstandard": {"recording"},
+    "matplotlib": {"plots"},
+    "PIL": {"plots"},
+    "jinja2": {"catalogue", "report"},
+    "rclpy": {"ros"},
+    "distributed": {"batch"},
+    "pyarrow": {"catalogue"},
+}
+"""Where a library may be imported; one that is missing here, only in `ros`."""
+
+
+EXAMPLES = "ros_pose_stats.ros.examples."
+"""Written as users write theirs, who import the package's own names."""
+
+
+def climbing(sources: Sources) -> list[str]:
+    """Imports that go up, or sideways into another room."""
+    found = []
+    for one in sources.internal:
+        here, there = sources.room(one.importer), sources.room(one.target)
+        if here == there or (here, there) in NEIGHBOURS:
+            continue
+        if one.importer.startswith(EXAMPLES) and not there:
+            continue
+        if FLOOR[there] >= FLOOR[here]:
+            found.append(str(one))
+    return found
+
+
+def misplaced(sources: Sources) -> list[str]:
+    """Imports of a library outside its rooms."""
+    return [str(one) for one in sources.third_party
+            if sources.room(one.importer)
+            not in ROOMS_OF.get(one.target.partition(".")[0], {"ros"})]
+
+
+@pytest.fixture(scope="module")
+def sources() -> Sources:
+    return Sources(PACKAGE)
+
+
+class TestThisPackage:
+    def test_every_room_has_a_floor(self, sources):
+        assert {sources.room(module) for module in sources.files} <= FLOOR.keys()
+
+    def test_no_room_imports_a_higher_floor_or_a_sibling(self, sources):
+        assert [one for one in climbing(sources) if not one.startswith(EXAMPLES)] == []
+
+    def test_no_import_cycles(self, sources):
+        assert sources.cycles() == []
+
+    def test_libraries_stay_in_their_rooms(self, sources):
+        assert misplaced(sources) == []
+
+    def test_the_walk_sees_the_package(self, sources):
+        seen = {(one.importer, one.target) for one in sources.imports}
+        assert ("ros_pose_stats.cli", "ros_pose_stats.commands.estimate") in seen
+        assert ("ros_pose_stats.commands.estimate", "ros_pose_stats.estimators") in seen
+        assert ("ros_pose_stats.kernels.target", "numba") in seen
+
+
+class TestTheWalkItself:
+    """On small packages that break each rule once."""
+
+    @staticmethod
+    def package(folder: Path, modules: dict[str, str]) -> Sources:
+        root = folder / "sample"
+        for name, text in modules.items():
+            file = root / f"{name}.py"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            (file.parent / "__init__.py").touch()
+            file.write_text(text)
+        return Sources(root)
+
+    @pytest.mark.parametrize("text", [
+        "from ..report import page", "from sample.report import page", "from .. import report",
+        "import sample.report.page", "def late():\n    from ..report.page import write",
+        "try:\n    import sample.report\nexcept ImportError:\n    pass",
+    ])
+    def test_climbing_is_found(self, tmp_path, text):
+        found = self.package(tmp_path, {"mesh/hull": text, "report/page": ""})
+        assert len(climbing(found)) == 1
+
+    def test_a_sibling_room_is_found(self, tmp_path):
+        found = self.package(tmp_path, {"kernels/fast": "from ..statistics import t",
+                                        "statistics/t": ""})
+        assert len(climbing(found)) == 1
+
+    def test_own_room_lower_floors_and_type_checking_pass(self, tmp_path):
+        found = self.package(tmp_path, {
+            "errors": "", "report/page": "", "mesh/a": "from . import b",
+            "mesh/b": "from ..errors import E\nfrom typing import TYPE_CHECKING\n"
+                          "if TYPE_CHECKING:\n    from ..report import page"})
+        assert climbing(found) == []
+        assert found.cycles() == []
+
+    def test_cycles_are_found(self, tmp_path):
+        found = self.package(tmp_path, {
+            "mesh/a": "from .b import y", "mesh/b": "from .c import z",
+            "mesh/c": "def f():\n    from . import a",
+            "mesh/d": "import sample.mesh.a"})
+        assert found.cycles() == [["sample.mesh.a", "sample.mesh.b",
+                                   "sample.mesh.c"]]
+
+    @pytest.mark.parametrize(("room", "text"), [
+        ("mesh", "import numba"), ("estimators", "from scipy import stats"),
+        ("report", "import matplotlib.pyplot as plt"), ("commands", "import rclpy.node"),
+        ("commands", "import trimesh"), ("kernels", "import pandas"),
+        ("statistics", "def f():\n    from mcap.writer import Writer"),
+    ])
+    def test_misplaced_libraries_are_found(self, tmp_path, room, text):
+        assert len(misplaced(self.package(tmp_path, {f"{room}/a": text}))) == 1
+
+
+@pytest.fixture(scope="module")
+def loaded_by_an_estimate(tmp_path_factory) -> set[str]:
+    """Modules in memory after `estimate` has answered for a small STL file."""
+    file = write_stl(tmp_path_factory.mktemp("layering") / "box.stl",
+                     shapes.box(0.01, 0.02, 0.03))
+    code = (
+        "import sys\n"
+        "from ros_pose_stats.cli import main\n"
+        f"status = main(['estimate', {str(file)!r}, '--json'])\n"
+        "print(*sys.modules, file=sys.stderr)\n"
+        "sys.exit(status)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                          cwd=PACKAGE.parent)
+    assert done.returncode == 0, done.stderr
+    return set(done.stderr.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("library", [
+    "scipy.stats", "matplotlib", "mcap", "rclpy", "dask", "distributed", "meshoptimizer",
+])
+def test_an_estimate_of_an_stl_file_does_not_load(loaded_by_an_estimate, library):
+    assert "ros_pose_stats.estimators.estimate" in loaded_by_an_estimate
+    assert library not in loaded_by_an_estimate

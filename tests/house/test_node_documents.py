@@ -1,0 +1,140 @@
+"""What README and docs/node.md say of the node, and tell a reader to type, is so."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from unittest import mock
+
+import pytest
+import ros_pose_stats_msgs
+import yaml
+from geometry_msgs.msg import Point, Pose
+from std_msgs.msg import Header
+
+import tests.contract.node.conftest  # noqa: F401  discovery and checks, before ROS is imported
+from tests.contract.node.contract import ACTION, DEFAULTS, FIXED, PUBLICATIONS, SUBSCRIPTIONS
+from tests.contract.node.harness.cell import latched
+from tests.contract.node.harness.client import Client, until
+from tests.contract.node.harness.node import PATIENCE
+from tests.running import ROOT, answer
+
+PAGE = (ROOT / "docs/node.md").read_text(encoding="utf-8")
+CODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+LINES = [line for block in re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(
+    encoding="utf-8"), re.DOTALL) for line in block.splitlines()]
+
+
+def line_of(command):
+    """What the README says to type, without the name of the program."""
+    [line] = [line for line in LINES if line.startswith(f"ros_pose_stats {command} ")]
+    return shlex.split(line)[1:]
+
+
+@pytest.fixture(scope="module")
+def domain(tmp_path_factory):
+    from domain_coordinator import domain_id
+
+    with domain_id() as number, mock.patch.dict(os.environ, {
+            "ROS_DOMAIN_ID": str(number), "ROS_LOG_DIR": str(tmp_path_factory.mktemp("logs"))}):
+        yield number
+
+
+@pytest.fixture(scope="module")
+def home(domain, tmp_path_factory):
+    """Where the README's lines go on until Ctrl-C."""
+    home = tmp_path_factory.mktemp("cell")
+    answer("shapes", home / "demo")
+    running = [subprocess.Popen([sys.executable, "-m", "ros_pose_stats", *line_of(command)],
+                                cwd=home, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                text=True) for command in ("node", "publish")]
+    yield home
+    for child in running:
+        child.send_signal(signal.SIGINT)
+        said = child.communicate(timeout=PATIENCE)[1]
+        assert child.returncode == 0 and "Traceback" not in said, said
+
+
+@pytest.fixture(scope="module")
+def client(home, domain):
+    """A client of the README's node, once that has its part."""
+    with Client(domain) as client:
+        latched(client, "clamp")
+        yield client
+
+
+def test_the_readme_s_bag_shows_the_published_part(client, home, monkeypatch):
+    monkeypatch.chdir(home)
+    until(lambda: "clamp" in answer(*line_of("bag")), "the part in the bag")
+    assert "split" in answer(*line_of("bag"))
+
+
+@pytest.mark.parametrize("code", [block for block in CODE if "vision_msgs" not in block])
+def test_the_page_s_planner_runs(client, code):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(code, {"__name__": "__main__"})
+    assert "clamp/0" in said.getvalue() and "expected error" in said.getvalue()
+
+
+def test_the_page_s_camera_makes_parts_seen_of_detections():
+    """Without vision_msgs, which is no part of what is installed here."""
+    [code] = [block for block in CODE if "vision_msgs" in block]
+    names = {"__name__": "camera"}
+    with mock.patch.dict(sys.modules, {
+            "vision_msgs": ModuleType("vision_msgs"),
+            "vision_msgs.msg": SimpleNamespace(Detection3DArray=None)}):
+        exec(code, names)
+
+    def detection(*results):
+        return SimpleNamespace(results=[SimpleNamespace(
+            hypothesis=SimpleNamespace(class_id=name, score=score),
+            pose=SimpleNamespace(pose=Pose(position=Point(x=score)))) for name, score in results])
+
+    message = SimpleNamespace(header=Header(frame_id="plate"), detections=[
+        detection(("nut", 0.2), ("bolt", 0.7)), detection(), detection(("bolt", 0.9)),
+        detection(("nut", 0.6))])
+    seen = {one.part_id: one for one in names["observed_parts"](message)}
+    assert {name: [pose.position.x for pose in one.poses] for name, one in seen.items()} == {
+        "bolt": [0.7, 0.9], "nut": [0.6]}
+    for one in seen.values():
+        assert list(one.confidence) == [pose.position.x for pose in one.poses]
+        assert one.header.frame_id == "plate"
+
+
+def test_the_page_s_table_is_what_the_node_says_of_its_parameters(client):
+    rows = dict(re.findall(r"^\| `(\w+)` \| `(.*?)` \| .* \|$", PAGE.split("## Parameters")[1],
+                           re.MULTILINE))
+    assert rows == {name: str(value).lower() if isinstance(value, bool) else str(value) or "''"
+                    for name, value in DEFAULTS.items()}
+    for described in client.call("describe_parameters", names=list(DEFAULTS)).descriptors:
+        fixed = " Set at the start only." if described.name in FIXED else ""
+        assert f" | {described.description}{fixed} |\n" in PAGE, described.name
+
+
+def test_the_example_file_has_every_parameter_with_its_default():
+    example = yaml.safe_load((ROOT / "config/pose_stats.yaml").read_text(encoding="utf-8"))
+    values = example["/**"]["ros__parameters"]
+    assert set(values) == set(DEFAULTS) - {"mesh_topics"}
+    for name, value in values.items():
+        assert value == DEFAULTS[name] and type(value) is type(DEFAULTS[name]), name
+
+
+def test_the_page_names_every_topic_and_installed_interface():
+    share = next(path for path in Path(ros_pose_stats_msgs.__file__).parents
+                 if (path / "share/ros_pose_stats_msgs").is_dir()) / "share/ros_pose_stats_msgs"
+    services = {file.stem for file in share.glob("srv/*.srv")}
+    assert services and all(f"| `{name}` |" in PAGE for name in services)
+    topics = {name.replace("/pose_stats/", "~/"): kind for name, kind in {
+        **SUBSCRIPTIONS, **PUBLICATIONS, **ACTION}.items()}
+    for name, kind in topics.items():
+        assert f"`{name}`" in PAGE, name
+        assert kind.rpartition("/")[2] in PAGE, kind

@@ -1,1 +1,0 @@
-"""Studies of hours: drops without end, and a node under faults."""

@@ -1,1 +1,0 @@
-"""The node under a mixed load for minutes, while disks fill, clocks jump and processes die."""

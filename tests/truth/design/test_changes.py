@@ -1,0 +1,142 @@
+"""Changed parts against parts that were modelled anew, and shares with a closed form.
+
+The space of changes is the one that `sensitivity` hands out with its effects.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import PoseStatsError, estimate, part_from_mesh, sensitivity, shapes
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+
+SIZES = (20e-3, 30e-3, 50e-3)
+
+
+def space_of(part):
+    return sensitivity(part, [0], checks=0).space
+
+
+def feature(space, kind, near):
+    """Number of the feature of a kind whose anchor is nearest to a direction."""
+    anchors = [one.anchor @ np.array(near) if one.kind == kind else -np.inf
+               for one in space.features]
+    return int(np.argmax(anchors))
+
+
+def assert_same_body(part, other):
+    assert part.mass == pytest.approx(other.mass, rel=1e-9)
+    np.testing.assert_allclose(part.center_of_mass, other.center_of_mass, atol=1e-11)
+    np.testing.assert_allclose(part.inertia, other.inertia, rtol=1e-8,
+                               atol=1e-9 * other.inertia.max())
+    assert len(part.surface_vertices) == len(other.surface_vertices)
+    gap = np.linalg.norm(part.surface_vertices[:, None] - other.surface_vertices[None], axis=2)
+    assert gap.min(axis=1).max() < 1e-9
+
+
+@pytest.fixture(scope="module")
+def space():
+    """Of the box, of mass 1 kg; a sliver has its density."""
+    return space_of(part_from_mesh(*shapes.box(*SIZES)))
+
+
+def test_nothing_changed_is_the_part(space):
+    assert_same_body(space.change_one(0, 0.0).part, space.part)
+
+
+def test_a_box_has_three_axes_six_faces_and_twelve_edges(space):
+    kinds = [one.kind for one in space.features]
+    assert [kinds.count(kind) for kind in ("centre", "stretch", "face", "edge")] == [3, 3, 6, 12]
+
+
+def test_stretched(space):
+    steps = np.zeros(len(space.features))
+    steps[3:6] = 0.1, -0.2, 0.05
+    expected = part_from_mesh(*shapes.box(*np.array(SIZES) * (1.1, 0.8, 1.05)))
+    assert_same_body(space.change(steps).part, expected)
+
+
+@pytest.mark.parametrize("step", [3e-3, -3e-3])
+def test_a_face_moved(space, step):
+    vertices, triangles = shapes.box(SIZES[0], SIZES[1] + step, SIZES[2])
+    expected = part_from_mesh(vertices + np.array([0.0, 0.5 * step, 0.0]), triangles,
+                              mass=1.0 + step / SIZES[1])
+    assert_same_body(space.change_one(feature(space, "face", (0.0, 1.0, 0.0)), step).part,
+                     expected)
+
+
+def test_an_edge_cut(space):
+    leg = 4e-3
+    x, y, z = 0.5 * np.array(SIZES)
+    outline = [(x, -y), (x, y - leg), (x - leg, y), (-x, y), (-x, -y)]
+    points = np.array([(*corner, side) for corner in outline for side in (-z, z)])
+    expected = part_from_mesh(*shapes.hull_mesh(points),
+                              mass=1.0 - 0.5 * leg * leg / (SIZES[0] * SIZES[1]))
+    assert_same_body(space.change_one(feature(space, "edge", (1.0, 1.0, 0.0)), leg).part, expected)
+
+
+def test_the_centre_of_mass_moved_keeps_the_inertia(space):
+    part = space.change_one(1, 2e-3).part
+    np.testing.assert_allclose(part.center_of_mass, (0.0, 2e-3, 0.0), atol=1e-15)
+    np.testing.assert_allclose(part.inertia, space.part.inertia, rtol=1e-12)
+
+
+def test_too_far_is_refused(space):
+    with pytest.raises(PoseStatsError, match="change the part less"):
+        space.change_one(feature(space, "face", (0.0, 0.0, 1.0)), -60e-3)
+    with pytest.raises(PoseStatsError):
+        space.change_one(0, 15e-3)
+
+
+def test_estimates_of_a_stretched_box_have_closed_forms(space):
+    """`area`: its area's share; `csae`: a rectangle's solid angle, 4 atan(ab / c |(a, b, c)|)."""
+    part = space.change_one(5, 0.1).part
+    a, b, c = 0.5 * SIZES[0], 0.5 * SIZES[1], 0.55 * SIZES[2]
+    for method, share in (("area", 0.5 * a * b / (a * b + b * c + c * a)),
+                          ("csae", math.atan(a * b / (c * math.hypot(a, b, c))) / math.pi)):
+        top = next(pose for pose in estimate(part, method).poses if pose.down[2] > 0.9)
+        assert top.probability == pytest.approx(share, rel=1e-9)
+
+
+def test_a_part_with_rounded_edges_and_holes_keeps_its_own_mass_properties():
+    part = part_from_mesh(*DEMO_PARTS["clamp"](), unit="mm")
+    same = space_of(part).change_one(0, 0.0).part
+    np.testing.assert_allclose(same.center_of_mass, part.center_of_mass, atol=1e-12)
+    np.testing.assert_allclose(same.inertia, part.inertia, rtol=1e-9, atol=1e-16)
+    before, after = estimate(part, "split"), estimate(same, "split")
+    assert [pose.index for pose in before.poses] == [pose.index for pose in after.poses]
+    np.testing.assert_allclose([pose.probability for pose in after.poses],
+                               [pose.probability for pose in before.poses], atol=1e-9)
+
+
+def test_the_mantle_of_a_cylinder_moves_as_one_face():
+    space = space_of(part_from_mesh(*shapes.cylinder(64, 9e-3, 22e-3)))
+    kinds = [one.kind for one in space.features]
+    assert (kinds.count("face"), kinds.count("edge")) == (3, 2)
+    mantle = next(k for k, one in enumerate(space.features)
+                  if one.kind == "face" and len(one.planes) > 1)
+    wider = space.change_one(mantle, 0.5e-3).part
+    assert len(estimate(wider).poses) == 3
+    # The mantle lies as far out as its circle, within the sagitta of 192 sides.
+    assert np.linalg.norm(wider.surface_vertices[:, :2], axis=1).max() == pytest.approx(
+        9.5e-3, rel=1e-3)
+
+
+def test_a_rounded_edge_is_cut_from_the_chamfer_that_touches_its_rounding():
+    radius, leg = 4e-3, 1e-3
+    turns = np.linspace(0.0, 0.5 * np.pi, 13) + 0.5 * np.pi * np.arange(4)[:, None]
+    middles = np.array([(16.0, 8.0), (-16.0, 8.0), (-16.0, -8.0), (16.0, -8.0)]) * 1e-3
+    outline = middles[:, None] + radius * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    flat = np.concatenate((outline.reshape(-1, 2), np.zeros((52, 1))), axis=1)
+    space = space_of(part_from_mesh(*shapes.hull_mesh(
+        np.concatenate((flat, flat + np.array([0.0, 0.0, 30e-3]))))))
+    number = next(k for k, one in enumerate(space.features)
+                  if one.is_rounded and one.anchor[0] > 0.0 and one.anchor[1] > 0.0)
+    after = space.change_one(number, leg).part
+    bisector = np.array([1.0, 1.0, 0.0]) / math.sqrt(2.0)
+    touching = 24e-3 / math.sqrt(2.0) + radius
+    assert (after.vertices @ bisector).max() == pytest.approx(touching - leg / math.sqrt(2.0),
+                                                              abs=0.02 * radius)

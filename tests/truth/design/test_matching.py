@@ -1,0 +1,117 @@
+"""Which poses of two variants are the same pose: by the direction down, a turn, or footprints."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ros_pose_stats import compare, part_from_mesh, resting_poses, shapes, shift_center
+from ros_pose_stats.shapes.demo_parts import DEMO_PARTS
+from tests.bodies import moved, random_polyhedron, rotation
+
+CUBE, NEAR_CUBE = shapes.box(16.0, 16.0, 16.0), shapes.box(16.0, 16.0, 15.52)
+
+
+def clamp(*factors):
+    vertices, triangles = DEMO_PARTS["clamp"]()
+    return vertices * (factors or 1.0), triangles
+
+
+def matched(first, second):
+    """Of two surfaces or parts: how, and pairs of indices, none where there is no partner."""
+    parts = [one if hasattr(one, "digest") else part_from_mesh(*one) for one in (first, second)]
+    (beside,) = compare(parts, drops=1, seed=1).variants
+    pairs = [(pose.poses.first, pose.poses.second) for pose in beside.poses]
+    return beside.correspondence, sorted(pairs)
+
+
+def alone(pairs):
+    return [pair for pair in pairs if not all(pair)]
+
+
+def downs_of(surface):
+    return np.array([pose.down for pose in resting_poses(part_from_mesh(*surface)).poses])
+
+
+def same_numbers(pairs):
+    return all(first == second for first, second in pairs)
+
+
+class TestInOneFrame:
+    def test_poses_are_followed_whatever_their_numbers(self):
+        other = clamp(1.08, 1.0, 1.0)
+        _, pairs = matched(clamp(), other)
+        first, second = downs_of(clamp()), downs_of(other)
+        for (one,), (partner,) in pairs:
+            assert first[one] @ second[partner] > math.cos(math.radians(10.0))
+        assert not same_numbers(pairs)  # two have changed places
+
+    def test_symmetry_counts_as_far_as_both_have_it(self):
+        _, pairs = matched(CUBE, NEAR_CUBE)
+        assert sorted(len(first) for first, _ in pairs) == [2, 4]
+        short = next(second for _, second in pairs if len(second) == 2)
+        assert np.abs(downs_of(NEAR_CUBE)[list(short)][:, 2]).min() == pytest.approx(1.0)
+
+    def test_a_face_that_is_new_has_no_partner(self):
+        vertices, _ = shapes.box(1.0, 1.0, 1.0)
+        high = vertices.max(axis=0)
+        kept = vertices[(vertices < high - 1e-9).any(axis=1)]
+        bevelled = shapes.hull_mesh(np.concatenate([kept, high - 0.6 * np.eye(3)]))
+        _, pairs = matched(shapes.box(1.0, 1.0, 1.0), bevelled)
+        ((first, (bevel,)),) = alone(pairs)
+        assert first == ()
+        assert downs_of(bevelled)[bevel] == pytest.approx(np.full(3, math.sqrt(1.0 / 3.0)))
+        assert sum(len(first) for first, _ in pairs) == 6
+
+    def test_a_centre_moved_to_the_other_side_is_no_turn(self):
+        """The outer shapes are equal; turned upside down the bodies would be, too."""
+        box = part_from_mesh(*shapes.box(0.02, 0.03, 0.01))
+        up, down = (shift_center(box, (0.0, 0.0, z)) for z in (0.002, -0.002))
+        how, pairs = matched(up, down)
+        assert how.turn is None
+        lying = [next(pose.index for pose in resting_poses(part).poses if pose.down[2] < -0.9)
+                 for part in (up, down)]
+        assert ((lying[0],), (lying[1],)) in pairs
+
+    def test_a_round_side_is_one_pose_whatever_its_facets(self):
+        _, pairs = matched(*(shapes.prism(sides, 0.01, 0.03) for sides in (60, 96)))
+        assert alone(pairs) == []
+
+
+class TestTurnedInTheFile:
+    @pytest.mark.parametrize("seed", range(3))
+    def test_the_turn_of_the_same_body(self, seed):
+        surface, turn = random_polyhedron(9, seed), rotation(seed)
+        how, pairs = matched(surface, moved(surface, turn, (1.0, 2.0, 3.0)))
+        assert how.turn == pytest.approx(turn, abs=1e-6) and how.same_body
+        assert same_numbers(pairs) and not alone(pairs)
+
+    def test_axes_that_changed_places(self):
+        """Every pose has one of the same direction down, but not of the same footprint."""
+        how, pairs = matched(shapes.box(0.01, 0.02, 0.03), shapes.box(0.02, 0.01, 0.03))
+        assert how.turn is not None
+        assert pairs == [((0, 1), (0, 1)), ((2, 3), (2, 3)), ((4, 5), (4, 5))]
+
+    def test_turned_and_changed(self):
+        turn = rotation(1)
+        longer = clamp(1.02, 1.0, 1.0)
+        how, pairs = matched(clamp(), moved(longer, turn))
+        assert not how.same_body
+        away = math.acos(min(1.0, 0.5 * (np.trace(how.turn @ turn.T) - 1.0)))
+        assert away < math.radians(3.0)
+        assert pairs == matched(clamp(), longer)[1]
+
+    def test_a_mirrored_part_is_matched_by_footprint(self):
+        """No turn lays it on the first one, and none of its sides is one of the first."""
+        stone = random_polyhedron(9, 5)
+        vertices, triangles = moved(stone, rotation(1))
+        how, pairs = matched(stone, (-vertices, triangles[:, ::-1]))
+        assert how.turn is None and not how.by_orientation
+        assert same_numbers(pairs) and not alone(pairs)
+
+
+def test_two_parts_that_have_nothing_in_common():
+    how, pairs = matched(clamp(), moved(random_polyhedron(8, 2), scale=100.0))
+    assert not how.by_orientation and pairs == alone(pairs)

@@ -1,0 +1,139 @@
+"""Kicks out of the poses: their energy and points, another solver, symmetry, drops as a limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import chi2_contingency
+
+from ros_pose_stats import part_from_mesh, shapes, simulate, simulate_flips
+from ros_pose_stats.simulation.drop_body import drop_body
+from ros_pose_stats.simulation.kicks import kicks_of
+from tests.bodies import random_polyhedron
+from tests.truth.drops.recorded import EXACT, SURE
+from tests.truth.reference.drop_solver import reference_flip
+
+
+@pytest.fixture(scope="module")
+def box():
+    return part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
+
+
+class Kicks:
+    """Kicks out of all poses in turn, in part axes; lengths in radii."""
+
+    def __init__(self, part, height, seed, count):
+        body = drop_body(part, 0.0, 0)
+        states = kicks_of(body, height).states(seed, 0, count)
+        self.poses = np.arange(count) % len(body.resting.poses)
+        self.radius, self.resting = body.resting.body.radius, body.resting
+        self.points = (part.surface_vertices - part.center_of_mass) / self.radius
+        self.inertia = part.inertia / part.mass / self.radius**2
+        self.height, self.velocity = states[:, 0], states[:, 1]
+        self.up, self.spin = states[:, 2:5] @ body.axes.T, states[:, 5:8] @ body.axes.T
+
+    def at(self):
+        """Points (n, 3) where the plate hits: I w = v (r x up), and r lies on the plate."""
+        arms = self.spin @ self.inertia / self.velocity[:, None]
+        return np.cross(self.up, arms) - self.height[:, None] * self.up
+
+
+def test_energy_and_no_spin_about_the_vertical():
+    kicks = Kicks(part_from_mesh(*random_polyhedron(9, 6)), 0.4, 3, 2000)
+    poses = kicks.resting.poses
+    rested = np.array([pose.height for pose in poses])[kicks.poses] / kicks.radius
+    np.testing.assert_allclose(kicks.height, rested, rtol=1e-12)
+    momentum = kicks.spin @ kicks.inertia
+    energy = 0.5 * kicks.velocity**2 + 0.5 * (kicks.spin * momentum).sum(axis=1)
+    np.testing.assert_allclose(energy, 0.4, rtol=1e-12)
+    np.testing.assert_allclose((kicks.up * momentum).sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(-kicks.up, np.array([pose.down for pose in poses])[kicks.poses],
+                               atol=1e-12)
+
+
+def triangle_moments(polygon):
+    """Mean (3,) and covariance (3, 3) of uniform points of a flat polygon, by its triangles."""
+    corners = np.stack([np.broadcast_to(polygon[0], polygon[2:].shape), polygon[1:-1],
+                        polygon[2:]], axis=1)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0],
+                                    corners[:, 2] - corners[:, 0]), axis=1)
+    share = areas / areas.sum()
+    sums = corners.sum(axis=1)
+    products = (np.einsum("tci,tcj->tij", corners, corners)
+                + np.einsum("ti,tj->tij", sums, sums)) / 12.0
+    mean = share @ sums / 3.0
+    return mean, np.einsum("t,tij->ij", share, products) - np.outer(mean, mean)
+
+
+def test_points_are_uniform_on_the_contact_polygon():
+    """Their mean and their scatter, for the pentagons and the sides of a prism."""
+    kicks = Kicks(part_from_mesh(*shapes.prism(5, 1.0, 0.3)), 1.0, 8, 42_000)
+    points = kicks.at()
+    for pose in kicks.resting.poses:
+        corners = kicks.points[kicks.points @ pose.down > pose.height / kicks.radius - 1e-9]
+        spokes = corners - corners.mean(axis=0)
+        angle = np.arctan2(np.cross(spokes[0], spokes) @ pose.down, spokes @ spokes[0])
+        mean, scatter = triangle_moments(corners[np.argsort(angle)])
+        mine = points[kicks.poses == pose.index]
+        sigma = np.sqrt(np.diag(scatter).clip(0.0) / len(mine)) + 1e-12
+        assert (np.abs(mine.mean(axis=0) - mean) < 5.0 * sigma).all()
+        # A variance of n uniform numbers is known to sqrt(0.8 / n) = 1.2 %.
+        np.testing.assert_allclose(np.cov(mine.T), scatter, atol=0.05 * scatter.max())
+
+
+@pytest.mark.parametrize(("restitution", "kick"), [(0.0, 0.3), (0.1, 0.4)])
+def test_whole_flips_against_another_solver(restitution, kick):
+    """One out of each pose, through some ten events: the pose of the matrix is theirs."""
+    part, seed, rested = part_from_mesh(*random_polyhedron(6, 1)), 1, 0
+    kicks = Kicks(part, kick, seed, len(simulate_flips(part, 0.0, 1, **EXACT).poses))
+    found = simulate_flips(part, kick * kicks.radius, 1, restitution, seed, **EXACT)
+    downs = np.array([pose.down for pose in found.poses])
+    for pose, at in enumerate(kicks.at()):
+        events = reference_flip(kicks.points, kicks.inertia, downs[pose], at, kick, restitution,
+                                60)
+        gap = np.linalg.norm(downs + events[-1].up, axis=1)
+        if len(events) < 60 and gap.min() < 1e-6:
+            assert found.counts[pose, gap.argmin()] == 1
+            rested += 1
+    assert rested >= len(downs) // 2
+    assert np.trace(found.counts) < len(downs)  # some did flip
+
+
+def like(*rows):
+    """Chance of counts as different as these, out of one distribution."""
+    counts = np.array(rows)
+    return chi2_contingency(counts[:, counts.any(axis=0)]).pvalue
+
+
+@pytest.mark.parametrize("share", [0.0, 0.999])
+def test_less_than_the_way_out_is_no_flip(box, share):
+    lowest = min(pose.barrier for pose in simulate_flips(box, 0.0, 1, seed=1).poses)
+    found = simulate_flips(box, share * lowest, 200, seed=2)
+    np.testing.assert_array_equal(found.transition, np.eye(6))
+    assert found.flips == 1200 and not found.unsettled.any()
+
+
+def test_high_kicks_are_drops(box):
+    """Each row, and all together, against the counts of drops from as high."""
+    found = simulate_flips(box, 60.0, 500, seed=3)
+    drops = simulate(box, 6000, seed=4, drop_height=60.0)
+    fresh = [pose.count for pose in sorted(drops.poses, key=lambda pose: pose.index)]
+    for row in (found.counts.sum(axis=0), *found.counts):
+        assert like(row, fresh) > SURE
+
+
+def test_symmetric_poses_have_equal_rows(box):
+    """A half turn of the box swaps the poses of two pairs; rows are equal up to that."""
+    found = simulate_flips(box, 1.0, 1500, seed=5)
+    assert [pose.group for pose in found.poses] == [0, 0, 1, 1, 2, 2]
+    for first, second in ((0, 1), (2, 3), (4, 5)):
+        row, swapped = found.counts[first], found.counts[second].reshape(3, 2)[:, ::-1].ravel()
+        assert like(row, swapped) > SURE
+
+
+def test_errors_are_those_of_repeated_runs(box):
+    told = simulate_flips(box, 0.9, 200, seed=6).standard_error
+    again = [simulate_flips(box, 0.9, 200, seed=seed).transition for seed in range(20, 50)]
+    scatter = np.std(again, axis=0, ddof=1)
+    # The scatter of 30 has an error of 13 %; pooled over 36 entries some 3 %.
+    assert np.sqrt((scatter ** 2).mean() / (told ** 2).mean()) == pytest.approx(1.0, abs=0.15)

@@ -1,0 +1,150 @@
+"""Recorded drops: what holds all along a trajectory, and that they are the drops of a run."""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ros_pose_stats import PoseStatsError, part_from_mesh, record_drop, resting_poses, shapes
+from tests.bodies import clamp_hull, random_polyhedron
+from tests.truth.drops.recorded import EXACT, GRAVITY, outcomes
+
+DEEPEST = 2e-9
+"""Radii: twice what counts as touching."""
+
+
+@lru_cache(maxsize=1)
+def bodies():
+    return {
+        "random": part_from_mesh(*random_polyhedron(10, 4)),
+        "tetrahedron": part_from_mesh(*shapes.tetrahedron(), unit="mm"),
+        "shifted": part_from_mesh(*shapes.box(1.0, 2.0, 3.0), center_of_mass=(0.1, -0.6, 1.2)),
+        "needle": part_from_mesh(*shapes.box(1.0, 0.001, 0.002)),
+        "clamp hull": part_from_mesh(*clamp_hull(), unit="mm"),
+        "many corners": part_from_mesh(*random_polyhedron(5000, 6)),
+    }
+
+
+EVERY_BODY = pytest.mark.parametrize("name", ["random", "tetrahedron", "shifted", "needle",
+                                              "clamp hull", "many corners"])
+
+
+@cache
+def trajectories(name):
+    """Drops at several restitutions, one released touching the plate, one let run to rest."""
+    part = bodies()[name]
+    low = 0.01 * resting_poses(part).body.radius
+    return [record_drop(part, k, restitution, seed=5, drop_height=low if k == 1 else None,
+                        to_rest=k == 2)
+            for k, restitution in enumerate((0.5, 0.2, 0.3, 0.8, 0.0))]
+
+
+def phases(found):
+    """Slices of the samples between two events that change velocities."""
+    jumps = {event.time for event in found.events if event.kind in ("impact", "stop")}
+    here = np.isin(found.times, list(jumps)) & (np.diff(found.times, prepend=-1.0) == 0.0)
+    ends = [0, *np.flatnonzero(here).tolist(), len(found.times)]
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+@EVERY_BODY
+def test_energy_falls_at_impacts_and_stays_between_them(name):
+    for found in trajectories(name):
+        exact = 1e-12 * found.energies[0]
+        assert np.diff(found.energies).max() <= exact
+        for phase in phases(found):
+            if found.times[phase][-1] > found.times[phase][0]:
+                assert np.ptp(found.energies[phase]) <= exact
+
+
+@EVERY_BODY
+def test_up_stays_a_unit_vector_and_no_spin_about_it_comes_up(name):
+    part = bodies()[name]
+    for found in trajectories(name):
+        assert np.abs(np.linalg.norm(found.up, axis=1) - 1.0).max() < 1e-12
+        momentum = found.angular_velocities @ part.inertia
+        size = part.mass * found.radius ** 2 * np.sqrt(GRAVITY / found.radius)
+        assert np.abs((found.up * momentum).sum(axis=1)).max() < 1e-9 * size
+
+
+@EVERY_BODY
+def test_orientations_turn_up_up(name):
+    """Rounding adds up with the angle turned, some 1e4 for the needle."""
+    for found in trajectories(name):
+        turned = Rotation.from_quat(found.orientations).as_matrix()
+        angle = np.linalg.norm(found.angular_velocities, axis=1).max() * found.times[-1]
+        assert np.abs(turned[:, 2] - found.up).max() < 1e-14 * (100.0 + 3.0 * angle)
+        assert np.abs(np.linalg.norm(found.orientations, axis=1) - 1.0).max() < 1e-12
+        np.testing.assert_allclose(turned[0] @ found.down, (0.0, 0.0, -1.0), atol=1e-12)
+
+
+@EVERY_BODY
+def test_nothing_reaches_into_the_plate(name):
+    corners = bodies()[name].vertices - bodies()[name].center_of_mass
+    for found in trajectories(name):
+        lowest = [(height + corners @ up).min()
+                  for height, up in zip(found.heights, found.up, strict=True)]
+        assert min(lowest) > -DEEPEST * found.radius
+
+
+@EVERY_BODY
+def test_samples_are_in_order_and_hold_every_event(name):
+    for found in trajectories(name):
+        assert (np.diff(found.times) >= 0.0).all()
+        assert found.times[0] == 0.0 and found.events[0].kind == "release"
+        assert found.times[-1] == found.events[-1].time and found.events[-1].kind == "end"
+        samples = set(zip(found.times.tolist(), found.heights.tolist(), strict=True))
+        assert samples.issuperset((event.time, event.height) for event in found.events)
+        assert np.diff(found.times).max() <= 0.051 * np.sqrt(found.radius / GRAVITY)
+        assert [event.kind for event in found.events].count("impact") == found.impacts
+
+
+def test_times_do_not_run_past_an_event():
+    """The time of an event and the span up to it, added up again, may round beyond it."""
+    box = part_from_mesh(*shapes.box(1.0, 2.0, 3.0))
+    for drop in range(20):
+        assert (np.diff(record_drop(box, drop, 0.8, seed=5).times) >= 0.0).all()
+
+
+@pytest.mark.parametrize("name", ["random", "tetrahedron", "many corners"])
+def test_a_recorded_drop_is_that_of_the_run(name):
+    part = bodies()[name]
+    run = outcomes(part, 12, 0.4, 11)
+    for k in range(12):
+        found = record_drop(part, k, 0.4, seed=11)
+        assert (found.pose, found.impacts) == (run.pose[k], run.impacts[k])
+        assert found.events[-1].time == pytest.approx(run.seconds[k], rel=1e-15)
+
+
+@pytest.mark.parametrize("name", ["random", "tetrahedron", "shifted", "clamp hull"])
+@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.5, 0.8])
+def test_a_drop_goes_on_to_rest_in_the_pose_that_was_certain_before(name, restitution):
+    """The same events up to there; in the end nothing moves, on a face of that pose."""
+    part, early_ends = bodies()[name], 0
+    poses = resting_poses(part, 0.0, 0).poses
+    for k in range(12):
+        early, late = (record_drop(part, k, restitution, seed=31, to_rest=to_rest, interval=1e6,
+                                   **EXACT) for to_rest in (False, True))
+        before = [(e.time, e.kind, e.vertex, e.mode, e.height) for e in early.events[:-1]]
+        assert before == [(e.time, e.kind, e.vertex, e.mode, e.height)
+                          for e in late.events[:len(before)]]
+        assert early.pose == late.pose and late.at_rest and not early.at_rest
+        early_ends += len(early.events) < len(late.events)
+        last, pose = late.events[-1], poses[late.pose]
+        assert last.mode == "face" and last.velocity == 0.0
+        assert tuple(last.angular_velocity) == (0.0, 0.0, 0.0)
+        assert last.height == pytest.approx(pose.height, abs=1e-8 * late.radius)
+        np.testing.assert_allclose(-last.up, pose.down, rtol=0, atol=1e-7)
+    assert early_ends > 0
+
+
+@pytest.mark.parametrize("options", [
+    {"drop": -1}, {"drop": 1.5}, {"drop": True}, {"interval": 0.0}, {"interval": float("nan")},
+    {"start": (0.0, 0.0)}, {"start": np.eye(3)}, {"seed": -1}, {"restitution": 1.0}])
+def test_what_cannot_be_recorded_is_refused(options):
+    with pytest.raises(PoseStatsError, match=r"^expected .*, got .*; "):
+        record_drop(bodies()["tetrahedron"], **options)

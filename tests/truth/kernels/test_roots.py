@@ -1,0 +1,123 @@
+"""First zero of a polynomial: none is missed, none is invented.
+
+The answers are judged in exact arithmetic, by Sturm's theorem: the floating-point
+coefficients are rational numbers. Within `BLUR` of zero, relative to the sum of the sizes of
+the terms, rounding decides.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from ros_pose_stats.kernels.drops.roots import first_zero
+
+BLUR = 1e-14
+HIGHEST = 16
+"""Power of the polynomials."""
+
+
+def zero_of(c, upto=1.0):
+    """First zero of a polynomial; infinity where there is none."""
+    return first_zero(c, 0, len(c) - 1, upto, np.zeros(HIGHEST + 1))
+
+
+def exact(polynomial, x):
+    value = Fraction(0)
+    for c in reversed(polynomial):
+        value = value * x + c
+    return value
+
+
+def remainder(a, b):
+    """Of the division of polynomials, lowest power first."""
+    a = list(a)
+    while len(a) >= len(b):
+        factor = a[-1] / b[-1]
+        for k in range(len(b)):
+            a[len(a) - len(b) + k] -= factor * b[k]
+        a.pop()
+    while a and a[-1] == 0:
+        a.pop()
+    return a
+
+
+def roots_between(polynomial, low, high):
+    """Number of distinct real roots in (low, high], neither end being a multiple one."""
+    chain = [polynomial, [k * c for k, c in enumerate(polynomial)][1:]]
+    while len(chain[-1]) > 1 and (rest := remainder(chain[-2], chain[-1])):
+        size = max(map(abs, rest))
+        chain.append([-c / size for c in rest])
+
+    def changes(x):
+        signs = [value > 0 for p in chain if (value := exact(p, x)) != 0]
+        return sum(a != b for a, b in pairwise(signs))
+
+    return changes(low) - changes(high)
+
+
+def assert_first_zero(coefficients, zero, upto=1.0):
+    """No zero before it, and one there; infinity stands for none."""
+    polynomial = [Fraction(float(c)) for c in coefficients]
+    blur = Fraction(BLUR) * sum(map(abs, polynomial))
+    raised = [polynomial[0] + blur, *polynomial[1:]]
+    while raised[-1] == 0:
+        raised.pop()
+    end = Fraction(min(zero, upto))
+    assert len(raised) == 1 or roots_between(raised, Fraction(0), end) == 0
+    if math.isfinite(zero):
+        assert 0.0 < zero <= upto
+        assert abs(exact(polynomial, Fraction(zero))) <= blur
+
+
+def coefficients_of(roots, pairs):
+    """Polynomial, positive at 0, from real roots and pairs (a, b) of complex ones a ± i b."""
+    c = np.polynomial.polynomial.polyfromroots(roots).real if roots else np.ones(1)
+    for a, b in pairs:
+        c = np.convolve(c, (a * a + b * b, -2.0 * a, 1.0))
+    return c / np.abs(c).max() * np.sign(c[0])
+
+
+REAL = st.one_of(st.floats(1e-3, 1.0), st.floats(-3.0, -1e-3), st.floats(1.0, 4.0))
+PAIR = st.tuples(st.floats(-1.5, 1.5), st.one_of(st.floats(1e-9, 1e-3), st.floats(1e-3, 2.0)))
+
+
+@given(roots=st.lists(REAL, max_size=6), pairs=st.lists(PAIR, max_size=4),
+       upto=st.one_of(st.just(1.0), st.floats(0.01, 1.0)))
+@example(roots=[0.5, 0.5], pairs=[], upto=1.0)
+@example(roots=[0.5, 0.5, 0.5], pairs=[], upto=1.0)
+@example(roots=[1.0], pairs=[(0.3, 1e-9)], upto=1.0)
+@example(roots=[0.9, 0.1 + 1e-9, 0.1], pairs=[(0.05, 1e-6)], upto=1.0)
+def test_known_roots(roots, pairs, upto):
+    c = coefficients_of(roots, pairs)
+    assume(len(c) > 1 and c[0] > 1e-12)
+    assert_first_zero(c, zero_of(c, upto=upto), upto)
+
+
+@given(c=st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=HIGHEST + 1),
+       shrink=st.sampled_from((1.0, 0.5, 0.1)), start=st.floats(1e-9, 1.0))
+def test_any_coefficients(c, shrink, start):
+    c = np.array([start, *c[1:]]) * shrink ** np.arange(len(c))
+    assume(np.abs(c[1:]).max() > 1e-100)
+    assert_first_zero(c, zero_of(c))
+
+
+@pytest.mark.parametrize("at", [0.03, 0.5, 0.97])
+@pytest.mark.parametrize("depth", [1e-2, 1e-6, 1e-10, 1e-13])
+def test_grazing(at, depth):
+    """A dip to just above zero is none, and one to just below it ends on its way down."""
+    rest = np.array((2.0, 0.3, -0.4, 0.1))
+    square = np.array((at * at, -2.0 * at, 1.0))
+    above = np.convolve(square + np.array((depth, 0.0, 0.0)), rest)
+    below = np.convolve(square - np.array((depth, 0.0, 0.0)), rest)
+    width = math.sqrt(depth)
+    assert zero_of(above) == math.inf
+    if at > 1.01 * width:
+        # The slope there is 2 width: a rounding of 1e-15 moves the zero by 1e-15 / width.
+        assert zero_of(below) == pytest.approx(at - width, abs=1e-14 / width)

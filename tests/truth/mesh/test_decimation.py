@@ -1,0 +1,98 @@
+"""The triangles that a part is drawn by: near its surface, with teeth, gaps, bores and threads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from ros_pose_stats import part_from_mesh, shapes
+from ros_pose_stats.mesh.decimation import visible_triangles
+from tests import fine_parts
+
+FINEST = 20_000
+SURFACES = {"gear": fine_parts.gear(), "screw": fine_parts.screw()}
+PARTS = {name: part_from_mesh(*surface) for name, surface in SURFACES.items()}
+
+
+def mesh_of(triangles):
+    return trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+
+
+def pierced(triangles, x, y):
+    """Heights at which the vertical through (x, y) passes through triangles, ascending."""
+    corners = triangles - np.array([x, y, 0.0])
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    parts = [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b))]
+    inside = (np.minimum.reduce(parts) > 0.0) | (np.maximum.reduce(parts) < 0.0)
+    heights = sum(share * p[:, 2] for share, p in zip(parts, (a, b, c), strict=True))
+    return np.sort(heights[inside] / sum(parts)[inside])
+
+
+@pytest.mark.parametrize(("most", "share"), [(FINEST, 0.002), (1000, 0.02)])
+@pytest.mark.parametrize("name", PARTS)
+def test_they_stay_near_the_surface_and_leave_out_nothing(name, most, share):
+    part = PARTS[name]
+    true, shown = part.surface_vertices[part.surface_triangles], visible_triangles(part, most)
+    assert most // 2 < len(shown) <= most < len(true)
+    mesh, extent = mesh_of(shown), np.ptp(part.vertices, axis=0).max()
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(mesh_of(true).volume, rel=2.5 * share)
+    one, two = (trimesh.sample.sample_surface(mesh_of(some), 200_000, seed=1)[0]
+                for some in (true, shown))
+    apart = 0.006 * extent  # of the points themselves
+    assert cKDTree(one).query(two[:20_000])[0].max() < share * extent + apart
+    assert cKDTree(two).query(one[:20_000])[0].max() < share * extent + apart
+
+
+@pytest.mark.parametrize("most", [FINEST, 4000, 1000])
+def test_a_line_passes_through_every_gap_and_the_bore_and_meets_every_tooth(most):
+    shown = visible_triangles(PARTS["gear"], most)
+    middle = 0.5 * (fine_parts.TIP + fine_parts.ROOT)
+    for k in range(fine_parts.TEETH):
+        for turn, met in ((0.25, [0.0, fine_parts.FACE]), (0.75, [])):
+            angle = 2.0 * np.pi * (k + turn) / fine_parts.TEETH
+            heights = pierced(shown, middle * np.cos(angle), middle * np.sin(angle))
+            assert heights == pytest.approx(met, abs=2e-5)
+    for angle in np.arange(0.1, 6.0, 0.7):
+        reach = 0.6 * fine_parts.BORE
+        assert len(pierced(shown, reach * np.cos(angle), reach * np.sin(angle))) == 0
+
+
+def test_a_part_of_few_triangles_is_drawn_as_it_is_and_others_the_same_each_time_in_any_unit():
+    part = part_from_mesh(*shapes.box(0.04, 0.03, 0.02))
+    assert (visible_triangles(part, 100) == part.surface_vertices[part.surface_triangles]).all()
+    vertices, triangles = SURFACES["gear"]
+    shown = visible_triangles(PARTS["gear"], 2000)
+    for scale in (1.0, 2.0**-40, 2.0**40):
+        again = part_from_mesh(scale * vertices, triangles)
+        assert (visible_triangles(again, 2000) == scale * shown).all()
+
+
+def test_an_open_mesh_is_drawn_as_received_from_both_sides():
+    vertices, triangles = SURFACES["gear"]
+    part = part_from_mesh(vertices, triangles[1000:])
+    assert [line for line in part.warnings if line.startswith("OPEN_MESH:")]
+    shown = visible_triangles(part, 4000)
+    assert 2000 < len(shown) <= 4000
+    half = len(shown) // 2
+    assert (shown[:half] == shown[half:, ::-1]).all()
+    assert len(pierced(shown, 0.5 * fine_parts.BORE, 0.0)) == 0
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(4, 2000), st.integers(4, 3000),
+       st.sampled_from([1e-4, 1.0]), st.integers(100, 1000))
+def test_any_mesh_is_drawn_by_few_triangles_between_its_own_vertices(
+        seed, vertices, triangles, height, most):
+    """Edges of many triangles, repeated ones, loose points."""
+    random = np.random.default_rng(seed)
+    places = random.normal(size=(vertices, 3)) * (1.0, 1.0, height)
+    part = part_from_mesh(places, np.vstack((
+        random.integers(vertices, size=(triangles, 3)), [(0, 1, 2), (1, 2, 3)])))
+    shown = visible_triangles(part, most)
+    assert len(shown) <= most
+    known = {tuple(place) for place in places.tolist()}
+    assert {tuple(place) for place in shown.reshape(-1, 3).tolist()} <= known

@@ -1,0 +1,126 @@
+"""Nothing depends on how a part is turned in its own frame.
+
+Turning rounds coordinates by some 4e-16 of the size. A face as narrow as 1e-3 radii then leans
+by 4e-13, and so do heights, margins and areas; sums over some hundred faces stay below 1e-11.
+Components that meet EAE and MEAE at 1e-4 sr have shares 1e-9 off at the most.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes
+from ros_pose_stats.shapes import demo_parts
+from tests.bodies import METHODS, REGULAR_SOLIDS, moved, rotation
+from tests.matching import downs
+
+BODIES = {  # and how often each is turned
+    "cube": (shapes.box(2.0, 2.0, 2.0), 100),
+    "box": (shapes.box(1.0, 2.0, 3.0), 100),
+    "hexagonal prism": (shapes.prism(6, 1.0, 1.3), 100),
+    "tetrahedron": (REGULAR_SOLIDS["tetrahedron"], 100),
+    "octahedron": (REGULAR_SOLIDS["octahedron"], 100),
+    "cylinder": (shapes.cylinder(48, 1.0, 0.7), 20),
+    "ellipsoid": (shapes.hull_mesh(shapes.ellipsoid_points(150, 1, (3.0, 2.0, 1.5))), 10),
+    "clamp": (demo_parts.DEMO_PARTS["clamp"](), 6),
+    "bolt": (demo_parts.DEMO_PARTS["hex_bolt"](), 6),
+}
+UNEVEN = ("box", "bolt")
+"""`split` joins what ties in level in an order that rounding chooses."""
+
+EXACT = ("rolls", "yaw_symmetry", "group_size")
+LENGTHS = ("height", "top", "barrier")
+
+
+class Answer:
+    """Poses of a body, keyed by the set of its stable faces, in the numbering of another body."""
+
+    def __init__(self, surface, tolerance, number=None):
+        part = part_from_mesh(*surface)
+        self.part, self.tolerance = part, tolerance
+        self.faces = downs(resting_poses(part, 0.0, round_sides=0).poses)
+        self.number = np.arange(len(self.faces)) if number is None else number(self.faces)
+        self.poses = {self.key(pose): pose
+                      for pose in resting_poses(part, tolerance, round_sides=0).poses}
+
+    def key(self, pose):
+        return frozenset(self.number[list(pose.members)].tolist())
+
+    def groups(self):
+        groups = {}
+        for key, pose in self.poses.items():
+            groups.setdefault(pose.group, set()).add(key)
+        return {frozenset(keys) for keys in groups.values()}
+
+    def probabilities(self, method):
+        found = estimate(self.part, method, cluster_tolerance=self.tolerance, round_sides=0)
+        return {self.key(pose): pose.probability for pose in found.poses}
+
+
+def numbering(faces, turn):
+    """Numbers the faces of a turned body as those that they were."""
+    def number(turned):
+        gap, place = cKDTree(faces @ turn.T).query(turned)
+        assert gap.max() < 1e-11
+        assert np.array_equal(np.sort(place), np.arange(len(faces)))
+        return place
+    return number
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.0025])
+@pytest.mark.parametrize("name", BODIES)
+def test_poses_groups_and_probabilities(name, tolerance):
+    surface, turns = BODIES[name]
+    size = np.ptp(surface[0])
+    plain = Answer(surface, tolerance)
+    methods = [method for method in METHODS if method != "split" or name not in UNEVEN]
+    expected = {method: plain.probabilities(method) for method in methods}
+    for seed in range(turns):
+        turn = rotation(seed)
+        other = Answer(moved(surface, turn), tolerance, numbering(plain.faces, turn))
+        assert other.poses.keys() == plain.poses.keys()
+        assert other.groups() == plain.groups()
+        for key, pose in plain.poses.items():
+            same = other.poses[key]
+            for field in EXACT:
+                assert getattr(same, field) == getattr(pose, field)
+            for field in LENGTHS:
+                assert getattr(same, field) == pytest.approx(getattr(pose, field),
+                                                             abs=1e-11 * size)
+            assert same.margin == pytest.approx(pose.margin, abs=1e-11)
+            # The angle of opposite faces is the root of what rounding leaves of the chord.
+            assert same.spread == pytest.approx(pose.spread, abs=1e-7)
+        for method in methods:
+            assert other.probabilities(method) == pytest.approx(expected[method], abs=1e-9)
+
+
+@pytest.mark.xfail(strict=True, reason="joins that tie in level are taken one by one, in an order "
+                   "that rounding chooses, and `split` is not indifferent to it")
+@pytest.mark.parametrize("name", UNEVEN)
+def test_probabilities_by_split_of_parts_whose_saddles_tie(name):
+    surface, _ = BODIES[name]
+    plain = Answer(surface, 0.0025)
+    expected = plain.probabilities("split")
+    for seed in range(100):
+        turn = rotation(seed)
+        other = Answer(moved(surface, turn), 0.0025, numbering(plain.faces, turn))
+        assert other.probabilities("split") == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_face_with_a_hole_that_the_file_lacks_is_closed_in_every_frame():
+    """A plate, its upper face missing: at 45 degrees two components of its normal are equal."""
+    angles = np.pi * np.arange(24) / 12.0
+    rims = [(r * np.cos(a), r * np.sin(a), z) for r, z in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5),
+                                                         (0.5, 0.5)) for a in angles]
+    here, there = np.arange(24), (np.arange(24) + 1) % 24
+    triangles = np.vstack([np.column_stack(corners) for k, j in ((0, 24), (24, 48), (72, 0))
+                           for corners in ((k + here, k + there, j + there),
+                                           (k + here, j + there, j + here))])
+    leaning = Rotation.align_vectors([[1.0, -1.0, 0.0]], [[0.0, 0.0, np.sqrt(2.0)]])[0]
+    for degrees in range(0, 90, 3):
+        turn = leaning * Rotation.from_euler("z", degrees, degrees=True)
+        part = part_from_mesh(turn.apply(rims), triangles, unit="cm")
+        assert [line.partition(":")[0] for line in part.warnings] == ["HOLES_CLOSED"]

@@ -1,0 +1,207 @@
+"""Stable faces of a hull and poses by persistence, read word for word from the contract.
+
+From each stable face the lowest ways are flooded until a face that comes before it is met: the
+highest saddle on the way is where the face ends. If that is no share of its height above it, it
+is poured into the pose across that saddle. There is neither a tree nor a union-find.
+
+Rounding orders nothing here: values closer than `tie` are equal, all others must be farther apart
+than `apart`, and levels and heights are compared by their ranks.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, cKDTree
+
+
+def ranks(values, tie, apart):
+    """Number (N,) of each value by rising size; equal ones share it."""
+    order = np.argsort(values, kind="stable")
+    gaps = np.diff(np.asarray(values)[order])
+    doubtful = gaps[(gaps > tie) & (gaps < apart)]
+    assert not len(doubtful), (
+        f"values {doubtful.min():g} apart are neither equal (up to {tie:g}) nor different "
+        f"(from {apart:g} on): give another body, or tolerances that fit its rounding")
+    numbers = np.empty(len(order), dtype=int)
+    numbers[order] = np.concatenate(([0], np.cumsum(gaps > tie)))
+    return numbers
+
+
+@dataclass(frozen=True)
+class StableFaces:
+    """Stable faces in a given numbering; lengths in radii of the part."""
+
+    heights: np.ndarray  # (S,)
+    order: np.ndarray  # (S,) which stands for a pose: lower, then larger, then smaller number
+    ways: dict  # face -> list of (rank of the level, level, face on the other side)
+
+
+def stable_faces(vertices, center_of_mass, downs, tie=1e-10, apart=1e-8, flat=1e-9):
+    """Stable faces of a convex hull, numbered as `downs` (S, 3), their normals, are.
+
+    One too many or too few is an error. Triangles as close as `flat` to one plane are one face.
+    """
+    points = np.asarray(vertices, dtype=float) - center_of_mass
+    points /= np.sqrt((points * points).sum(axis=1)).max()
+    normals, distances, areas, edges = _faces(points, flat)
+    inset, levels = _sides(points, normals, distances, edges)
+    levels_rank = ranks(levels, tie, apart)
+    lowest = np.full(len(normals), np.inf)
+    np.minimum.at(lowest, edges[:, 2], np.where(inset[:, 0] > 0.0, np.inf, levels))
+    np.minimum.at(lowest, edges[:, 3], np.where(inset[:, 1] > 0.0, np.inf, levels))
+    stable = np.flatnonzero(np.isinf(lowest))
+    assert len(stable) == len(downs), f"{len(stable)} stable faces here, {len(downs)} given"
+    gap, number = cKDTree(downs).query(normals[stable])
+    assert gap.max() < 1e-6 and len(set(number.tolist())) == len(stable)
+    number_of = np.full(len(normals), -1)
+    number_of[stable] = number
+    beyond = _descents(edges, levels_rank, inset, distances, number_of)
+    ways = defaultdict(list)
+    for (_, _, one, other), rank, level in zip(edges.tolist(), levels_rank.tolist(),
+                                               levels.tolist(), strict=True):
+        here, there = beyond[one], beyond[other]
+        if here != there:
+            ways[here].append((rank, level, there))
+            ways[there].append((rank, level, here))
+    heights, sizes = np.empty(len(stable)), np.empty(len(stable))
+    heights[number], sizes[number] = distances[stable], areas[stable]
+    order = np.lexsort((np.arange(len(stable)), -ranks(sizes, tie, apart),
+                        ranks(heights, tie, apart)))
+    return StableFaces(heights, np.argsort(order), ways)
+
+
+def _faces(points, flat):
+    """Normals, distances and areas of faces; pieces of edges: two ends, left and right face."""
+    hull = ConvexHull(points)
+    triangles = hull.simplices.copy()
+    corners = points[triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = (across * hull.equations[:, :3]).sum(axis=1) < 0.0
+    triangles[inward, 1:] = triangles[inward, :0:-1]
+    across[inward] *= -1.0
+    here = np.repeat(np.arange(len(triangles)), 3)
+    there = hull.neighbors.ravel()
+    planes = hull.equations
+    off = np.abs(np.einsum("nkx,nx->nk", points[triangles[there]], planes[here, :3])
+                 + planes[here, 3:]).max(axis=1)
+    joined = off < flat
+    _, face = connected_components(coo_array(
+        (np.ones(joined.sum()), (here[joined], there[joined])), shape=2 * (len(triangles),)))
+    vector = np.zeros((face.max() + 1, 3))
+    np.add.at(vector, face, 0.5 * across)
+    areas = np.sqrt((vector * vector).sum(axis=1))
+    normals = vector / areas[:, None]
+    weight = np.sqrt((across * across).sum(axis=1))
+    heights = (points[triangles].mean(axis=1) * normals[face]).sum(axis=1)
+    distances = np.bincount(face, weight * heights) / np.bincount(face, weight)
+    owner = {(int(a), int(b)): int(face[t]) for t, (p, q, r) in enumerate(triangles)
+             for a, b in ((p, q), (q, r), (r, p))}
+    edges = [(a, b, left, owner[b, a]) for (a, b), left in owner.items()
+             if a < b and left != owner[b, a]]
+    return normals, distances, areas, np.array(edges)
+
+
+def _sides(points, normals, distances, edges):
+    """How far the feet on both faces lie inside of each edge, and its distance from the centre."""
+    first, along = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
+    length = np.sqrt((along * along).sum(axis=1))
+    inset = np.empty((len(edges), 2))
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        face = edges[:, 2 + side]
+        into = np.cross(normals[face], sign * along) / length[:, None]
+        inset[:, side] = ((distances[face, None] * normals[face] - first) * into).sum(axis=1)
+    share = np.clip(-(first * along).sum(axis=1) / length**2, 0.0, 1.0)
+    nearest = first + share[:, None] * along
+    levels = np.sqrt((nearest * nearest).sum(axis=1))
+    return inset, np.maximum(levels, distances[edges[:, 2:]].max(axis=1))
+
+
+def _descents(edges, rank, inset, distances, number_of):
+    """Stable face that the way down from each face leads to: over its lowest edge, and so on."""
+    down = {}
+    for (_, _, one, other), level, (here, there) in zip(edges.tolist(), rank.tolist(),
+                                                        inset.tolist(), strict=True):
+        for face, beyond, depth in ((one, other, here), (other, one, there)):
+            if number_of[face] < 0 and depth <= 0.0:
+                down.setdefault(face, []).append((level, depth, beyond))
+    ends = []
+    for face in range(len(number_of)):
+        end = face
+        while number_of[end] < 0:
+            onward = min(down[end])[2]
+            assert distances[onward] < distances[end], "no way down from a face"
+            end = onward
+        ends.append(int(number_of[end]))
+    return ends
+
+
+def persistent_poses(faces, tolerance):
+    """Poses as sets of stable faces -> level (radii) of the lowest saddle out of each."""
+    onward = {}
+    for face, height in enumerate(faces.heights):
+        level, across = _end(faces, face)
+        assert abs(level - (1.0 + tolerance) * height) > 1e-9, "a rise is just the tolerance"
+        if level < (1.0 + tolerance) * height:
+            onward[face] = across
+    poses = defaultdict(set)
+    for face in range(len(faces.heights)):
+        way = [face]
+        while way[-1] in onward:
+            way.append(onward[way[-1]])
+            assert len(way) <= len(faces.heights), f"faces are poured in a ring: {way}"
+        poses[way[-1]].add(face)
+    return {frozenset(members): min(
+        (level for face in members for _, level, other in faces.ways[face]
+         if other not in members), default=np.inf) for members in poses.values()}
+
+
+def _end(faces, start):
+    """Level at which a flood from a face meets one before it, and the face across that saddle."""
+    flooded, highest, level = set(), -1, -np.inf
+    waiting = [(-1, -np.inf, start)]
+    while waiting:
+        rank, here, face = heapq.heappop(waiting)
+        if face in flooded:
+            continue
+        if rank > highest:
+            highest, level = rank, here
+        if faces.order[face] < faces.order[start]:
+            return level, _across(faces, start, highest)
+        flooded.add(face)
+        for way in faces.ways[face]:
+            heapq.heappush(waiting, way)
+    return np.inf, None
+
+
+def _across(faces, start, rank):
+    """The first of all faces across the saddles of this rank that end the region of a face.
+
+    Regions beyond them that begin no lower are its own: they end here as well.
+    """
+    region = _below(faces, start, rank)
+    while True:
+        beyond = {other for face in region for here, _, other in faces.ways[face]
+                  if here == rank and other not in region}
+        younger = {face: _below(faces, face, rank) for face in beyond}
+        elder = [face for face, reached in younger.items()
+                 if min(faces.order[list(reached)]) < faces.order[start]]
+        if elder:
+            return min(elder, key=lambda face: faces.order[face])
+        region = region.union(*younger.values())
+
+
+def _below(faces, start, rank):
+    """Faces that a flood from one reaches below a level."""
+    reached, waiting = {start}, [start]
+    while waiting:
+        for here, _, other in faces.ways[waiting.pop()]:
+            if here < rank and other not in reached:
+                reached.add(other)
+                waiting.append(other)
+    return reached

@@ -1,0 +1,27 @@
+"""Values that are equal but for rounding are tied wherever they stand, at any decimal."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ros_pose_stats.tolerances import number_equal
+
+TOLERANCE = 1e-10
+
+
+@given(st.lists(st.integers(0, 50), min_size=1, max_size=12), st.floats(0.0, 1.0),
+       st.randoms(use_true_random=False))
+def test_noise_below_the_tolerance_changes_no_number(levels, start, random):
+    """Levels ten tolerances apart, also about a half of any decimal, shaken by a rounding."""
+    plain = [start + 10.0 * TOLERANCE * level for level in levels]
+    shaken = [value + random.uniform(-2e-16, 2e-16) for value in plain]
+    assert number_equal(shaken, TOLERANCE) == number_equal(plain, TOLERANCE)
+    _, numbers = np.unique(levels, return_inverse=True)
+    assert number_equal(plain, TOLERANCE) == numbers.tolist()
+
+
+def test_a_dense_sequence_is_not_one_long_tie():
+    values = [0.5 * TOLERANCE * k for k in range(9)]
+    assert max(number_equal(values, TOLERANCE)) >= 2
