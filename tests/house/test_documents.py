@@ -206,7 +206,7 @@ def test_no_two_pages_have_one_title():
 
 
 def test_the_page_on_sensitivity_has_the_figures_of_the_study():
-    study = (ROOT / "docs/study/design.md").read_text(encoding="utf-8")
+    study = (ROOT / "docs/measured/design.md").read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in study.splitlines()
             if line.startswith("|")]
     table = {row[0]: row[1:] for row in rows}
