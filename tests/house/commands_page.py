@@ -51,7 +51,7 @@ JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
 MORE = {"estimate": ("measured/split", "hybrid", "warnings"), "simulate": ("simulation",),
         "report": ("report",), "catalogue": ("catalogue",), "dataset": ("datasets",),
         "benchmark": ("measured/accuracy", "measured/stability"), "fit": ("plates",),
-        "sensitivity": ("sensitivity", "measured/design"), "compare": ("design",),
+        "sensitivity": ("design", "measured/design"), "compare": ("design",),
         "bag": ("bags",), "node": ("node",)}
 """Pages that say more about a command."""
 
