@@ -100,8 +100,8 @@ class Settings:
         "its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0, BELOW_ONE)
     round_sides: int = _parameter(
-        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round surfaces, whatever "
-        "the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
+        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round surfaces, "
+        "whatever the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
     flip_height: float = _parameter(
         0.0, "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
         "request's kick_height is negative; 0: none.", 0.0, 1e6)
