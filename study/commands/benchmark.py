@@ -237,8 +237,8 @@ def _figure(output: str) -> Path:
 
     path = Path(output)
     if path.name in ("", "..") or output.endswith("/"):
-        raise RequestError("a path and the beginning of a file name", f"{output!r}",
-                           "for instance -o figures/chart")
+        raise RequestError("the path of a .png or .svg file", f"{output!r}",
+                           "for instance -o figures/chart.png")
     refuse_unwritable(path.parent)
     return path if path.suffix in FIGURE_ENDINGS else path.with_name(f"{path.name}.png")
 
