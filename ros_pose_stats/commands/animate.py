@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
            root: SplittingNode) -> None:
-    from ..whole_files import write_whole
+    from ..files import write_whole
 
     def write(folder: Path) -> None:
         if file.suffix.lower() == ".mcap":

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshFileError
+from ..files import write_file
 from ..mesh.stl import stl_bytes
-from ..whole_files import write_file
 from . import closed_forms
 from .closed_forms import Surface
 from .modelling import drill, extrude, in_file_order, revolve, surface_of

@@ -17,7 +17,7 @@ PACKAGE = Path(ros_pose_stats.__file__).resolve().parent
 
 FLOORS = (
     {"errors", "methods", "text", "tolerances", "version"},
-    {"records", "whole_files"},
+    {"records", "files"},
     {"kernels", "statistics"},
     {"mesh"},
     {"resting"},

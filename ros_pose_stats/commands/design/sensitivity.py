@@ -141,7 +141,7 @@ def _compute(part: Part, options: argparse.Namespace, bar: ProgressBar, interrup
 def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion | None
                  ) -> list[Any]:
     """Write what was asked for and is there; returns the files written."""
-    from ...whole_files import write_file
+    from ...files import write_file
 
     written = []
     if files["png"] is not None:
