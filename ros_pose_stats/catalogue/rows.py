@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
-from ..mesh.content import read_bytes
-from ..mesh.files import parse_mesh
+from ..mesh.files import parse_mesh, read_bytes
 from ..mesh.mass_properties import check_given
 from ..mesh.parts import part_of_file
 from ..planning.auto import auto

@@ -18,9 +18,14 @@ from ..records import DropScene, Part
 from ..resting.poses import RestingPoses, resting_poses
 from ..simulation.chunks import DropWorkers
 from ..simulation.drop_body import drop_body
-from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, release_height
+from ..simulation.drops import (
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    random_starts,
+    release_height,
+)
 from ..simulation.request import drop_request
-from ..simulation.starts import random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
 
 Array = NDArray[np.float64]

@@ -19,12 +19,12 @@ from ..records import Part, PoseStatistics
 from ..records.statistics import ranked
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
+from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded, Feeding, drop_afresh
-from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import adjust_together
+from ..statistics.pose_groups import warn_of_alike
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
-from ..statistics.wanted_poses import warn_of_alike
 from ..version import VERSION
 from .comparison import (
     Comparison,

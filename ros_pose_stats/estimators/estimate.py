@@ -22,8 +22,8 @@ from ..resting.poses import RestingPoses, resting_poses
 from ..resting.trust import pose_warnings
 from ..version import VERSION
 from .expected import ExpectedError, best_method, expected_error, explain_best
+from .published import Array
 from .registry import ESTIMATORS, Estimator, estimator
-from .solid_angles import Array
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,

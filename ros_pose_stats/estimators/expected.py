@@ -22,12 +22,18 @@ from numpy.typing import NDArray
 
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from ..statistics.errors import root_mean_square
-from ..statistics.intervals import DEFAULT_LEVEL
-from ..statistics.largest import largest_error
-from .fitted_inputs import error_inputs, error_scale, known_answers, single_drop
-from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS, ErrorFit
-from .solid_angles import Array, normalized
+from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
+from .fitted import (
+    ERROR_FITS,
+    USUAL_AT,
+    USUAL_ERRORS,
+    ErrorFit,
+    error_inputs,
+    error_scale,
+    known_answers,
+    single_drop,
+)
+from .published import Array, normalized
 
 UNUSUAL = 2.0
 """Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""

@@ -10,7 +10,7 @@ from ..errors import RequestError
 from ..methods import AT_ONCE, METHODS, Method
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .solid_angles import Array
+from .published import Array
 
 
 @dataclass(frozen=True)

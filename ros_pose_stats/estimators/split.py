@@ -19,9 +19,8 @@ from ..kernels.features.component_features import DEPTH, LEVEL, LOG_AREA, LOG_HE
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .fitted_inputs import corner_inputs, rolling_inputs, scene_inputs
-from .fitted_weights import SPLIT_FITS, SplitFit
-from .solid_angles import Array, normalized
+from .fitted import SPLIT_FITS, SplitFit, corner_inputs, rolling_inputs, scene_inputs
+from .published import Array, normalized
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""

@@ -70,7 +70,7 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
                      cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     choice = found.choice
     if target_error > 0.0:
-        from .targeted import Asked, keep_target  # with all that drops the part
+        from .hybrid import Asked, keep_target  # with all that drops the part
 
         asked = Asked(target_error, most, seed, workers)
         found, choice = keep_target(found, part, scene, asked, on_progress, in_time.over)

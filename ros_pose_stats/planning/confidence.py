@@ -17,9 +17,9 @@ from ..estimators.registry import estimator
 from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
 from ..resting.poses import RestingPoses
-from ..statistics.error_bound import Judged, judge_counts, judge_posterior
-from ..statistics.posterior import PosePrior
-from ..statistics.posterior.fitted import FITTED_METHOD
+from ..statistics.errors import Judged, judge_counts, judge_posterior
+from ..statistics.fitted_prior import FITTED_METHOD
+from ..statistics.prior import PosePrior
 
 Counts = NDArray[np.int64]
 

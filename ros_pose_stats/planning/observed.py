@@ -14,7 +14,8 @@ from ..errors import RequestError
 from ..methods import OBSERVED
 from ..records import PoseStatistics, StablePose
 from ..records.statistics import ranked
-from ..statistics.posterior import PosePrior, Posterior, PriorFit
+from ..statistics.posterior import Posterior
+from ..statistics.prior import PosePrior, PriorFit
 from ..text import percent, ranges, several
 
 Index = NDArray[np.int64]

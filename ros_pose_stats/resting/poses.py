@@ -14,16 +14,13 @@ from ..kernels.features.corner_crowding import corner_crowding
 from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import lengths
+from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import DropScene, Part, StablePose
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from .clusters import Clusters, clusters
+from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
-from .margins import spread, tilt_margins
-from .orientation import resting_quaternions, rotation_matrices
-from .surface_trial import SurfaceTrial
-from .symmetry import symmetry_groups
+from .symmetry import SurfaceTrial, symmetry_groups
 from .turns import axis_offsets, rolling_axes, yaw_symmetries
 
 Array = NDArray[np.float64]

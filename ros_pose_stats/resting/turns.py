@@ -13,9 +13,8 @@ from ..records import Part
 from ..tolerances import SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria
-from .round_surfaces import Run
-from .surface_trial import SurfaceTrial, keeps_inertia
-from .symmetry import MOST_EFFORT
+from .rims import Run
+from .symmetry import MOST_EFFORT, SurfaceTrial, keeps_inertia
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

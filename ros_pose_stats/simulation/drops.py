@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from ..kernels.drops.layout import (
     P,
     Z,
 )
+from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
 from ..records.scene import DEFAULT_DROP_RADII, GRAVITY
@@ -114,3 +115,53 @@ def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
                         measure[:, DURATION] * math.sqrt(body.radius / GRAVITY),
                         measure[:, ENERGY], outcome[:, ENDING] == TRAPPED,
                         outcome[:, TOUCHED] == 1)
+
+
+_WORDS: Final = 4
+"""64-bit words that Philox makes at each place of its stream."""
+
+_RANDOM_STREAM: Final = 1
+_FLIP_STREAM: Final = 3
+"""Second words of the key, so that drops and flips of one seed have nothing in common."""
+
+def random_starts(seed: int, first: int, count: int) -> Array:
+    """Independent directions, uniform on the sphere.
+
+    `seed`: 0 <= seed < 2**64; `first, count`: drops first ... first + count - 1; both >= 0.
+    Returns (count, 3): unit vectors `down` in part axes that point vertically down at release; row
+    k is the same in every call that includes it.
+    """
+    pairs = _pairs(seed, _RANDOM_STREAM, first, count)
+    return _on_sphere(pairs[:, 0], pairs[:, 1])
+
+
+def flip_draws(seed: int, first: int, count: int) -> Array:
+    """Two uniform numbers in [0, 1) for each of the flips first ... first + count - 1, (count, 2).
+
+    Row k is the same in every call that includes it.
+    """
+    return _pairs(seed, _FLIP_STREAM, first, count)
+
+
+def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
+    place, before = divmod(2 * first, _WORDS)
+    return _uniforms(seed, stream, place, before + 2 * count)[before:].reshape(count, 2)
+
+
+def _uniforms(seed: int, stream: int, place: int, count: int) -> Array:
+    """Numbers (count,) of 53 bits in [0, 1), from a place (of four words) of a stream on."""
+    key = np.array((seed, stream), dtype=np.uint64)
+    words = np.random.Philox(counter=place, key=key).random_raw(count)
+    return np.asarray((words >> np.uint64(11)) * 2.0 ** -53)
+
+
+def _on_sphere(u: Array, v: Array) -> Array:
+    """Equal-area map of the unit square: heights 2 u - 1 and azimuths 2 pi v."""
+    azimuth = (2.0 * np.pi) * v
+    radius = 2.0 * np.sqrt(u * (1.0 - u))
+    points = np.empty((len(u), 3))
+    sine, cosine = sines_cosines(azimuth)
+    points[:, 0] = radius * cosine
+    points[:, 1] = radius * sine
+    points[:, 2] = 2.0 * u - 1.0
+    return points

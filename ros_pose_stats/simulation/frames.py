@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
+from ..mesh.vectors import rotation_matrices
 from ..records import Part, Trajectory
-from ..resting.orientation import rotation_matrices
 from ..resting.poses import RestingPoses
 from .record_drop import record_drop
 

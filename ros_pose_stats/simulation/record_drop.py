@@ -31,7 +31,7 @@ from ..kernels.drops.layout import (
     Z,
 )
 from ..kernels.drops.sample import sample_motion
-from ..mesh.vectors import lengths, turn_vectors
+from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records.scene import (
     DEFAULT_CLUSTER_TOLERANCE,
@@ -39,11 +39,9 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
     GRAVITY,
 )
-from ..resting.orientation import resting_quaternions
 from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, compute_drops, drop_rules, release_height
+from .drops import DropOutcomes, compute_drops, drop_rules, random_starts, release_height
 from .request import drop_request, real_number
-from .starts import random_starts
 
 Array = NDArray[np.float64]
 

@@ -22,9 +22,15 @@ from ..statistics.prefix import Judge, Prefix, target_reached
 from ..version import VERSION
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, release_height
+from .drops import (
+    DropChunk,
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    random_starts,
+    release_height,
+)
 from .request import DropRequest, drop_request
-from .starts import random_starts
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from ..errors import RequestError
-from .intervals import DEFAULT_LEVEL, jeffreys_interval
+from .errors import DEFAULT_LEVEL, jeffreys_interval
 from .pose_shares import PoseShares
 
 Array = NDArray[np.float64]

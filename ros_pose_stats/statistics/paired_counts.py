@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr, ndtri
 
 from ..errors import RequestError
-from .intervals import DEFAULT_LEVEL
+from .errors import DEFAULT_LEVEL
 
 Array = NDArray[np.float64]
 

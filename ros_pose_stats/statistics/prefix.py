@@ -15,10 +15,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .error_bound import Judged, counted_bound
-from .errors import expected_error, standard_errors
-from .intervals import DEFAULT_LEVEL, jeffreys_interval
-from .largest import largest_error
+from .errors import (
+    DEFAULT_LEVEL,
+    Judged,
+    counted_bound,
+    expected_error,
+    jeffreys_interval,
+    largest_error,
+    standard_errors,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -18,9 +18,8 @@ from ros_pose_stats.batch.in_flight import in_flight
 from ros_pose_stats.errors import DatasetError, RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body
-from ros_pose_stats.simulation.drops import compute_drops, drop_rules
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules, random_starts
 from ros_pose_stats.simulation.request import MOST_WORKERS
-from ros_pose_stats.simulation.starts import random_starts
 
 from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive

@@ -17,9 +17,9 @@ from ros_pose_stats.simulation.drops import (
     DropOutcomes,
     compute_drops,
     drop_rules,
+    random_starts,
     states_at_rest,
 )
-from ros_pose_stats.simulation.starts import random_starts
 
 from .. import bodies
 from ..bodies import Body

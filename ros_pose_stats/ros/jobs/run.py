@@ -16,8 +16,8 @@ from ...records import DropProgress, Part, PoseStatistics
 from ...resting.poses import resting_poses
 from ...simulation.drops import DropChunk
 from ...simulation.simulate import simulate
-from ...statistics.posterior import PosePrior
 from ...statistics.prefix import Judge, target_reached
+from ...statistics.prior import PosePrior
 from .job import COMBINED_SECONDS, Job, JobListener, JobRequest
 
 

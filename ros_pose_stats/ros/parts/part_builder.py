@@ -11,7 +11,7 @@ from typing import Any
 
 from ...batch.processes import command_of
 from ...errors import MeshError, PoseStatsError, RequestError
-from ...mesh.patience import TakesLongError, within
+from ...mesh.overlap import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from .building_process import BuildRequest, Built, build, main
