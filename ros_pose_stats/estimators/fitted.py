@@ -78,7 +78,7 @@ class ErrorFit(NamedTuple):
     def __call__(self, inputs: Array) -> Array:
         """Logarithm (...) of the expected square error over the mean of `error_scale`.
 
-        `inputs` (..., K): as from `fitted_inputs.error_inputs`.
+        `inputs` (..., K): as from `error_inputs`.
         """
         return self.network(np.clip(inputs, self.lowest, self.highest))
 
@@ -103,7 +103,7 @@ with np.load(ERROR_FILE) as _stored:
         ErrorFit, _stored["lowest"], _stored["highest"], _networks(_stored, ""),
         _stored["scatter"].tolist()),
         strict=True))
-    """By method; their inputs are `fitted_inputs.error_inputs`."""
+    """By method; their inputs are `error_inputs`."""
 
     USUAL_AT: tuple[float, ...] = tuple(_stored["usual_at"].tolist())
     """Restitutions of the tuples below."""

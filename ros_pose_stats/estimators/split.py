@@ -5,7 +5,7 @@ split by split. But the probabilities at a split are not the ratio of two solid 
 component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
 of the faces that hold what lands on them, each times the exponential of a small neural network of
 the component's features (`kernels.split_features`), the body and the scene. The networks were
-fitted to drop simulations of many kinds of bodies (`fitted_weights`).
+fitted to drop simulations of many kinds of bodies (`fitted`).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
     absorption estimator is. Beyond the range of restitutions and drop heights of the fit
-    (`fitted_weights`) they are those of the nearest scene.
+    (`fitted`) they are those of the nearest scene.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split

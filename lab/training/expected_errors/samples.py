@@ -30,9 +30,9 @@ class ErrorSamples(NamedTuple):
     Attributes
     ----------
     inputs : (U, 17) array
-        As from `fitted_inputs.error_inputs`.
+        As from `fitted.error_inputs`.
     scale : (U,) array
-        Mean of `fitted_inputs.error_scale`.
+        Mean of `fitted.error_scale`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     freedom : (U,) array
