@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..records import DropScene
+from ..records.statistics import Shares
 from ..resting.poses import RestingPoses
 from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
 from .fitted import (
@@ -82,6 +83,12 @@ class ExpectedError(NamedTuple):
     outside: float = 0.0
     # root mean square of what lopsided parts may gain by rolling; `here` has it
     rolled: float = 0.0
+
+    def shares(self, probability: Array) -> Shares:
+        """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
+        return Shares(probability, np.maximum(probability - self.reach * self.each, 0.0),
+                      np.minimum(probability + self.reach * self.each, 1.0), self.each,
+                      np.zeros(probability.shape, dtype=np.int64), self.here, self.largest)
 
     @property
     def unknown(self) -> bool:

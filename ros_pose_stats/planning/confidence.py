@@ -17,7 +17,7 @@ from ..estimators.registry import estimator
 from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
 from ..resting.poses import RestingPoses
-from ..statistics.errors import Judged, judge_counts, judge_posterior
+from ..statistics.errors import AT_A_LOOK, Judged, judge_counts
 from ..statistics.fitted_prior import FITTED_METHOD
 from ..statistics.prior import PosePrior
 
@@ -124,7 +124,8 @@ def judge_drops(prior: PosePrior | None, counts: Counts) -> Judged:
     """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
     if prior is None or prior.contradicted(counts).any():
         return judge_counts(counts)
-    return judge_posterior(prior.updated(counts))
+    posterior = prior.updated(counts)
+    return Judged(posterior.expected_error, posterior.error_quantile(AT_A_LOOK))
 
 
 def points(error: float) -> str:

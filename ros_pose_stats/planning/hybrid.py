@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,10 @@ from numpy.typing import NDArray
 from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
-from ..records.statistics import ranked
-from ..resting.poses import resting_poses
-from ..simulation.simulate import simulate
+from ..records.statistics import with_shares
+from ..resting.poses import poses_in
+from ..simulation.request import DropRequest, Watch, drop_request
+from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
 from ..statistics.prior import PosePrior
 from ..text import percent, ranges, several
@@ -87,15 +87,24 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
-    begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    prior = pose_prior(resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
-    judge = Judge(partial(judge_drops, prior), FIRST_LOOK)
-    counted = simulate(part, drops, restitution, seed, drop_height, target_error, workers,
-                       on_progress=combined_progress(prior, on_progress),
-                       should_stop=should_stop, cluster_tolerance=cluster_tolerance,
-                       round_sides=round_sides, judge=judge)
-    return replace(hybrid_statistics(counted, prior), seconds=time.perf_counter() - begin)
+    begin, request = time.perf_counter(), drop_request(drops, seed, target_error, workers)
+    prior = pose_prior(poses_in(part, scene), scene)
+    found = drop_with(prior, part, scene, request, Watch.of(on_progress, should_stop), FIRST_LOOK)
+    return replace(found, seconds=time.perf_counter() - begin)
+
+
+def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropRequest, watch: Watch,
+              look: int) -> PoseStatistics:
+    """Drop a part, and combine the drops with an estimate.
+
+    `look`: drops before the error is looked at for the first time.
+    """
+    counted = count_drops(
+        part, scene, request,
+        watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
+        Judge(partial(judge_drops, prior), look))
+    return hybrid_statistics(counted, prior)
 
 
 def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatistics:
@@ -115,13 +124,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     if refuted.size:
         return replace(counted, warnings=(*counted.warnings, describe_conflict(counts, prior,
                                                                                refuted)))
-    posterior = prior.updated(counts)
-    low, high = posterior.interval()
-    rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
-               posterior.standard_error.tolist(), counts.tolist(), strict=True)
-    return replace(counted, method=HYBRID, expected_error=posterior.expected_error,
-                   largest_error=posterior.largest_error(),
-                   poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
+    return with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
 def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
@@ -154,40 +157,20 @@ def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] |
     return tell
 
 
-class Asked(NamedTuple):
-    """What `auto` hands on to the drops."""
-
-    target_error: float
-    drops: int
-    seed: int | None
-    workers: int | None
-
-
-def keep_target(best: PoseStatistics, part: Part, scene: DropScene, asked: Asked,
-                on_progress: Callable[[DropProgress], object] | None,
-                should_stop: Callable[[], bool]) -> tuple[PoseStatistics, str]:
-    """The estimate if it keeps the target, else drops; and why."""
-    prior = prior_of(best, resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
+def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
+                watch: Watch) -> tuple[PoseStatistics, str]:
+    """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""
+    target = request.target_error
+    prior = prior_of(best, poses_in(part, scene), scene)
     bound = estimate_bound(prior)
-    if bound <= asked.target_error:
-        return best, enough(f"{best.method} alone", bound, asked.target_error)
-    found = _dropped(part, scene, asked, prior, on_progress, should_stop)
-    return found, _why_drops(found, best.method, bound, asked.target_error)
-
-
-def _dropped(part: Part, scene: DropScene, asked: Asked, prior: PosePrior,
-             on_progress: Callable[[DropProgress], object] | None,
-             should_stop: Callable[[], bool]) -> PoseStatistics:
-    """As many drops as the target needs, with the estimate's help where it has some worth."""
-    helped = worthwhile(prior, asked.target_error)
-    counted = simulate(
-        part, asked.drops, scene.restitution, asked.seed, scene.drop_height, asked.target_error,
-        asked.workers, should_stop=should_stop, cluster_tolerance=scene.cluster_tolerance,
-        round_sides=scene.round_sides,
-        on_progress=combined_progress(prior, on_progress) if helped else on_progress,
-        judge=Judge(partial(judge_drops, prior if helped else None),
-                    first_look(prior, asked.target_error, helped)))
-    return hybrid_statistics(counted, prior) if helped else counted
+    if bound <= target:
+        return best, enough(f"{best.method} alone", bound, target)
+    if worthwhile(prior, target):
+        found = drop_with(prior, part, scene, request, watch, first_look(prior, target, True))
+    else:
+        found = count_drops(part, scene, request, watch,
+                            Judge(partial(judge_drops, None), first_look(prior, target, False)))
+    return found, _why_drops(found, best.method, bound, target)
 
 
 def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:

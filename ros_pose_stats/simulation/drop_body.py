@@ -16,9 +16,9 @@ from ..kernels.drops.motion import TURN
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors
-from ..records import Part
+from ..records import DropScene, Part
 from ..resting.convex_body import ConvexBody
-from ..resting.poses import RestingPoses, resting_poses
+from ..resting.poses import RestingPoses, poses_in
 from ..resting.turns import LEVEL
 
 Array = NDArray[np.float64]
@@ -53,14 +53,12 @@ class PreparedBody:
         return self.resting.body.radius
 
 
-def drop_body(part: Part, cluster_tolerance: float, round_sides: int) -> PreparedBody:
-    """Prepare a part for drops, once for the options; raises what `resting_poses` raises."""
-    resting_poses(part, cluster_tolerance, round_sides)  # refuses what is out of range
-    return part.prepare(_prepare, cluster_tolerance, round_sides)
+def drop_body(part: Part, scene: DropScene) -> PreparedBody:
+    """Prepare a part for drops, once for the poses of a scene; raises what `poses_in` raises."""
+    return part.prepare(_prepare, poses_in(part, scene))
 
 
-def _prepare(part: Part, cluster_tolerance: float, round_sides: int) -> PreparedBody:
-    resting = resting_poses(part, cluster_tolerance, round_sides)
+def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
     body = resting.body
     moment, axes = principal_axes(resting.inertia)
     moment = np.maximum(moment, THINNEST * moment[2])

@@ -27,7 +27,7 @@ from ..kernels.drops.layout import (
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII, GRAVITY
+from ..records.scene import GRAVITY
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
 
@@ -70,13 +70,8 @@ def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> Dro
 
     `to_rest`: whether a drop goes on when its outcome is decided, until the part lies still.
     """
-    return DropRules(float(scene.restitution), release_height(scene, radius) / radius, to_rest,
+    return DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
-
-
-def release_height(scene: DropScene, radius: float) -> float:
-    """Height of the centre of mass at release, metres."""
-    return DEFAULT_DROP_RADII * radius if scene.drop_height is None else float(scene.drop_height)
 
 
 def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,

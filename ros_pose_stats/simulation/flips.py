@@ -21,7 +21,7 @@ from ..version import VERSION
 from .chunks import DropWorkers
 from .drop_body import PreparedBody, drop_body
 from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
-from .request import DropRequest, drop_request, real_number
+from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
 Index = NDArray[np.int64]
 
@@ -70,14 +70,21 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
+    return count_flips(part, DropScene(restitution, None, cluster_tolerance, round_sides),
+                       kick_height, drop_request(drops, seed, 0.0, workers),
+                       Watch.of(None, should_stop, None, background), on_progress)
+
+
+def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: DropRequest,
+                watch: Watch = ALONE, on_progress: Callable[[int, int], object] | None = None
+                ) -> FlipStatistics:
+    """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     kick = check_kick(kick_height)
-    scene = DropScene(restitution, None, cluster_tolerance, round_sides)
-    body = drop_body(part, cluster_tolerance, round_sides)
+    body = drop_body(part, scene)
     poses = body.resting.poses
-    per_pose = drop_request(drops, seed, 0.0, workers, None)
-    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers, None)
-    outcomes = _count(body, scene, kick, request, on_progress, should_stop, background)
+    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers)
+    outcomes = _count(body, scene, kick, request, watch, on_progress)
     counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
     settled = counts.sum(axis=1)
     with np.errstate(invalid="ignore"):
@@ -107,8 +114,7 @@ def check_kick(kick_height: float) -> float:
 
 
 def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
-           on_progress: Callable[[int, int], object] | None,
-           should_stop: Callable[[], bool] | None, background: bool) -> Index:
+           watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
     rules = drop_rules(scene, body.radius)
@@ -117,8 +123,8 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
     def flip(first: int, count: int) -> DropOutcomes:
         return compute_motions(body, rules, kicks.states(request.seed, first, count))
 
-    workers = DropWorkers(flip, request.drops, request.workers,
-                          should_stop or (lambda: False), background)
+    workers = DropWorkers(flip, request.drops, request.workers, watch.should_stop,
+                          watch.background)
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():

@@ -40,7 +40,7 @@ from ..records.scene import (
     GRAVITY,
 )
 from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, compute_drops, drop_rules, random_starts, release_height
+from .drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from .request import drop_request, real_number
 
 Array = NDArray[np.float64]
@@ -91,13 +91,21 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
-    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    return drop_recorded(
+        part, DropScene(restitution, drop_height, cluster_tolerance, round_sides), seed, drop,
+        start, to_rest, interval)
+
+
+def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
+                  start: ArrayLike | None = None, to_rest: bool = False,
+                  interval: float | None = None) -> Trajectory:
+    """Record a drop in a scene; see `record_drop`."""
     request = drop_request(None if start is None else 1, seed, 0.0, 1, _as_row(start))
     if isinstance(drop, bool) or not isinstance(drop, (int, np.integer)) or drop < 0:
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
-    body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
+    body = drop_body(part, scene)
     down = (random_starts(request.seed, int(drop), 1) if request.starts is None
             else request.starts)
     tape, outcomes = _record_tape(body, scene, down, to_rest)
@@ -107,7 +115,7 @@ def record_drop(part: Part, drop: int = 0, restitution: float = DEFAULT_RESTITUT
     energy = _energy(body.arrays.moment, states) * part.mass * GRAVITY * body.radius
     return Trajectory(
         part.part_id, part.digest, body.radius, scene.restitution,
-        release_height(scene, body.radius), down[0], int(outcomes.pose[0]),
+        scene.release_height(body.radius), down[0], int(outcomes.pose[0]),
         int(outcomes.impacts[0]), bool(not outcomes.trapped[0] and outcomes.pose[0] >= 0),
         _events(body, tape, unit), times * unit, states[:, Z] * body.radius,
         states[:, V] * body.radius / unit, turn_vectors(states[:, P:P + 3], body.axes.T),

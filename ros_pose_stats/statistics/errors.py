@@ -1,18 +1,20 @@
-"""Standard errors of counted probabilities, and the one number that sums them up."""
+"""How sure probabilities are: standard errors, intervals, and bounds that errors keep.
+
+A target error is kept where the root mean square error over the poses is within it with 90 %
+confidence. A run stops at the first look that finds the bound low enough, by luck at times;
+so a little more than 90 % is asked for wherever a run may stop (`AT_A_LOOK`).
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betaincinv, ndtr
 
 from ..errors import RequestError
-
-if TYPE_CHECKING:
-    from .posterior import Posterior
 
 Array = NDArray[np.float64]
 
@@ -185,8 +187,3 @@ def counted_bound(counts: Index) -> float:
     spread = variance / (9.0 * mean * mean)
     root = 1.0 - spread + DEVIATE * math.sqrt(spread)
     return math.sqrt(mean / (settled * counts.size) * root * root * root)
-
-
-def judge_posterior(posterior: Posterior) -> Judged:
-    """Judge drops and an estimate together."""
-    return Judged(posterior.expected_error, posterior.error_quantile(AT_A_LOOK))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import betainc, gammainc
 
+from ..records.statistics import Shares
 from .errors import DEFAULT_LEVEL, largest_error
 
 Array = NDArray[np.float64]
@@ -138,6 +139,11 @@ class Posterior:
     def expected_error(self) -> float:
         """Root mean square over the poses of their standard errors, as a fraction."""
         return math.sqrt(self._error.expected)
+
+    def shares(self, counts: Index) -> Shares:
+        """The probabilities with their errors, beside what was counted (P,)."""
+        return Shares(self.probability, *self.interval(), self.standard_error, counts,
+                      self.expected_error, self.largest_error())
 
     def error_quantile(self, level: float = DEFAULT_LEVEL) -> float:
         """Bound that the root mean square error over the poses keeps with this probability.

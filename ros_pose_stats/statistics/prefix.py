@@ -15,12 +15,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..records.statistics import Shares
 from .errors import (
     DEFAULT_LEVEL,
     Judged,
-    counted_bound,
     expected_error,
     jeffreys_interval,
+    judge_counts,
     largest_error,
     standard_errors,
 )
@@ -152,14 +153,6 @@ class Prefix:
         self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]
         self.drops += outcomes.shape[0]
 
-    def standard_errors(self) -> Array:
-        """Of each pose's count / settled, (K,); NaN as long as nothing has settled."""
-        return standard_errors(self.counts, self.settled)
-
-    def expected_error(self) -> float:
-        """Root mean square of the standard errors; NaN as long as nothing has settled."""
-        return expected_error(self.standard_errors())
-
     def judged(self) -> Judged:
         """What the counts are worth, by themselves or by the judge."""
         if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
@@ -170,11 +163,7 @@ class Prefix:
     def _judgement(self) -> Judged:
         if self._judge is not None:
             return self._judge.judge(self.counts)
-        return Judged(self.expected_error(), counted_bound(self.counts))
-
-    def largest_error(self) -> float:
-        """Bound that the error of every pose keeps with 90 % confidence."""
-        return largest_error(self.standard_errors(), DEFAULT_LEVEL)
+        return judge_counts(self.counts)
 
     def recently_judged(self) -> Judged:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
@@ -183,8 +172,12 @@ class Prefix:
             return self.judged()
         return self._judged[1]
 
-    def interval(self) -> tuple[Array, Array]:
-        """Bounds (K,) of the 90 % Jeffreys intervals."""
-        if self.counts.shape[0] == 1 and self.settled:
-            return np.ones(1), np.ones(1)
-        return jeffreys_interval(self.counts, self.settled)
+    def shares(self) -> Shares:
+        """Shares of the settled drops with their errors; NaN as long as nothing has settled."""
+        settled, counts = self.settled, self.counts
+        errors = standard_errors(counts, settled)
+        low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
+                     else jeffreys_interval(counts, settled))
+        share = counts / settled if settled else np.full(errors.shape, math.nan)
+        return Shares(share, low, high, errors, counts, expected_error(errors),
+                      largest_error(errors, DEFAULT_LEVEL))

@@ -184,7 +184,8 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
     """
     bodies = [random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
               for number in range(first, first + count)]
-    prepared = [drop_body(body.part(), 0.0, 0) for body in bodies]
+    scene = DropScene(cluster_tolerance=0.0, round_sides=0)
+    prepared = [drop_body(body.part(), scene) for body in bodies]
     counts = [_counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)]
     poses = [pose for one in prepared for pose in one.resting.poses]
     return {

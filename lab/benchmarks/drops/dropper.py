@@ -41,7 +41,7 @@ class Dropper:
         self.body, self.name = body, body.name
         self.vertices = len(body.vertices)
         self.part = part_from_mesh(body.vertices, body.triangles)
-        self.prepared = drop_body(self.part, tolerance, 0)
+        self.prepared = drop_body(self.part, DropScene(cluster_tolerance=tolerance, round_sides=0))
         self.poses = len(self.prepared.resting.poses)
 
     def rules(self, restitution: float, height: float = 20.0) -> DropRules:

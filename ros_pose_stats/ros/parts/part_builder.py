@@ -120,8 +120,7 @@ class PartBuilder:
 
     def find_poses(self, part: Part, scene: DropScene, pace: Pace = Pace.SLOW) -> None:
         """Have the poses of a large part at hand; see `build`."""
-        if is_large(part) and not are_found(
-                part, scene.cluster_tolerance, scene.round_sides):
+        if is_large(part) and not are_found(part, scene):
             part.keep_all(self._ask(part, scene, pace).prepared)
 
     def _ask(self, request: PartRequest | Part, scene: DropScene, pace: Pace) -> Built:
