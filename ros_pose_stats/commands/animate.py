@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .arguments import add_part_options, add_scene_options, load_named_part, read_count
+from .arguments import add_part_options, add_scene_options, load_named_part, read_count, scene_of
 from .running import announce_slow_start, end_on_interrupt, output_file
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ def run(options: argparse.Namespace) -> int:
     """Record the drop, draw it and say how it ended."""
     file = output_file(options.output, ENDINGS)
     with announce_slow_start(), end_on_interrupt():
-        from ..records import DropScene
         from ..resting.poses import poses_in
         from ..resting.splitting_graph import splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
@@ -52,8 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
             ffmpeg()
         part = load_named_part(options)
-        scene = DropScene(options.restitution, options.drop_height, options.cluster_tolerance,
-                          options.round_sides)
+        scene = scene_of(options)
         found = watchable_drop(part, scene, options.seed, options.drop)
         resting = poses_in(part, scene)
         frames = drop_frames(part, found, resting)
