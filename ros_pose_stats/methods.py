@@ -4,8 +4,6 @@ Commands, their helps and the node take the names from here, and `estimators.reg
 functions. This module imports nothing heavy, so that helps are quick.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Numbers, units, plurals, lists and tables as text, and what a warning's code says."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone

@@ -1,19 +1,12 @@
 """From a part to its pose statistics by an estimator."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace
 
 from ..methods import AUTO, DEFAULT_METHOD
 from ..records import DropScene, Part, PoseStatistics
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    LOW_DROP_RADII,
-)
+from ..records import scene as scenes
 from ..records.statistics import pose_statistics
 from ..resting.poses import RestingPoses, poses_in
 from ..resting.trust import pose_warnings
@@ -22,9 +15,9 @@ from .registry import ESTIMATORS, Estimator, estimator
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
-             restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
+             restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Estimate the resting probabilities of a part's stable poses.
 
     Parameters
@@ -74,10 +67,10 @@ def estimate_in(part: Part, scene: DropScene, method: str = DEFAULT_METHOD) -> P
     return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
 
 
-def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
+def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,
                  drop_height: float | None = None,
-                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                 round_sides: int = DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
+                 cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                 round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
     """Estimate by every registered method, in the registry's order; see `estimate`."""
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     return [estimate_in(part, scene, name) for name in ESTIMATORS]
@@ -87,7 +80,7 @@ def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
               expected: ExpectedError) -> list[str]:
     warnings = pose_warnings(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
-    if radii < LOW_DROP_RADII and not chosen.knows_scene:
+    if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")

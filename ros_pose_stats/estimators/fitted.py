@@ -4,8 +4,6 @@
 `python -m lab.training.expected_errors --write` those of expected errors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Estimators that weigh each stable face by its size (section 4.B)."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

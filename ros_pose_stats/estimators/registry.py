@@ -1,7 +1,5 @@
 """The registry of estimators: rows of `methods` with the functions that they name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module

@@ -8,8 +8,6 @@ the component's features (`kernels.split_features`), the body and the scene. The
 fitted to drop simulations of many kinds of bodies (`fitted`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

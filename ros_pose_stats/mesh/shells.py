@@ -7,8 +7,6 @@ in nothing it was exported inverted and is turned, and from there on down the wi
 nothing: the shells in it are voids and bodies in turn.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

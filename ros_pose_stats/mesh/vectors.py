@@ -4,8 +4,6 @@ A matrix product rounds differently from one processor to the next, and with the
 rows; single additions and multiplications do not.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

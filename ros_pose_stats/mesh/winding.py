@@ -10,8 +10,6 @@ mesh, as connected components of its double cover: each triangle stands there tw
 and turned round, and two copies are linked when they agree along a shared edge.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cheapest method that reaches a target error."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Sentences about it are here, too; those of commands, library and node are the same.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol

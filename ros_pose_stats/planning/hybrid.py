@@ -1,7 +1,5 @@
 """An estimate and drops combined: fewer drops for the same error."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
@@ -21,17 +19,7 @@ from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
 from ..statistics.prior import PosePrior
 from ..text import percent, ranges, several
-from .confidence import (
-    FIRST_LOOK,
-    enough,
-    estimate_bound,
-    first_look,
-    judge_drops,
-    not_enough,
-    pose_prior,
-    prior_of,
-    worthwhile,
-)
+from . import confidence
 
 
 def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -89,8 +77,9 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     begin, request = time.perf_counter(), drop_request(drops, seed, target_error, workers)
-    prior = pose_prior(poses_in(part, scene), scene)
-    found = drop_with(prior, part, scene, request, Watch.of(on_progress, should_stop), FIRST_LOOK)
+    prior = confidence.pose_prior(poses_in(part, scene), scene)
+    found = drop_with(prior, part, scene, request, Watch.of(on_progress, should_stop),
+                      confidence.FIRST_LOOK)
     return replace(found, seconds=time.perf_counter() - begin)
 
 
@@ -103,7 +92,7 @@ def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropReque
     counted = count_drops(
         part, scene, request,
         watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
-        Judge(partial(judge_drops, prior), look))
+        Judge(partial(confidence.judge_drops, prior), look))
     return hybrid_statistics(counted, prior)
 
 
@@ -161,22 +150,24 @@ def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: Dro
                 watch: Watch) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""
     target = request.target_error
-    prior = prior_of(best, poses_in(part, scene), scene)
-    bound = estimate_bound(prior)
+    prior = confidence.prior_of(best, poses_in(part, scene), scene)
+    bound = confidence.estimate_bound(prior)
     if bound <= target:
-        return best, enough(f"{best.method} alone", bound, target)
-    if worthwhile(prior, target):
-        found = drop_with(prior, part, scene, request, watch, first_look(prior, target, True))
+        return best, confidence.enough(f"{best.method} alone", bound, target)
+    helped = confidence.worthwhile(prior, target)
+    look = confidence.first_look(prior, target, helped)
+    if helped:
+        found = drop_with(prior, part, scene, request, watch, look)
     else:
         found = count_drops(part, scene, request, watch,
-                            Judge(partial(judge_drops, None), first_look(prior, target, False)))
+                            Judge(partial(confidence.judge_drops, None), look))
     return found, _why_drops(found, best.method, bound, target)
 
 
 def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:
     if math.isinf(bound):
         return f"Estimates do not know so low a drop; so {found.drops} drops were counted."
-    alone = not_enough(f"{method} alone", bound, target_error)
+    alone = confidence.not_enough(f"{method} alone", bound, target_error)
     if found.method == HYBRID:
         return f"{alone}; so {found.drops} drops were added."
     if any(line.startswith("CONFLICT:") for line in found.warnings):

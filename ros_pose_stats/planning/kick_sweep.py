@@ -1,7 +1,5 @@
 """The kick that feeds fastest: flips at several kick heights."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

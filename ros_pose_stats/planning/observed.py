@@ -1,7 +1,5 @@
 """A model's answer combined with what cameras counted on the plate itself."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The recorded motion of one drop, and the state of a simulation of many."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A stable face is a pose of its own only if the centre of mass has to rise by a s
 to leave it; a shallower one belongs to the pose that the part slips into (`gather_poses`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

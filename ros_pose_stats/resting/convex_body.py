@@ -5,8 +5,6 @@ see of a part, besides its mass properties. Lengths are scaled by the part's rad
 positions are relative to the centre of mass, in part axes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

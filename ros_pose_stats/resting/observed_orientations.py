@@ -1,7 +1,5 @@
 """Which stable pose a part lies in, from its orientation as a camera measured it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -5,8 +5,6 @@ of them stay flat. Where corners must stay (at a notch, at the flat of a shaft),
 two such are divided evenly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final

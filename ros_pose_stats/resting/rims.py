@@ -4,8 +4,6 @@ The facets between two rims about one axis are those of one cylinder, cone or to
 found in the hull of the file (`round_surfaces`), and may get other corners (`reshaping`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal

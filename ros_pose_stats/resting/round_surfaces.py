@@ -5,8 +5,6 @@ a run: the surface of the mesh, or the gap from one tooth to the next. Runs abou
 together, for the facets between them are those of one cylinder, cone or toothed rim.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

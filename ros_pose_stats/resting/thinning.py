@@ -1,7 +1,5 @@
 """Fewer corners for bodies whose free form is finer than what they roll on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final

@@ -1,7 +1,5 @@
 """How a part can be turned in a pose: by rolling, and about the vertical."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

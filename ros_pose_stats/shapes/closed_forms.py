@@ -7,8 +7,6 @@ body has maps its vertices onto each other bit for bit. The face normals of a re
 corners of its dual, so that four sets of points make all five solids.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -6,8 +6,6 @@ reads back exactly. This module and those that model solids need manifold3d, so 
 imported only where such parts are made.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

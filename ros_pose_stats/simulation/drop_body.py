@@ -1,7 +1,5 @@
 """A part prepared for the drop kernels: its corners in principal axes, and balls around them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -9,21 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.drops import layout as at
 from ..kernels.drops.drop import run_drops
-from ..kernels.drops.layout import (
-    DURATION,
-    ENDING,
-    ENERGY,
-    IMPACT_COUNT,
-    POSE,
-    STATE,
-    TAPE,
-    TOUCHED,
-    TRAPPED,
-    DropRules,
-    P,
-    Z,
-)
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
@@ -34,7 +21,7 @@ from .drop_body import PreparedBody
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-NO_TAPE: Array = np.zeros((0, TAPE))
+NO_TAPE: Array = np.zeros((0, at.TAPE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +52,16 @@ class DropChunk(NamedTuple):
     outcomes: DropOutcomes
 
 
-def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> DropRules:
+def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
     """Join the scene and the thresholds of `tolerances`, in the units of the kernels.
 
     `to_rest`: whether a drop goes on when its outcome is decided, until the part lies still.
     """
-    return DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
+    return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
 
 
-def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
+def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,
                   tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute the drops of a body from starting directions, in the caller's thread.
 
@@ -90,13 +77,13 @@ def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> 
     `heights`: of the centre of mass, radii; `downs` (n, 3): unit vectors in part axes that point
     vertically down.
     """
-    states = np.zeros((downs.shape[0], STATE))
-    states[:, Z] = heights
-    states[:, P:P + 3] = -turn_vectors(downs, body.axes)
+    states = np.zeros((downs.shape[0], at.STATE))
+    states[:, at.Z] = heights
+    states[:, at.P:at.P + 3] = -turn_vectors(downs, body.axes)
     return states
 
 
-def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
+def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
                     tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute what becomes of a body that is released in given states.
 
@@ -106,10 +93,10 @@ def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     run_drops(body.arrays, rules, states, outcome, measure, tape)
-    return DropOutcomes(outcome[:, POSE], outcome[:, IMPACT_COUNT],
-                        measure[:, DURATION] * math.sqrt(body.radius / GRAVITY),
-                        measure[:, ENERGY], outcome[:, ENDING] == TRAPPED,
-                        outcome[:, TOUCHED] == 1)
+    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
+                        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
+                        measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
+                        outcome[:, at.TOUCHED] == 1)
 
 
 _WORDS: Final = 4

@@ -1,7 +1,5 @@
 """Flips: a flexible feeder's plate kicks parts that lie wrong, and they come to rest anew."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
@@ -14,7 +12,7 @@ from ..errors import RequestError
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, FlipStatistics, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
@@ -30,12 +28,12 @@ DEFAULT_FLIPS = 2000
 
 
 def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
-                   restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+                   restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
                    workers: int | None = None,
                    on_progress: Callable[[int, int], object] | None = None,
                    should_stop: Callable[[], bool] | None = None, *,
-                   cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                   round_sides: int = DEFAULT_ROUND_SIDES,
+                   cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                   round_sides: int = scenes.DEFAULT_ROUND_SIDES,
                    background: bool = False) -> FlipStatistics:
     """Kick a part many times out of each of its poses, and count where it comes to rest.
 

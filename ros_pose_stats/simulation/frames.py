@@ -5,8 +5,6 @@ curve through thousands of them. Once its energy exceeds that at rest by less th
 the remaining motion is left out and the part is laid down in its pose.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

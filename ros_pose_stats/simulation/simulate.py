@@ -1,7 +1,5 @@
 """A whole simulation: from a part and a request to the pose statistics counted from its drops."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 
@@ -10,12 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    HIGH_DROP_RADII,
-)
+from ..records import scene as scenes
 from ..records.statistics import pose_statistics
 from ..resting.trust import pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
@@ -33,7 +26,7 @@ from .request import ALONE, DropRequest, Watch, drop_request
 Array = NDArray[np.float64]
 
 
-def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+def simulate(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
              seed: int | None = None, drop_height: float | None = None,
              target_error: float = 0.0, workers: int | None = None,
              starts: ArrayLike | None = None,
@@ -41,8 +34,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              should_stop: Callable[[], bool] | None = None, *,
              on_drops: Callable[[DropChunk], object] | None = None,
              background: bool = False,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = DEFAULT_ROUND_SIDES,
+             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES,
              judge: Judge | None = None) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
@@ -177,7 +170,7 @@ class _Simulation:
 def height_warnings(scene: DropScene, radius: float) -> list[str]:
     """One where a part of this radius, metres, is released so high that the unit may be wrong."""
     radii = scene.release_height(radius) / radius
-    if radii <= HIGH_DROP_RADII:
+    if radii <= scenes.HIGH_DROP_RADII:
         return []
     return [f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is in "
             f"metres whatever the unit of the mesh."]

@@ -5,8 +5,6 @@ confidence. A run stops at the first look that finds the bound low enough, by lu
 so a little more than 90 % is asked for wherever a run may stop (`AT_A_LOOK`).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -5,8 +5,6 @@ sent back and dropped afresh, or kicked where they lie until they lie right. The
 of the probabilities by the delta method, of first order in them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ The drops of one start form a pair. Where both parts of a pair come to rest alik
 about a difference, so only pairs that part count, and the chance that both have in common is gone.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

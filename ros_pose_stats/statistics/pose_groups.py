@@ -1,7 +1,5 @@
 """Poses that symmetry makes alike, told together: what a feeder or a camera sees as one pose."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
