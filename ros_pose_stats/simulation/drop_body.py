@@ -53,7 +53,8 @@ class PreparedBody:
 
 def drop_body(part: Part, scene: DropScene) -> PreparedBody:
     """Prepare a part for drops, once for the poses of a scene; raises what `poses_in` raises."""
-    return part.prepare(_prepare, poses_in(part, scene))
+    resting = poses_in(part, scene)  # refuses what is no part
+    return part.prepare(_prepare, resting)
 
 
 def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
