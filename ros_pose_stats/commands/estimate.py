@@ -58,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
     if options.method in BESIDE_DROPS and (options.method != AUTO or options.target_error):
         return _estimate_with_drops(options)
     with announce_slow_start():
-        from ..estimators.estimate import ESTIMATORS, estimate_in
+        from ..estimators.estimate import estimate_in
+        from ..estimators.registry import ESTIMATORS
 
         _check_drops(options)
         part, scene = load_named_part(options), scene_of(options)
