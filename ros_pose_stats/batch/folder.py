@@ -10,9 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import BatchError, reason
-from ..recording.directory_lock import DirectoryLock
-from ..recording.durable import replace_file
-from ..recording.run_names import LOCK
+from ..files import LOCK, DirectoryLock, replace_file
 from ..version import VERSION
 
 

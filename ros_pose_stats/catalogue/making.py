@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..batch.folder import WorkFolder
 from ..errors import BatchError, reason
-from ..whole_files import remove_unfinished
+from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
 from .row_log import ROWS, Entry, RowLog

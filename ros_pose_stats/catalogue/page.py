@@ -19,11 +19,10 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..errors import BatchError, reason
+from ..files import write_file
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..records.warnings import SERIOUS
-from ..text import percent, ranges, several
+from ..text import SERIOUS, percent, ranges, several
 from ..version import VERSION
-from ..whole_files import write_file
 from .request import CatalogueRequest
 from .rows import Row
 from .tally import ONE_WAY, Tally

@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from ..errors import BatchError, reason
-from ..recording.durable import sync_directory, write_all
+from ..files import sync_directory, write_all
 from .request import PartFile
 from .rows import Described, Row
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import BatchError, reason
-from ..whole_files import write_whole
+from ..files import write_whole
 from .rows import Row
 
 COLUMNS: dict[str, type] = {

@@ -78,9 +78,9 @@ def run(options: argparse.Namespace) -> int:
     page = output_file(options.output, (".html", ".htm"))
     figure = None if options.png is None else output_file(options.png, (".png",))
     with announce_slow_start(), end_on_interrupt():
+        from ..files import write_file
         from ..report import Feeder, investigate, report_page
         from ..text import several
-        from ..whole_files import write_file
 
         part = load_named_part(options)
     feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,

@@ -18,7 +18,7 @@ from types import FrameType
 from typing import Any
 
 from ..errors import RequestError
-from ..whole_files import refuse_unwritable
+from ..files import refuse_unwritable
 
 INTERRUPTED = 130
 

@@ -1,7 +1,5 @@
 """STEP files: tessellated by OpenCASCADE (cascadio) in a process of its own."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

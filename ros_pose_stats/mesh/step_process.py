@@ -5,8 +5,6 @@ harms nobody. `cascadio`'s own module, which loads all of trimesh, is left out: 
 core is needed, and that takes a tenth of the time.
 """
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 import os

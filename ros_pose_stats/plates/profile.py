@@ -13,9 +13,9 @@ from typing import Any
 import yaml
 
 from ..errors import RequestError
+from ..files import write_file
 from ..records import DropScene
 from ..version import VERSION
-from ..whole_files import write_file
 from .plate_fit import PlateFit
 from .round_parts import UNTOLD_SIDES
 

@@ -9,10 +9,9 @@ from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Final
 
+from ..files import HALF, LOCK
+
 METADATA: Final = "metadata.yaml"
-LOCK: Final = ".lock"
-HALF: Final = ".half"
-"""Suffix of a file that is being written and takes its name when it is whole."""
 
 _TIME: Final = "pose_stats_%Y%m%dT%H%M%S_%f"
 _TIMED: Final = len("pose_stats_YYYYmmddTHHMMSS_ffffff")

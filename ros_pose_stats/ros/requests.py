@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from ..errors import PoseStatsError, RequestError
 from ..records import DropScene, Part
-from ..resting.poses import are_found, resting_poses
+from ..resting.poses import are_found, poses_in
 from .diagnostics import Refusals
 from .jobs import Job, JobRequest, Jobs
 from .messages.part_messages import is_given, let_go, mesh_size, taken_request
@@ -43,11 +43,6 @@ class ResolvedPart(NamedTuple):
     content: Callable[[], bytes]
     scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
     slow: bool = False  # it may take longer than an answer should
-
-
-def poses_in(part: Part, scene: DropScene) -> object:
-    """Poses of a part as a scene has them."""
-    return resting_poses(part, scene.cluster_tolerance, scene.round_sides)
 
 
 class Requests:
@@ -136,8 +131,7 @@ class Requests:
 
     def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not is_large(known.part) or are_found(
-                known.part, scene.cluster_tolerance, scene.round_sides):
+        if not is_large(known.part) or are_found(known.part, scene):
             return at_hand(None)
         return self._mesh_queue.put_first(
             lambda: self._find_poses(known.part, scene), large=True)

@@ -168,7 +168,7 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_figures(options: argparse.Namespace) -> int:
     """All tables and figures of the documents."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.whole_files import refuse_unwritable
+        from ros_pose_stats.files import refuse_unwritable
 
         from ..accuracy_documents import measure_documents, write_documents
 
@@ -183,7 +183,7 @@ def run_figures(options: argparse.Namespace) -> int:
 def run_plates(options: argparse.Namespace) -> int:
     """Fitted plates against dice and known truths."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.whole_files import refuse_unwritable
+        from ros_pose_stats.files import refuse_unwritable
 
         from ..output import plain
         from ..plates import plates, plates_text, write_plates
@@ -202,7 +202,7 @@ def run_plates(options: argparse.Namespace) -> int:
 def run_stability(options: argparse.Namespace) -> int:
     """Every method along every walk."""
     with announce_slow_start(), end_on_interrupt():
-        from ros_pose_stats.whole_files import refuse_unwritable
+        from ros_pose_stats.files import refuse_unwritable
 
         from ..stability import as_dict, stability, stability_text, write_stability
 
@@ -233,7 +233,7 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
 
 def _figure(output: str) -> Path:
     """Path of a figure; refused if nothing can be written there."""
-    from ros_pose_stats.whole_files import refuse_unwritable
+    from ros_pose_stats.files import refuse_unwritable
 
     path = Path(output)
     if path.name in ("", "..") or output.endswith("/"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from ros_pose_stats.batch.folder import WorkFolder, write_durably
 from ros_pose_stats.errors import BatchError, DatasetError, reason
-from ros_pose_stats.recording.run_names import HALF, LOCK
+from ros_pose_stats.files import HALF, LOCK
 
 from .archive import FIELDS, Arrays, check_arrays
 from .spec import DatasetSpec

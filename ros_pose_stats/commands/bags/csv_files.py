@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ...files import replace_file
 from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
-from ...recording.durable import replace_file
 from ...text import SECOND
 
 Rows = Iterator[Sequence[Any]]

@@ -96,8 +96,8 @@ def run(options: argparse.Namespace) -> int:
         stopped = interrupted()
     if page is not None and found.drops:
         with end_on_interrupt():
+            from ...files import write_file
             from ...report.comparison_page import comparison_page
-            from ...whole_files import write_file
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode())

@@ -141,7 +141,7 @@ def _compute(part: Part, options: argparse.Namespace, bar: ProgressBar, interrup
 def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion | None
                  ) -> list[Any]:
     """Write what was asked for and is there; returns the files written."""
-    from ...whole_files import write_file
+    from ...files import write_file
 
     written = []
     if files["png"] is not None:
@@ -151,7 +151,7 @@ def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion
         write_file(files["png"], figure_png(changes_figure(found)))
         written.append(files["png"])
     if files["stl"] is not None and proposed is not None:
-        from ...mesh.stl import stl_bytes
+        from ...mesh.files import stl_bytes
 
         part = proposed.changed.part
         write_file(files["stl"], stl_bytes(1e3 * part.vertices, part.triangles))

@@ -61,11 +61,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Fit, write the plate and print."""
     with announce_slow_start(), end_on_interrupt():
+        from ...files import refuse_unwritable
         from ...kernels.compilation import prepare_kernels
         from ...plates import fit_plate, profile_of, refuse_name, write_profile
         from ...plates.profile import refuse_foreign
         from ...simulation.request import drop_request
-        from ...whole_files import refuse_unwritable
 
         file = Path(options.plates)
         refuse_name(options.plate)

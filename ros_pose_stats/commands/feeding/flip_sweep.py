@@ -31,7 +31,7 @@ def sweep(options: argparse.Namespace) -> int:
     from ...simulation.flips import check_kick
     from ...simulation.simulate import simulate
     from ...statistics.feeding import check_cycle_time, check_rate
-    from ...statistics.wanted_poses import warn_of_alike
+    from ...statistics.pose_groups import warn_of_alike
 
     for height in options.sweep:
         check_kick(height)
@@ -56,9 +56,9 @@ def sweep(options: argparse.Namespace) -> int:
         if stopped:
             print(f"interrupted after {len(found.kicks) if found else 0} kick heights")
     if picture is not None and found is not None and found.kicks:
+        from ...files import write_file
         from ...plots.files import figure_png
         from ...plots.kicks import kick_figure
-        from ...whole_files import write_file
 
         write_file(picture, figure_png(kick_figure(found)))
     return INTERRUPTED if stopped else 0

@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import breakup_chunk
 
-from ..directory_lock import is_locked
+from ...files import is_locked
 from ..run_names import runs
 from ..writer.contents import NODE_KEY
 from .scan import UNREADABLE, frames

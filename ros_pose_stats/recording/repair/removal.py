@@ -9,9 +9,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from ..directory_lock import DirectoryLock, is_locked
+from ...files import LOCK, DirectoryLock, is_locked
 from ..finished import is_finished
-from ..run_names import LOCK, being_removed, foreign_names, passing_directories, runs
+from ..run_names import being_removed, foreign_names, passing_directories, runs
 
 _YOUNG: Final = 60.0
 """Seconds for which a directory without its name is left to whoever is busy with it."""

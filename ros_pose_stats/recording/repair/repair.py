@@ -14,11 +14,10 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Message, Metadata, MetadataIndex
 
-from ..directory_lock import DirectoryLock
-from ..durable import replace_file, sync_directory
+from ...files import HALF, DirectoryLock, replace_file, sync_directory
 from ..finished import finished_contents, is_described, is_finished
 from ..reader.scan import UNREADABLE, Frame, frames
-from ..run_names import HALF, METADATA, bag_files, runs
+from ..run_names import METADATA, bag_files, runs
 from ..writer.contents import Contents, metadata_yaml
 from ..writer.mcap_layout import closing, magic_and_header
 from .removal import sweep

@@ -10,8 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
-from ..directory_lock import DirectoryLock
-from ..durable import make_directories, replace_file, sync_directory
+from ...files import DirectoryLock, make_directories, replace_file, sync_directory
 from ..repair.removal import remove_empty
 from ..repair.repair import mend
 from ..run_names import METADATA, bag_file, being_made

@@ -10,8 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from ..directory_lock import is_file_at
-from ..durable import sync_directory, write_all
+from ...files import is_file_at, sync_directory, write_all
 from .mcap_layout import closing, message_head, opening
 from .message_types import MessageType
 

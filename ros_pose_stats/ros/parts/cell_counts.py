@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ...methods import OBSERVED
-from ...recording.analysis.numbering import Numbering, numbering_of
+from ...recording.analysis.decoding import numbering_of
 from ...records import Part
+from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent

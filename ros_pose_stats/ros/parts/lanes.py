@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
-from ...mesh.patience import TakesLongError
+from ...mesh.overlap import TakesLongError
 
 LAST_SECONDS = 0.5
 """What is in hand may be finished for so long when the queue is closed."""

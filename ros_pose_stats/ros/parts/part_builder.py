@@ -11,7 +11,7 @@ from typing import Any
 
 from ...batch.processes import command_of
 from ...errors import MeshError, PoseStatsError, RequestError
-from ...mesh.patience import TakesLongError, within
+from ...mesh.overlap import TakesLongError, within
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from .building_process import BuildRequest, Built, build, main
@@ -120,8 +120,7 @@ class PartBuilder:
 
     def find_poses(self, part: Part, scene: DropScene, pace: Pace = Pace.SLOW) -> None:
         """Have the poses of a large part at hand; see `build`."""
-        if is_large(part) and not are_found(
-                part, scene.cluster_tolerance, scene.round_sides):
+        if is_large(part) and not are_found(part, scene):
             part.keep_all(self._ask(part, scene, pace).prepared)
 
     def _ask(self, request: PartRequest | Part, scene: DropScene, pace: Pace) -> Built:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from ros_pose_stats_msgs.msg import JobEvent
 
-from ...recording.directory_lock import is_locked
+from ...files import is_locked
 from ...recording.finished import is_finished
 from ...recording.reader.raw_reader import raw_messages
 from ...recording.reader.run_identity import bags_in, identity_of

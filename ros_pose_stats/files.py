@@ -1,0 +1,240 @@
+"""Files that are whole, on the disk, and one process's own.
+
+`write_whole` and `write_file`: all or nothing after a killed process. `replace_file` and what it
+is made of: all or nothing after a power cut, too. `DirectoryLock`: one writer a directory.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
+from typing import Any, Final
+
+from .errors import RequestError
+
+PREFIX: Final = ".unfinished-"
+HALF: Final = ".half"
+"""Suffix of a file that is being written and takes its name when it is whole."""
+
+LOCK: Final = ".lock"
+"""File whose lock is that of its directory."""
+
+_NO_SUCH_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP))
+"""What file systems answer that have nothing to sync for a directory."""
+
+_GLANCES: Final = 5
+"""A lock found taken is tried again this often: somebody may only have looked at it."""
+
+_GLANCE: Final = 0.002
+"""Seconds between two tries; looking takes microseconds."""
+
+_TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
+
+
+def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
+    """Write files in a temporary folder, then move them into their folder.
+
+    `folder`: created where it does not exist; `write`: given an empty folder on the same file
+    system, writes files into it. If that fails or is interrupted, nothing has changed. Returns the
+    files where they are now, in the order of their names.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=PREFIX, dir=folder) as name:
+        aside = Path(name)
+        write(aside)
+        files = sorted(one for one in aside.rglob("*") if one.is_file())
+        targets = [folder / one.relative_to(aside) for one in files]
+        for target in targets:
+            target.parent.mkdir(parents=True, exist_ok=True)
+        for file, target in zip(files, targets, strict=True):
+            file.replace(target)
+    return targets
+
+
+def write_file(file: Path, data: bytes) -> None:
+    """Write one file, whole or not at all, and create its folder."""
+    write_whole(file.parent, lambda aside: (aside / file.name).write_bytes(data))
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what `write_whole` had begun there when its process was killed.
+
+    Only for whoever knows that nobody else is writing there.
+    """
+    for left in folder.glob(f"{PREFIX}*"):
+        shutil.rmtree(left, ignore_errors=True)  # leftovers do no harm
+
+
+def write_json(file: Path, values: Any) -> None:
+    """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Check, before anything is measured, that files can be written to a folder.
+
+    Raises RequestError if they cannot. The folder need not exist, and is not created.
+    """
+    path = folder.absolute()
+    try:
+        there = next(one for one in (path, *path.parents) if one.exists())
+        with TemporaryDirectory(prefix=PREFIX, dir=there):
+            pass
+    except OSError as error:
+        raise RequestError("a folder that can be written to",
+                           f"{folder} ({error.strerror or error})",
+                           "name another one with -o") from error
+
+
+def sync_directory(directory: Path) -> None:
+    """Make the names in a directory durable: files made, renamed or removed in it."""
+    number = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if error.errno not in _NO_SUCH_SYNC:
+            raise
+    finally:
+        os.close(number)
+
+
+def make_directories(directory: Path) -> None:
+    """Make a directory and its parents; each new name is durable."""
+    if directory.is_dir():
+        return
+    make_directories(directory.parent)
+    directory.mkdir(exist_ok=True)
+    sync_directory(directory.parent)
+
+
+def write_all(number: int, buffers: Sequence[bytes | memoryview], offset: int) -> int:
+    """Write buffers one after the other, whatever pieces the kernel takes.
+
+    `offset`: where in the file the first byte goes. Returns offset behind the last byte. Raises
+    OSError: not all of it could be written; some of it may be.
+    """
+    waiting = [memoryview(buffer).cast("B") for buffer in buffers]
+    while waiting:
+        written = os.pwritev(number, waiting, offset)
+        if written == 0:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        offset += written
+        while waiting and written >= len(waiting[0]):
+            written -= len(waiting.pop(0))
+        if waiting:
+            waiting[0] = waiting[0][written:]
+    return offset
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a whole file under another name, then rename: there is the old one or the new one.
+
+    Raises OSError: the old file is still there, unchanged.
+    """
+    half = path.with_name(path.name + HALF)
+    try:
+        number = os.open(half, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        try:
+            write_all(number, [content], 0)
+            os.fsync(number)
+        finally:
+            os.close(number)
+        half.replace(path)
+    except OSError:
+        with suppress(OSError):
+            half.unlink()
+        raise
+    sync_directory(path.parent)
+
+
+class DirectoryLock:
+    """The lock of one directory, held until released or until the process ends.
+
+    It is the kernel's (flock on a file in the directory), so that it ends with its process,
+    however that ends.
+    """
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    @classmethod
+    def take(cls, directory: Path) -> DirectoryLock | None:
+        """The directory's lock; None where another process, or another log, has it.
+
+        Raises OSError: there is no such directory, or no lock file can be made in it.
+        """
+        for _ in range(_GLANCES):
+            number = os.open(directory / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+            lock = cls(number)
+            try:
+                if _try(number, fcntl.LOCK_EX) and lock.holds(directory):
+                    return lock
+            except OSError:
+                lock.release()
+                raise
+            lock.release()
+            time.sleep(_GLANCE)
+        return None
+
+    def holds(self, directory: Path) -> bool:
+        """Whether it is this directory's: not when that was deleted or moved away.
+
+        Raises OSError: nobody knows.
+        """
+        return is_file_at(self._number, directory / LOCK)
+
+    def release(self) -> None:
+        """Let go of the directory; the lock file stays, so that nobody locks a deleted one."""
+        if self._number >= 0:
+            os.close(self._number)
+        self._number = -1
+
+    def __enter__(self) -> DirectoryLock:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.release()
+
+
+def is_locked(directory: Path) -> bool:
+    """Whether somebody has a directory in hand at this moment."""
+    try:
+        number = os.open(directory / LOCK, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        return not _try(number, fcntl.LOCK_SH)
+    finally:
+        os.close(number)
+
+
+def is_file_at(number: int, path: Path) -> bool:
+    """Whether an open file is still to be found at a path.
+
+    Raises OSError: nobody knows.
+    """
+    try:
+        return os.path.samestat(os.fstat(number), path.stat())
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+
+
+def _try(number: int, kind: int) -> bool:
+    try:
+        fcntl.flock(number, kind | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in _TAKEN:
+            return False
+        raise
+    return True
