@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from ..kernels.extents import bounds
+from ..kernels.mesh.measures import bounds
 from ..text import several
 from ..tolerances import COPLANAR
 from .open_edges import OpenEdges, join_loops, open_edges

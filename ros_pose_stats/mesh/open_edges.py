@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.mesh.components import component_labels
+from ..kernels.mesh.connections import component_labels
 
 
 class OpenEdges(NamedTuple):

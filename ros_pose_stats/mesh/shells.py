@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.extents import bounds, boxes_around
-from ..kernels.mesh.measures import tetrahedra
+from ..kernels.mesh.measures import bounds, boxes_around, tetrahedra
 from ..tolerances import OVERLAP
 from .crossings import crossings
 from .overlap import reach_into_each_other

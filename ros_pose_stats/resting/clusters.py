@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.levels.persistence import gather_poses, part_poses
+from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..tolerances import SAME_HEIGHT
 from .equilibria import Equilibria, ties
 

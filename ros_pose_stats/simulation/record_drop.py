@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
+from ..kernels.drops.evolve import sample_motion
 from ..kernels.drops.layout import (
     ALONG,
     CONTACT,
@@ -30,7 +31,6 @@ from ..kernels.drops.layout import (
     W,
     Z,
 )
-from ..kernels.drops.sample import sample_motion
 from ..mesh.vectors import lengths, turn_vectors
 from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records.scene import (
