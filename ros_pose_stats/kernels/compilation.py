@@ -53,9 +53,7 @@ class Helper:
         return self._alone(*arguments)
 
 
-@typeof_impl.register(Helper)
-def _type_of_helper(helper: Helper, context: Any) -> Any:
-    return typeof_impl(helper.within, context)
+typeof_impl.register(Helper, lambda helper, context: typeof_impl(helper.within, context))
 
 
 class EntryKernel(KernelDispatcher):

@@ -103,7 +103,10 @@ class KernelLibrary(codegen.JITCodeLibrary):
         return int(super().get_pointer_to_function(name))
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Machine code and the names in it; nothing is linked to a kernel from the disk."""
+        """Machine code and the names in it, for nothing is linked to a kernel from the disk.
+
+        numba would add all of it in LLVM's form, and files would be five times as large.
+        """
         self._ensure_finalized()
         return self.name, "object", (self._get_compiled_object(), _names_of(self._final_module))
 

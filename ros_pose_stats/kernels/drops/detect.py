@@ -97,9 +97,7 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
 
     Contact is a height of at most 0 that falls: a corner that is a rounding below the
     plate and moves up touches nothing.
-
-    Returns infinity if none does; the corner; number of corners in `work.found`: all that come as
-    close as counts as touching.
+    Returns infinity if none does; the corner; number of corners in `work.found`.
     """
     first, corner = math.inf, -1
     flying = work.tally[at.MODE] == at.FLIGHT
@@ -112,7 +110,9 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
         j = work.found[i]
         if not flying and (j == work.active[0] or j == work.active[1]):
             continue
-        height_series(body, work.series, last, j, work.poly)
+        r = corner_of(body, j)
+        for k in range(last + 1):
+            work.poly[k] = dot_from(work.series[k, at.ZS], read_row(work.series, k, at.PS), r)
         if lowest_bound(work.poly, last) > 0.0:
             continue
         known = _known_zeros(work, j)
@@ -177,8 +177,8 @@ def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
     series = work.series
     swing = 0.0
     for k in range(1, last + 1):
-        swing += _size(series, k)
-    bend_p = swing - _size(series, 1)
+        swing += length(read_row(series, k, at.PS))
+    bend_p = swing - length(read_row(series, 1, at.PS))
     bend_z = 0.0
     for k in range(2, last + 1):
         bend_z += abs(series[k, at.ZS])
@@ -188,16 +188,10 @@ def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
 
 
 @inlined
-def _size(series: Array, k: int) -> float:
-    return length(read_row(series, k, at.PS))
-
-
-@inlined
 def gather(body: DropBody, work: Work, bend_p: float, bend_z: float, margin: float) -> int:
     """Candidates by way of the balls."""
     ball, ball_range = body.ball, body.ball_range
-    count = 0
-    node = 0
+    count = node = 0
     while node < ball.shape[0]:
         height, slope = _height_and_slope(work.series, read_row(ball, node, at.BALL_CENTRE))
         bend = bend_z + bend_p * ball[node, at.BALL_REACH]
@@ -220,8 +214,7 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
     low = _lowest(body, work)
     work.seen[low] = search
     work.queue[0] = low
-    begin, end = 0, 1
-    count = 0
+    begin, end, count = 0, 1, 0
     up = read_row(work.series, 0, at.PS)
     while begin < end:
         j = work.queue[begin]
@@ -304,11 +297,3 @@ def lowest_first(found: Index, outlook: Array, count: int) -> None:
         found[0], found[best] = found[best], found[0]
         for k in range(at.OUTLOOK):
             outlook[0, k], outlook[best, k] = outlook[best, k], outlook[0, k]
-
-
-@inlined
-def height_series(body: DropBody, series: Array, last: int, j: int, c: Array) -> None:
-    """Power series of the height of a corner."""
-    r = corner_of(body, j)
-    for k in range(last + 1):
-        c[k] = dot_from(series[k, at.ZS], read_row(series, k, at.PS), r)
