@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from ..kernels.compilation import EntryKernel
 
 TOGETHER = (
-    ("drops.drop", "drops.sample"),
-    ("levels.splits", "features.split_features", "levels.cap_areas", "features.corner_crowding"),
+    ("drops.drop", "drops.evolve"),
+    ("levels.splits", "features.split_features", "features.corner_crowding"),
     ("body.convex_body", "body.coplanar", "features.surface_features"),
 )
 """Modules whose kernels share helpers, which are compiled once a process; longest first."""
@@ -39,8 +39,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(_: argparse.Namespace) -> int:
     """Compile the missing kernels, naming each, and print where all of them are."""
-    from ..kernels.code_cache import cache_directory
     from ..kernels.compilation import all_kernels
+    from ..kernels.machine_code import cache_directory
 
     kernels = all_kernels()
     missing = [one for one in kernels if not one.is_stored()]

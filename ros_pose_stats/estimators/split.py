@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.features.component_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
+from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses

@@ -1,36 +1,28 @@
 """How kernels are compiled: each for one signature, that of its annotations, and only once."""
 
-from __future__ import annotations
-
-import pickle
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, update_wrapper
 from importlib import import_module
-from pathlib import Path
 from pkgutil import walk_packages
 from threading import RLock
 from typing import Any, TypeVar
 
-from numba.core import compiler, event, serialize
-from numba.core import config as _config
+from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.runtime import rtsys
+from numba.extending import typeof_impl
 
-from . import code_cache
 from .array_types import signature_of
-from .target import KernelDispatcher, baseline
-
-config: Any = _config  # its names are made at import and unknown to type checkers
+from .machine_code import KernelDispatcher, KernelFile, config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # No fastmath: "no event" is infinity, and it would be assumed away.
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "nopython": True,
-                           "boundscheck": None}
+                           "boundscheck": None, "no_cfunc_wrapper": True}  # none is called from C
 
-# Without the run time of numba a helper counts no references, and can make no arrays.
+# `_nrt`, an option that numba keeps to itself: without its run time a helper counts no
+# references, and can make no arrays.
 INLINED: dict[str, Any] = {"forceinline": True, "_nrt": False}
 
 
@@ -46,14 +38,9 @@ class Helper:
         self.py_func = function
         self._options = {**OPTIONS, **options}
 
-    @property
-    def _numba_type_(self) -> Any:
-        """What numba takes it for within a kernel."""
-        within: Any = self._within
-        return within._numba_type_
-
     @cached_property
-    def _within(self) -> KernelDispatcher:
+    def within(self) -> KernelDispatcher:
+        """What numba is to take it for within a kernel."""
         options = {**self._options, "no_cpython_wrapper": True}
         return KernelDispatcher(self.py_func, targetoptions=options)
 
@@ -66,6 +53,9 @@ class Helper:
         return self._alone(*arguments)
 
 
+typeof_impl.register(Helper, lambda helper, context: typeof_impl(helper.within, context))
+
+
 class EntryKernel(KernelDispatcher):
     """An outermost kernel: one signature, its machine code on disk.
 
@@ -73,11 +63,12 @@ class EntryKernel(KernelDispatcher):
 
     Attributes `declared`: of the arguments. They are made with the kernel: numba gives two numbers
     to a type that two threads make at once, and the kernel would then refuse what it was made for.
+    `_cache` is where numba's dispatcher looks before it compiles, and keeps what it has compiled.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function, targetoptions=dict(OPTIONS))
-        self._cache = KernelFile(function)
+        self._cache = KernelFile(f"{function.__module__}.{function.__qualname__}")
         self.declared = signature_of(function)
         self._first_call, self._was_called = RLock(), False
 
@@ -90,6 +81,7 @@ class EntryKernel(KernelDispatcher):
         if self._was_called:
             return super().__call__(*arguments)
         with self._first_call:
+            self.prepare()
             answer = super().__call__(*arguments)
             self._was_called = True
             return answer
@@ -109,58 +101,6 @@ class EntryKernel(KernelDispatcher):
             if not self.overloads:
                 self.compile(self.declared)
                 self.disable_compile()
-
-    def _compile_for_args(self, *_: Any) -> EntryKernel:
-        """What numba calls for types that it has not met."""
-        self.prepare()
-        return self
-
-
-class KernelFile:
-    """Cache of one kernel, in the form that numba's dispatchers expect."""
-
-    cache_path = None
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._name = f"{function.__module__}.{function.__qualname__}"
-
-    @cached_property
-    def file(self) -> Path:
-        """Where it is, or will be."""
-        vectors = "-svml" if config.USING_SVML else ""
-        folder = code_cache.cache_directory() / f"{baseline()}{vectors}"
-        return folder / f"{self._name}.code"
-
-    def read(self) -> tuple[Any, ...] | None:
-        """A compiled kernel in pieces; None where there is none or only a damaged one."""
-        try:
-            stored = code_cache.read_sealed(self.file)
-            return None if stored is None else pickle.loads(stored)
-        except Exception as error:
-            self._warn("read", error)
-            return None
-
-    def load_overload(self, _: Any, context: Any) -> Any:
-        """The compiled kernel, None where it is still to be compiled."""
-        rtsys.initialize(context)
-        stored = self.read()
-        return None if stored is None else compiler.CompileResult._rebuild(context, *stored)
-
-    def save_overload(self, _: Any, compiled: Any) -> None:
-        """Keep a compiled kernel."""
-        if compiled.library.has_dynamic_globals:
-            raise ValueError(f"{self._name} holds addresses of this process")
-        # The last are environments of helpers, which hold nothing; to load them means to import
-        # the modules that they are from, half of numba and scipy.
-        *pieces, _ = compiled._reduce()
-        try:
-            code_cache.write_sealed(self.file, serialize.dumps((*pieces, ())))
-        except OSError as error:
-            self._warn("written", error)
-
-    def _warn(self, done: str, error: Exception) -> None:
-        warnings.warn(f"machine code of {self._name} in {self.file.parent} cannot be {done} "
-                      f"({type(error).__name__}: {error})", RuntimeWarning, stacklevel=2)
 
 
 _entry_kernels: list[EntryKernel] = []

@@ -9,8 +9,6 @@ Arguments are reduced until a few terms of the Taylor series do (DLMF 4.19, 4.2.
 The constants are those of the series; nothing is fitted.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

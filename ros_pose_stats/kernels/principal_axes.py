@@ -4,8 +4,6 @@ LAPACK and BLAS choose their code by the processor, and with it how they round. 
 the axes of its part to the last bit, above all where two moments are equal but for rounding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

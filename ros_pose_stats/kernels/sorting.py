@@ -1,7 +1,5 @@
 """Stable sorting: whole numbers by counting digits, others by merging; and values that tie."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .array_types import Array, Fixed1, FixedIndex1, Index

@@ -4,8 +4,6 @@ Sums run from the left to the right and nothing is fused, so that a formula writ
 rounds as it does written out by components.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
-from ..kernels.extents import largest_used_extent
+from ..kernels.mesh.measures import largest_used_extent
 
 NOT_NUMBERS: Final = (TypeError, ValueError, OverflowError)
 """Errors that the functions below raise for values that are no real numbers."""

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from ..kernels.extents import bounds
-from ..kernels.mesh.components import component_labels
+from ..kernels.mesh.connections import component_labels
+from ..kernels.mesh.measures import bounds
 from ..text import several
 from ..tolerances import COPLANAR
 from .overlap import reach_into_each_other

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import MeshError
-from ..kernels.extents import bounds, thinness
+from ..kernels.mesh.measures import bounds, thinness
 from ..records.part import Part
 from ..tolerances import FLATTEST, SHAKEN
 

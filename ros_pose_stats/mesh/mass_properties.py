@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError
-from ..kernels.extents import bounds
-from ..kernels.mesh.measures import solid_moments
+from ..kernels.mesh.measures import bounds, solid_moments
 from ..kernels.principal_axes import principal_axes
 from ..tolerances import TRIANGLE_INEQUALITY
 from .arrays import NOT_NUMBERS, real_array, real_number

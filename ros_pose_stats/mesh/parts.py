@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MassPropertiesError, RequestError
-from ..kernels.extents import bounds
+from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY

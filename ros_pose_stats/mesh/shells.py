@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.extents import bounds, boxes_around
-from ..kernels.mesh.measures import tetrahedra
+from ..kernels.mesh.measures import bounds, boxes_around, tetrahedra
 from ..tolerances import OVERLAP
 from .overlap import check_patience, reach_into_each_other
 from .winding import Shells, crossings

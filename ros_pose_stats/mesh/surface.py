@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..kernels.extents import bounds, thinness
+from ..kernels.mesh.measures import bounds, thinness
 from ..kernels.principal_axes import principal_axes
 from ..text import several
 from ..tolerances import FLATTEST, HOLLOW

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.extents import bounds
-from ..kernels.mesh.coincidence import first_of_coincident
+from ..kernels.mesh.measures import bounds
+from ..kernels.mesh.nearness import first_of_coincident
 from ..tolerances import WELD
 
 

@@ -15,8 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.mesh.components import component_labels
-from ..kernels.mesh.edges import grouped_edges, linked_triangles
+from ..kernels.mesh.connections import component_labels, grouped_edges, linked_triangles
 from ..tolerances import WELD
 from .welding import without_repeated
 

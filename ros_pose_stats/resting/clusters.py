@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..kernels.body.equilibria import ways_out
-from ..kernels.levels.persistence import gather_poses, part_poses
+from ..kernels.levels.merge_tree import gather_poses, part_poses
 from ..tolerances import SAME_HEIGHT
 from .convex_body import foot_directions
 from .equilibria import Equilibria, ties

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..kernels.body.convex_body import BodyArrays, build_body
-from ..kernels.levels.cap_areas import areas_below
+from ..kernels.levels.splits import areas_below
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter

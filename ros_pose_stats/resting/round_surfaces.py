@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
-from ..kernels.body.gaps import edges_on_surface
+from ..kernels.body.hull import edges_on_surface
 from ..kernels.body.runs import (
     AXIS,
     CENTER,

@@ -17,9 +17,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..kernels.features.matching import FeatureGrid, feature_grid, first_unmatched
-from ..kernels.features.surface_features import regions_and_corners
-from ..kernels.features.surface_moments import moments_along
+from ..kernels.features.surface_features import moments_along, regions_and_corners
+from ..kernels.mesh.nearness import FeatureGrid, feature_grid, first_unmatched
 from ..records import Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
-from ..kernels.body.outermost import outermost_corners
+from ..kernels.body.hull import outermost_corners
 from ..kernels.elementary import sines_cosines
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import build_body
+from ..kernels.drops.evolve import TURN
 from ..kernels.drops.layout import BALL_NEXT, RIM, DropBody
-from ..kernels.drops.motion import TURN
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors

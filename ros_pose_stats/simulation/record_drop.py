@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..kernels.drops import layout as at
-from ..kernels.drops.sample import sample_motion
+from ..kernels.drops.evolve import sample_motion
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import DropEvent, DropScene, Part, Trajectory
 from ..records import scene as scenes

@@ -144,7 +144,7 @@ class TestThisPackage:
         seen = {(one.importer, one.target) for one in sources.imports}
         assert ("ros_pose_stats.cli", "ros_pose_stats.commands.estimate") in seen
         assert ("ros_pose_stats.commands.estimate", "ros_pose_stats.estimators.estimate") in seen
-        assert ("ros_pose_stats.kernels.target", "numba") in seen
+        assert ("ros_pose_stats.kernels.machine_code", "numba") in seen
 
 
 class TestTheWalkItself:

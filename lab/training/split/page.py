@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ros_pose_stats.estimators.split import FORGOTTEN, HOLDING
-from ros_pose_stats.kernels.features.component_features import FAR, NEAR, SHALLOWEST
+from ros_pose_stats.kernels.features.split_features import FAR, NEAR, SHALLOWEST
 from ros_pose_stats.resting.poses import CORNER_REACHES
 
 from .counting import (

@@ -9,8 +9,6 @@ inertia. Where a corner divides an edge, the turns over its two pieces add up to
 whole, so that a corner more or less on a straight edge changes nothing.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 
@@ -18,18 +16,7 @@ import numpy as np
 
 from ..array_types import Array
 from ..compilation import inlined, kernel
-from ..vectors import (
-    Vec3,
-    cross,
-    divided,
-    dot,
-    minus,
-    plus,
-    point_at,
-    scaled,
-    turned,
-    write_row,
-)
+from ..vectors import Vec3, cross, divided, dot, minus, plus, point_at, scaled, turned, write_row
 from .convex_body import BodyArrays
 
 # Gauss-Legendre points and weights on [-1, 1].

@@ -1,7 +1,5 @@
 """Circles through corners of a chain of edges."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 
@@ -10,18 +8,7 @@ import numpy as np
 from ..array_types import Array, Fixed1, Fixed2, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..elementary import arctangent
-from ..vectors import (
-    Vec3,
-    cross,
-    divided,
-    dot,
-    length,
-    minus,
-    plus,
-    point_at,
-    read_vector,
-    scaled,
-)
+from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, read_vector, scaled
 
 ON_CIRCLE: Final = 1e-3
 """Corners this close to a circle, as a fraction of the height of their arc, are a run on it.

@@ -12,8 +12,6 @@ The triangle P Q v has its right angle at Q; projected on the unit sphere it is 
 spherical triangle with corners n (normal of the face), Q/|Q| and v/|v|.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

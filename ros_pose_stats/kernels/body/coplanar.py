@@ -6,8 +6,6 @@ vector and an area-weighted centroid, so that a fan of slivers (the cap of a fin
 tessellated cylinder, rounded to float32) settles on the right plane while it grows.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ beyond it (inset < 0); the neighbour's plane is then closer to the centre of mas
 rule below goes to a lower face only, ties by number, so that no walk can return.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A hull vertex is a corner where at least three faces meet; a vertex between two 
 on a straight edge and is dropped, so that subdividing a mesh changes nothing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..array_types import Array, Flags, Index

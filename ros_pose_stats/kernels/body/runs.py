@@ -6,8 +6,6 @@ for. A circle is laid through corners far apart and then held against all betwee
 neighbours of a fine tessellation say nothing about their circle but rounding.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

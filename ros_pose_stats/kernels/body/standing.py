@@ -1,7 +1,5 @@
 """How a body stands on the plate: its rotations, pose by pose, its top and its outline."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which of the touching vertices keep contact: the forces that are needed and not negative."""
 
-from __future__ import annotations
-
 import math
 
 from ...tolerances import PULL, SINKING
@@ -22,27 +20,8 @@ from ..vectors import (
     write_row,
     write_vector,
 )
-from .layout import (
-    ALONG,
-    ARM,
-    CORNER,
-    EDGE,
-    FACE,
-    FALL,
-    FLIGHT,
-    LENGTH,
-    NEAR,
-    VERTEX,
-    DropBody,
-    V,
-    W,
-    Work,
-    corner_of,
-    coupling_of,
-    moments_of,
-    spin_of,
-    up_of,
-)
+from . import layout as at
+from .layout import DropBody, Work, corner_of, coupling_of, moments_of, spin_of, up_of
 
 
 @inlined
@@ -54,11 +33,11 @@ def weigh(body: DropBody, work: Work) -> None:
     g, p, w = coupling_of(body.moment), up_of(work.state), spin_of(work.state)
     g = Vec3(g.x * w.y * w.z, g.y * w.z * w.x, g.z * w.x * w.y)
     pw, ww = dot(p, w), dot(w, w)
-    for i in range(work.tally[NEAR]):
+    for i in range(work.tally[at.NEAR]):
         r = corner_of(body, work.near[i])
         a = cross(r, p)
-        write_row(work.load, i, ARM, a)
-        work.load[i, FALL] = (1.0 - pw * dot(w, r) + ww * dot(p, r)
+        write_row(work.load, i, at.ARM, a)
+        work.load[i, at.FALL] = (1.0 - pw * dot(w, r) + ww * dot(p, r)
                               - a.x * g.x - a.y * g.y - a.z * g.z)
 
 
@@ -68,46 +47,46 @@ def choose_contact(body: DropBody, work: Work) -> int:
 
     `weigh` has measured them. The vertices in contact are noted in `active` and `contact`.
     """
-    active, count = work.active, work.tally[NEAR]
+    active, count = work.active, work.tally[at.NEAR]
     active[0] = active[1] = -1
     most = 0.0
     for i in range(count):
         if work.rested[i] == 1:
-            most = max(most, work.load[i, FALL])
+            most = max(most, work.load[i, at.FALL])
     if most <= PULL:
-        return FLIGHT
+        return at.FLIGHT
     still = _still_on_three(work)
     for i in range(count):
-        if work.rested[i] == 0 or work.load[i, FALL] <= PULL:
+        if work.rested[i] == 0 or work.load[i, at.FALL] <= PULL:
             continue
         mode = _try_vertex(body, work, i, still)
-        if mode != FLIGHT:
+        if mode != at.FLIGHT:
             return mode
     for i in range(count):
         for k in range(i + 1, count):
             if work.rested[i] == 0 or work.rested[k] == 0:
                 continue
             mode = _try_edge(body, work, i, k, still)
-            if mode != FLIGHT:
+            if mode != at.FLIGHT:
                 return mode
     active[0] = active[1] = -1
-    return FACE
+    return at.FACE
 
 
 @inlined
 def _try_vertex(body: DropBody, work: Work, i: int, still: bool) -> int:
     """Mode if one vertex carries the body, `FLIGHT` if it does not."""
-    arm, fall = read_row(work.load, i, ARM), work.load[i, FALL]
+    arm, fall = read_row(work.load, i, at.ARM), work.load[i, at.FALL]
     reply = over(arm, moments_of(body))
     force = fall / dot_from(1.0, arm, reply)
     turning = scaled(reply, force)
     if not _carries(work, i, i, force, turning):
-        return FLIGHT
+        return at.FLIGHT
     if still and not _lifts(work, force, turning):
-        return FACE
+        return at.FACE
     work.active[0] = work.near[i]
     _hold(body, work)
-    return VERTEX
+    return at.VERTEX
 
 
 @inlined
@@ -118,24 +97,24 @@ def _try_edge(body: DropBody, work: Work, i: int, k: int, still: bool) -> int:
     """
     work.active[0], work.active[1] = work.near[i], work.near[k]
     _hold(body, work)
-    m, size = moments_of(body), work.contact[LENGTH]
-    a = read_row(work.load, i, ARM)
-    c = cross(read_vector(work.contact, ALONG), up_of(work.state))
+    m, size = moments_of(body), work.contact[at.LENGTH]
+    a = read_row(work.load, i, at.ARM)
+    c = cross(read_vector(work.contact, at.ALONG), up_of(work.state))
     m11, m12, m22 = _response(1.0, a, a, m), _response(0.0, a, c, m), _response(0.0, c, c, m)
-    fall = work.load[i, FALL]
-    turn = (work.load[k, FALL] - fall) / size
+    fall = work.load[i, at.FALL]
+    turn = (work.load[k, at.FALL] - fall) / size
     share = 1.0 / (m11 * m22 - m12 * m12)
     force = share * (m22 * fall - m12 * turn)
     torque = share * (m11 * turn - m12 * fall)
     far = torque / size
     if far < -PULL or force - far < -PULL or not math.isfinite(far):
-        return FLIGHT
+        return at.FLIGHT
     turning = over(plus(scaled(a, force), scaled(c, torque)), m)
     if not _carries(work, i, k, force, turning):
-        return FLIGHT
+        return at.FLIGHT
     if still and not _lifts(work, force, turning):
-        return FACE
-    return EDGE
+        return at.FACE
+    return at.EDGE
 
 
 @inlined
@@ -147,13 +126,13 @@ def _response(start: float, a: Vec3, b: Vec3, m: Vec3) -> float:
 @inlined
 def _rise(work: Work, k: int, force: float, turning: Vec3) -> float:
     """Upward acceleration of a touching vertex under a force and the turning that it brings."""
-    return dot_from(force, read_row(work.load, k, ARM), turning) - work.load[k, FALL]
+    return dot_from(force, read_row(work.load, k, at.ARM), turning) - work.load[k, at.FALL]
 
 
 @inlined
 def _carries(work: Work, first: int, second: int, force: float, turning: Vec3) -> bool:
     """No other vertex at rest would sink, the body's acceleration by the forces being given."""
-    for k in range(work.tally[NEAR]):
+    for k in range(work.tally[at.NEAR]):
         if work.rested[k] == 0 or k in (first, second):
             continue
         if _rise(work, k, force, turning) < -SINKING:
@@ -164,7 +143,7 @@ def _carries(work: Work, first: int, second: int, force: float, turning: Vec3) -
 @inlined
 def _lifts(work: Work, force: float, turning: Vec3) -> bool:
     """A vertex at rest would rise."""
-    for k in range(work.tally[NEAR]):
+    for k in range(work.tally[at.NEAR]):
         if work.rested[k] == 1 and _rise(work, k, force, turning) > SINKING:
             return True
     return False
@@ -178,10 +157,12 @@ def _still_on_three(work: Work) -> bool:
     middle of a rectangle.
     """
     state = work.state
-    if state[V] != 0.0 or state[W] != 0.0 or state[W + 1] != 0.0 or state[W + 2] != 0.0:
+    if state[at.V] != 0.0:
+        return False
+    if state[at.W] != 0.0 or state[at.W + 1] != 0.0 or state[at.W + 2] != 0.0:
         return False
     held = 0
-    for i in range(work.tally[NEAR]):
+    for i in range(work.tally[at.NEAR]):
         held += work.rested[i]
     return held >= 3
 
@@ -191,14 +172,14 @@ def _hold(body: DropBody, work: Work) -> None:
     """Note vertex, direction and length of the contact."""
     contact, far = work.contact, work.active[1]
     corner = corner_of(body, work.active[0])
-    write_vector(contact, CORNER, corner)
-    write_vector(contact, ALONG, Vec3(0.0, 0.0, 0.0))
-    contact[LENGTH] = 1.0
+    write_vector(contact, at.CORNER, corner)
+    write_vector(contact, at.ALONG, Vec3(0.0, 0.0, 0.0))
+    contact[at.LENGTH] = 1.0
     if far >= 0:
         edge = minus(corner_of(body, far), corner)
         size = length(edge)
-        write_vector(contact, ALONG, divided(edge, size))
-        contact[LENGTH] = size
+        write_vector(contact, at.ALONG, divided(edge, size))
+        contact[at.LENGTH] = size
 
 
 @inlined
@@ -208,6 +189,6 @@ def let_go(body: DropBody, work: Work, which: int) -> int:
         work.active[0] = work.active[1]
     work.active[1] = -1
     if work.active[0] < 0:
-        return FLIGHT
+        return at.FLIGHT
     _hold(body, work)
-    return VERTEX
+    return at.VERTEX

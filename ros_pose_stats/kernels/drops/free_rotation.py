@@ -11,8 +11,6 @@ Dynamics, section 69),
     L t / I1 ± [arg theta4(z + i y) + z d/dy log theta4(i y)],  z = pi u / 2K, y = pi alpha / 2K.
 """
 
-from __future__ import annotations
-
 import math
 
 from ..array_types import Array
@@ -30,7 +28,8 @@ from ..vectors import (
     times,
     write_vector,
 )
-from .layout import P, W, spin_of, up_of
+from . import layout as at
+from .layout import spin_of, up_of
 
 NOME = 0.35
 """Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
@@ -142,10 +141,10 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     """
     pull = 0.0  # L² - 2 E I2 tells about which axis L circles
     for i in (0, 2):
-        pull += moment[i] * (moment[i] - moment[1]) * (state[W + i] * state[W + i])
+        pull += moment[i] * (moment[i] - moment[1]) * (state[at.W + i] * state[at.W + i])
     one, three, parity = (2, 0, -1.0) if pull < 0.0 else (0, 2, 1.0)
     i1, i2, i3 = moment[one], moment[1], moment[three]
-    w1, w2, w3 = state[W + one], state[W + 1], state[W + three]
+    w1, w2, w3 = state[at.W + one], state[at.W + 1], state[at.W + three]
     if i3 in (i1, i2):
         return False
     ratio = i1 * (i1 - i3) / (i2 * (i2 - i3))
@@ -177,9 +176,9 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
         swing = -swing
     angle = momentum * time / i1 + swing
     along, across = _frame_of(state, moment, three)
-    state[W + one] = top1 * cn
-    state[W + 1] = turning * top2 * sn
-    state[W + three] = top3 * dn
+    state[at.W + one] = top1 * cn
+    state[at.W + 1] = turning * top2 * sn
+    state[at.W + three] = top3 * dn
     sine, cosine = sine_cosine(arctangent(across, along) - angle)
     _place_up(state, moment, three, cosine, sine)
     return True
@@ -200,7 +199,7 @@ def _place_up(state: Array, moment: Array, three: int, along: float, across: flo
     momentum = times(read_vector(moment, 0), spin_of(state))
     aside = _aside(momentum, three)
     normal = cross(momentum, aside)
-    write_vector(state, P, plus(divided(scaled(aside, along), length(aside)),
+    write_vector(state, at.P, plus(divided(scaled(aside, along), length(aside)),
                                 divided(scaled(normal, across), length(normal))))
 
 

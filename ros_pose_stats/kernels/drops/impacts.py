@@ -5,8 +5,6 @@ fastest (section 3.D). Where all touching vertices are slow, the rest of the ser
 replaced by impulses that stop them (appendix B).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -27,20 +25,8 @@ from ..vectors import (
     write_row,
     write_vector,
 )
-from .layout import (
-    NEAR,
-    RISE,
-    SPIN,
-    DropBody,
-    DropRules,
-    V,
-    W,
-    Work,
-    corner_of,
-    moments_of,
-    spin_of,
-    up_of,
-)
+from . import layout as at
+from .layout import DropBody, DropRules, Work, corner_of, moments_of, spin_of, up_of
 
 
 class Velocity(NamedTuple):
@@ -53,7 +39,7 @@ class Velocity(NamedTuple):
 @inlined
 def vertex_velocity(state: Array, r: Vec3) -> float:
     """Vertical velocity v + w . (r x p) of a vertex."""
-    return dot_from(state[V], spin_of(state), cross(r, up_of(state)))
+    return dot_from(state[at.V], spin_of(state), cross(r, up_of(state)))
 
 
 @inlined
@@ -65,8 +51,8 @@ def strike(state: Array, moment: Array, r: Vec3, speed: float, restitution: floa
     arm = cross(r, up_of(state))
     reply = over(arm, read_vector(moment, 0))
     impulse = -(1.0 + restitution) * speed / dot_from(1.0, arm, reply)
-    state[V] += impulse
-    write_vector(state, W, plus(spin_of(state), scaled(reply, impulse)))
+    state[at.V] += impulse
+    write_vector(state, at.W, plus(spin_of(state), scaled(reply, impulse)))
 
 
 @inlined
@@ -82,7 +68,7 @@ def stop_slow(body: DropBody, rules: DropRules, work: Work) -> None:
     """
     state, rested, moment = work.state, work.rested, moments_of(body)
     rank = 0
-    for i in range(work.tally[NEAR]):
+    for i in range(work.tally[at.NEAR]):
         rested[i] = 0
         if abs(work.speed[i]) > rules.slow:
             continue
@@ -96,18 +82,18 @@ def stop_slow(body: DropBody, rules: DropRules, work: Work) -> None:
             continue
         scale = 1.0 / math.sqrt(square)
         unit = Velocity(left.rise * scale, scaled(left.spin, scale))
-        along = _product(unit, Velocity(state[V], spin_of(state)), moment)
+        along = _product(unit, Velocity(state[at.V], spin_of(state)), moment)
         if 0.5 * along * along > rules.soft:
             continue
-        state[V] -= along * unit.rise
-        write_vector(state, W, minus(spin_of(state), scaled(unit.spin, along)))
-        work.frame[rank, RISE] = unit.rise
-        write_row(work.frame, rank, SPIN, unit.spin)
+        state[at.V] -= along * unit.rise
+        write_vector(state, at.W, minus(spin_of(state), scaled(unit.spin, along)))
+        work.frame[rank, at.RISE] = unit.rise
+        write_row(work.frame, rank, at.SPIN, unit.spin)
         rank += 1
         rested[i] = 1
     if rank == 3:  # three contacts leave a turn about the vertical only, which never starts
-        state[V] = 0.0
-        write_vector(state, W, Vec3(0.0, 0.0, 0.0))
+        state[at.V] = 0.0
+        write_vector(state, at.W, Vec3(0.0, 0.0, 0.0))
 
 
 @inlined
@@ -122,7 +108,7 @@ def _orthogonal(given: Velocity, frame: Array, rank: int, moment: Vec3) -> Veloc
     left = given
     for _ in range(2):  # twice is enough to be orthogonal to rounding
         for k in range(rank):
-            unit = Velocity(frame[k, RISE], read_row(frame, k, SPIN))
+            unit = Velocity(frame[k, at.RISE], read_row(frame, k, at.SPIN))
             along = _product(left, unit, moment)
             left = Velocity(left.rise - along * unit.rise,
                             minus(left.spin, scaled(unit.spin, along)))

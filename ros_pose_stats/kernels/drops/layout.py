@@ -6,15 +6,14 @@ motion over one step is a power series in the fraction of the step: row k of `se
 the k-th coefficients, the angular velocity multiplied by the step.
 """
 
-from __future__ import annotations
-
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from ..array_types import Array, Array1, Array2, Index, Index1, Index2
 from ..compilation import inlined, kernel
-from ..vectors import Vec3, read_vector
+from ..vectors import Vec3, dot_from, read_vector
 
 # state (8,)
 Z: Final = 0
@@ -229,3 +228,54 @@ def coupling_of(moment: Array) -> Vec3:
     """Factors of w2 w3, w3 w1 and w1 w2 in the angular acceleration I^-1 (I w) x w."""
     return Vec3((moment[1] - moment[2]) / moment[0], (moment[2] - moment[0]) / moment[1],
                 (moment[0] - moment[1]) / moment[2])
+
+
+@inlined
+def corner_height(state: Array, body: DropBody, j: int) -> float:
+    """Height z + p . r of a corner above the plate."""
+    return dot_from(state[Z], corner_of(body, j), up_of(state))
+
+
+@inlined
+def lowest_corner(state: Array, body: DropBody) -> int:
+    """Lowest of all corners, the first of several."""
+    low, lowest = math.inf, 0
+    for j in range(body.x.shape[0]):
+        height = corner_height(state, body, j)
+        if height < low:
+            low, lowest = height, j
+    return lowest
+
+
+@inlined
+def note(work: Work, tape: Array, event: int, vertex: int) -> None:
+    """Add a row; on a tape without rows or at its end nothing is kept.
+
+    Row 0 holds the number of rows wanted so far, so that the caller can come back with a
+    longer tape. The contact mode is that before the event; `note_contact` puts it right.
+    """
+    if tape.shape[0] == 0:
+        return
+    tape[0, 0] += 1.0
+    row = int(tape[0, 0])
+    if row >= tape.shape[0]:
+        return
+    tape[row, TAPE_TIME] = work.clock[TIME]
+    for i in range(STATE):
+        tape[row, TAPE_STATE + i] = work.state[i]
+    tape[row, TAPE_EVENT] = event
+    tape[row, TAPE_VERTEX] = vertex
+    note_contact(work, tape)
+
+
+@inlined
+def note_contact(work: Work, tape: Array) -> None:
+    """Correct the contact mode of the last row."""
+    if tape.shape[0] == 0:
+        return
+    row = int(tape[0, 0])
+    if row < tape.shape[0]:
+        mode = work.tally[MODE]
+        tape[row, TAPE_MODE] = mode
+        tape[row, TAPE_CONTACT] = work.active[0] if mode > 0 else -1
+        tape[row, TAPE_CONTACT + 1] = work.active[1] if mode > 1 else -1

@@ -5,8 +5,6 @@ concave or convex piece, on which Newton's method cannot miss. Otherwise it is h
 grazing contact is stepped over, and there is no sampling step to choose.
 """
 
-from __future__ import annotations
-
 import math
 
 from ..array_types import Array

@@ -8,55 +8,32 @@ tip over: upright and without friction the spin about the rim's axis stays what 
 into height and back, but for a little at each facet. It is left out there.
 """
 
-from __future__ import annotations
-
 import math
 
 from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array
 from ..compilation import inlined
 from ..vectors import Vec3, cross, dot, minus, read_row, read_vector, scaled, times
-from .landing import lowest_corner
-from .layout import (
-    AXLE,
-    BUMPS,
-    FACE,
-    LIMIT,
-    LOWEST,
-    MODE,
-    RESTING,
-    SINGLE,
-    SPARE,
-    STEPS,
-    TRAPPED,
-    UNSETTLED,
-    DropBody,
-    DropRules,
-    V,
-    Work,
-    Z,
-    corner_of,
-    spin_of,
-    up_of,
-)
+from . import layout as at
+from .layout import DropBody, DropRules, Work, corner_of, lowest_corner, spin_of, up_of
 
 
 @inlined
 def judge_outcome(body: DropBody, rules: DropRules, top: float, work: Work) -> tuple[int, int]:
     """Whether and how the drop has ended, and the pose (-1 while it has not)."""
-    resting = work.tally[MODE] == FACE
+    resting = work.tally[at.MODE] == at.FACE
     if not resting and rules.to_rest:
-        return UNSETTLED, -1
+        return at.UNSETTLED, -1
     left = energy(work.state, body.moment)
     rim = _rim_below(body, rules, work, left)
     if not resting and left >= top and rim < 0:
-        return UNSETTLED, -1
-    pose = pose_below(body, up_of(work.state), work.tally[LOWEST])
+        return at.UNSETTLED, -1
+    pose = pose_below(body, up_of(work.state), work.tally[at.LOWEST])
     if not rules.to_rest and (left < body.way_out[pose] - TRAP or pose == rim):
-        return TRAPPED, pose
+        return at.TRAPPED, pose
     if resting:
-        return RESTING, pose
-    return UNSETTLED, -1
+        return at.RESTING, pose
+    return at.UNSETTLED, -1
 
 
 @inlined
@@ -66,14 +43,14 @@ def _rim_below(body: DropBody, rules: DropRules, work: Work, left: float) -> int
     The plate moves up and down under a part that rolls on facets. What bounces on a plate that
     moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
     """
-    corner = work.tally[LOWEST]
+    corner = work.tally[at.LOWEST]
     pose = body.roll_pose[corner]
     if pose < 0:
         return -1
-    turning = dot(read_row(body.rim, pose, AXLE), spin_of(work.state))
+    turning = dot(read_row(body.rim, pose, at.AXLE), spin_of(work.state))
     roll = turning * turning + body.roll_climb[corner]
-    freed = body.rim[pose, BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
-    freed = (freed + body.rim[pose, SINGLE]) * roll
+    freed = body.rim[pose, at.BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
+    freed = (freed + body.rim[pose, at.SINGLE]) * roll
     stays = left - turning * turning + freed < body.roll_level[corner] - TRAP
     return int(pose) if stays else -1
 
@@ -86,16 +63,16 @@ def may_go_on(body: DropBody, rules: DropRules, work: Work) -> bool:
     one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
     as many.
     """
-    if work.tally[STEPS] < work.tally[LIMIT]:
+    if work.tally[at.STEPS] < work.tally[at.LIMIT]:
         return True
-    if work.tally[LIMIT] >= MOST_GRANTS * rules.most_steps:
+    if work.tally[at.LIMIT] >= MOST_GRANTS * rules.most_steps:
         return False
     pose = pose_below(body, up_of(work.state), lowest_corner(work.state, body))
     spare = energy(work.state, body.moment) - body.rest[pose]
-    if spare > (1.0 - PROGRESS) * work.clock[SPARE]:
+    if spare > (1.0 - PROGRESS) * work.clock[at.SPARE]:
         return False
-    work.clock[SPARE] = spare
-    work.tally[LIMIT] += rules.most_steps
+    work.clock[at.SPARE] = spare
+    work.tally[at.LIMIT] += rules.most_steps
     return True
 
 
@@ -104,7 +81,7 @@ def energy(state: Array, moment: Array) -> float:
     """Mechanical energy z + v²/2 + w . I w / 2, the plate at 0."""
     spin = spin_of(state)
     turning = dot(times(read_vector(moment, 0), spin), spin)
-    return float(state[Z] + 0.5 * state[V] * state[V] + 0.5 * turning)
+    return float(state[at.Z] + 0.5 * state[at.V] * state[at.V] + 0.5 * turning)
 
 
 @inlined

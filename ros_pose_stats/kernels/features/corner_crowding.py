@@ -7,8 +7,6 @@ the farther they are apart: so a corner that is cut off by a hair, or one more o
 edge, changes nothing, as it would with the plain sum.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

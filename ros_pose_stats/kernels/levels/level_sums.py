@@ -2,14 +2,12 @@
 
 A component that swallows small neighbours one by one is measured at every one of these
 joins. Its area is a sum over its triangles, and the only costly term, the bend of
-`cap_areas`, is an analytic function of the level away from its critical value q, where it
+`right_triangles`, is an analytic function of the level away from its critical value q, where it
 starts like |E - q|^(3/2). Hence a tree over the sorted levels: a bend is added to the
 largest ranges of levels that lie at least their own width away from q, as its values at
 Chebyshev points (order 16, error below 1e-13 of the bend); only next to q it is evaluated
 level by level. n joins over n faces cost n log n instead of n².
 """
-
-from __future__ import annotations
 
 import math
 from typing import Final, NamedTuple
@@ -19,9 +17,8 @@ import numpy as np
 from ..array_types import Array, Index
 from ..body.convex_body import BodyArrays
 from ..compilation import inlined, kernel
-from .cap_areas import bend_R, bend_r
 from .merge_tree import MergeTree, faces_of
-from .right_triangles import RightTriangles
+from .right_triangles import RightTriangles, bend_R, bend_r
 
 ORDER = 16
 FLAT = 1e-12
@@ -54,7 +51,7 @@ class LevelSums(NamedTuple):
 
 
 class Bend(NamedTuple):
-    """Where a circle crosses the leg opposite to its centre; see `cap_areas`."""
+    """Where a circle crosses the leg opposite to its centre; see `right_triangles`."""
 
     leg: float
     centre: float  # distance of the circle's centre: d for r, v for R
@@ -109,7 +106,7 @@ def _nothing_yet(levels: Array) -> LevelSums:
 @kernel
 def _add_triangle(triangles: RightTriangles, i: int, first: int, of_R: bool,
                   into: LevelSums) -> None:
-    """Add one triangle to the sums from join `first` on, stage by stage (see `cap_areas`)."""
+    """Add one triangle to the sums from join `first` on, stage by stage; see `right_triangles`."""
     levels, middle, constant, slope = into.levels, into.middle, into.constant, into.slope
     whole, turn, leg = triangles.whole[i], triangles.turn[i], triangles.leg[i]
     d, q, v = triangles.near[i], triangles.foot[i], triangles.far[i]

@@ -1,12 +1,32 @@
 """The right triangles that a body is cut into, measured for the level sets of r or R.
 
-See `cap_areas` for what they are. For R the triangles around one corner make up the
+On a face, {r < E} is the part of the polygon inside a circle about the foot of the centre
+of mass; on the sphere, {R < E} is what the caps {u : v·u >= E} of the corners leave free.
+Both are cut into the right spherical triangles with corners n (the face's normal), Q/|Q|
+(foot on a side) and v/|v| (corner) of `body`, taken with the sign of s·a: the legs are
+b = atan(s/d) between n and Q, and c = atan(a/q) between Q and v. The area tau of such a
+triangle follows from tan(tau/2) = tan(b/2) tan(c/2) = s a / ((d + q)(q + v)).
+
+While E grows, a triangle's share of the reachable set goes through these stages:
+
+==============  =================================  =========================================
+stage           {r < E}                            {R < E}
+==============  =================================  =========================================
+E <= d          0                                  0
+d < E <= q      t (1 - d/E), a sector about n      tau - t (1 - E/v) - bend, a sector about
+                                                   v cut by the far leg
+q < E < v       t (1 - d/E) + bend                 tau - t (1 - E/v)
+E >= v          tau                                tau
+==============  =================================  =========================================
+
+with t the triangle's angle at n (for r) or at v (for R), and `bend` where the circle
+crosses the leg opposite to its centre.
+
+For R the triangles around one corner make up the
 directions in which that corner is the lowest point, its cell. Once R < E in all of the cell,
 which for most corners is long before E = v, their sum is the cell's area; it is then counted
 with one triangle of the cell's lowest face, and the others count 0.
 """
-
-from __future__ import annotations
 
 import math
 from typing import NamedTuple
@@ -191,3 +211,19 @@ def _cell_area(normal: Array, face: Index, ring: Index, k: int) -> float:
         b = c
         side = ring[side]
     return abs(total)
+
+
+@kernel
+def bend_r(leg: float, d: float, q: float, level: float) -> float:
+    """Correction to the sector where the circle about n crosses the side; q < level."""
+    chord = math.sqrt((level - q) * (level + q))
+    return (2.0 * math.atan(leg * chord / ((d + q) * (q + level)))
+            - math.atan2(chord, leg) * ((level - d) / level))
+
+
+@kernel
+def bend_R(leg: float, v: float, q: float, level: float) -> float:
+    """Correction to the sector where the circle about v crosses the dual arc; level < q."""
+    chord = math.sqrt((q - level) * (q + level))
+    return (2.0 * math.atan(leg * chord / ((q + v) * (q + level)))
+            - math.atan2(chord * v, leg * level) * ((v - level) / v))

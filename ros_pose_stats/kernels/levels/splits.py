@@ -1,5 +1,6 @@
-"""Probabilities at the splits of the reachable set: by areas (Eq. 8), or by given weights.
+"""Areas of the reachable set, and the probabilities at its splits.
 
+At a split probabilities follow from the areas of both components (Eq. 8), or from given weights.
 Of the two components that a join brings together, the one with fewer faces is measured
 face by face. Following the larger ones downwards gives paths along which a component only
 grows; short paths are measured face by face as well, long ones by `level_sums`. Each face
@@ -7,22 +8,79 @@ is on the smaller side at most log2(F) times, so a body with thousands of stable
 takes hardly longer a face than a body with a few.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 from ..array_types import Array, Fixed2, FixedFlags1, Flags, Index
 from ..body.convex_body import BodyArrays
-from ..compilation import entry_kernel, kernel
-from .cap_areas import faces_below
+from ..compilation import entry_kernel, inlined, kernel
 from .level_sums import grown_areas
 from .merge_tree import MergeTree, faces_of
-from .right_triangles import RightTriangles, measure_triangles
+from .right_triangles import RightTriangles, bend_R, bend_r, measure_triangles
 
 LONG_PATH = 96
 """Joins on a path from which on `level_sums` is quicker than going face by face."""
+
+
+@kernel
+def faces_below(faces: Index, begin: int, end: int, body: BodyArrays, triangles: RightTriangles,
+                level: float, of_R: bool) -> float:
+    """Centroid solid angle of the reachable set on the faces `faces[begin:end]`.
+
+    That of {r < level} on the faces, or of {R < level} next to their normals.
+    """
+    face_start = body.face_start
+    enters, fills, full = triangles.enters, triangles.fills, triangles.full
+    total = 0.0
+    for j in range(begin, end):
+        f = faces[j]
+        if level <= enters[f]:
+            continue
+        if level >= fills[f]:
+            total += full[f]
+            continue
+        for k in range(face_start[f], face_start[f + 1]):
+            total = _add_side(total, triangles, k, level, of_R)
+    return total
+
+
+@inlined
+def _add_side(total: float, triangles: RightTriangles, k: int, level: float,
+              of_R: bool) -> float:
+    """Add the shares of both triangles of a polygon side, stage by stage."""
+    turn, leg, foot = triangles.turn, triangles.leg, triangles.foot
+    bends = 0.0
+    for i in range(2 * k, 2 * k + 2):
+        sense = math.copysign(1.0, turn[i])
+        if level >= triangles.done[i]:
+            total += triangles.after[i]
+        elif of_R:
+            v = triangles.far[i]
+            total += triangles.whole[i] - turn[i] * ((v - level) / v)
+            if level < foot[i]:
+                total -= sense * bend_R(leg[i], v, foot[i], level)
+        else:
+            total += turn[i] * ((level - triangles.near[i]) / level)
+            bends += sense
+    # Both triangles of a side bend alike for r, each in its own sense.
+    if bends != 0.0 and level > foot[2 * k]:
+        total += bends * bend_r(leg[2 * k], triangles.near[2 * k], foot[2 * k], level)
+    return total
+
+
+@entry_kernel
+def areas_below(body: BodyArrays, level: float, of_R: bool) -> Array:
+    """Centroid solid angle of the reachable set on each face, steradians.
+
+    Returns (F,): of {r < level} on the face, or of {R < level} next to its normal.
+    """
+    triangles = measure_triangles(body, np.array([level]), of_R)
+    faces = np.arange(body.distance.shape[0])
+    angles = np.empty(faces.shape[0])
+    for f in range(faces.shape[0]):
+        angles[f] = faces_below(faces, f, f + 1, body, triangles, level, of_R)
+    return angles
 
 
 @entry_kernel

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.kernels.drops.free_motion import free_series, shorten
+from ros_pose_stats.kernels.drops.evolve import advance
 from ros_pose_stats.kernels.drops.free_rotation import rotate_freely
 from ros_pose_stats.kernels.drops.layout import (
     COLUMNS,
@@ -26,8 +26,7 @@ from ros_pose_stats.kernels.drops.layout import (
     W,
     Z,
 )
-from ros_pose_stats.kernels.drops.motion import advance
-from ros_pose_stats.kernels.drops.sliding_motion import sliding_series
+from ros_pose_stats.kernels.drops.series import free_series, shorten, sliding_series
 from ros_pose_stats.tolerances import TRUNCATION
 
 VELOCITIES = [V, W, W + 1, W + 2]

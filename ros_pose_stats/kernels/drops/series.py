@@ -1,7 +1,12 @@
-"""Power series of sliding on one vertex or on an edge (Eqs. 12, 13 and 16).
+"""Power series of a step: of free flight, and of sliding on one vertex or on an edge.
 
-The forces keep the contact at its height. With a = r x p, the reach of the force N at r, and
-for an edge of direction e, c = e x p, the reach of a pure moment T along it,
+In flight I w' = (I w) x w and p' = p x w (Eqs. 13 and 15 without contact, p the vertical in body
+axes). In principal axes w1' = (I2 - I3)/I1 w2 w3 and so on, so that each coefficient is a sum
+over products of the earlier ones.
+
+While sliding, forces keep the contact at its height (Eqs. 12, 13 and 16). With a = r x p, the
+reach of the force N at r, and for an edge of direction e, c = e x p, the reach of a pure moment T
+along it,
 
     I w' = (I w) x w + N a + T c,        v' = -1 + N,
     h'' = v' + ((p x w) x w) . r + w' . a = 0,    ((p x w) x w) . e + w' . c = 0.
@@ -11,15 +16,87 @@ than as two vertices keeps the equations apart on a short edge. T is the force o
 vertex times the length. All forces are multiplied by the step squared.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..array_types import Array
 from ..compilation import inlined
+from ..elementary import rough_root
 from ..vectors import Vec3, cross, dot, plus, read_row, read_vector, scaled, times, write_row
-from .free_motion import begin_series, turning_products
-from .layout import ALONG, CORNER, FORCE, ORDER, PS, TORQUE, WS, ZS
+from . import layout as at
+from .layout import coupling_of, spin_of, up_of
+
+
+@inlined
+def begin_series(state: Array, step: float, series: Array) -> None:
+    """Put the state at the start of a step into row 0, and the height's first power."""
+    write_row(series, 0, at.WS, scaled(spin_of(state), step))
+    write_row(series, 0, at.PS, up_of(state))
+    series[0, at.ZS] = state[at.Z]
+
+
+@inlined
+def free_series(state: Array, moment: Array, step: float, truncation: float,
+                series: Array) -> int:
+    """Fill the series of a free flight; return its last row.
+
+    Rows stop when two in a row add less than `truncation` to the direction of up.
+    """
+    coupling = coupling_of(moment)
+    begin_series(state, step, series)
+    last = at.ORDER
+    before = 1.0
+    for k in range(at.ORDER):
+        spins, tilt = turning_products(series, k)
+        share = 1.0 / (k + 1)
+        write_row(series, k + 1, at.WS, scaled(times(coupling, spins), share))
+        write_row(series, k + 1, at.PS, scaled(tilt, share))
+        series[k + 1, at.ZS] = 0.0
+        size = max(abs(tilt.x), abs(tilt.y), abs(tilt.z)) * share
+        if max(size, before) < truncation:
+            last = k + 1
+            break
+        before = size
+    last = max(last, 2)
+    series[1, at.ZS] = step * state[at.V]
+    series[2, at.ZS] = -0.5 * step * step
+    return last
+
+
+@inlined
+def turning_products(series: Array, k: int) -> tuple[Vec3, Vec3]:
+    """Coefficients k of (w2 w3, w3 w1, w1 w2), and of p x w."""
+    spins, tilt = Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)
+    for i in range(np.uint64(k + 1)):
+        j = np.uint64(k) - i
+        a, b = read_row(series, i, at.WS), read_row(series, j, at.WS)
+        spins = plus(spins, Vec3(a.y * b.z, a.z * b.x, a.x * b.y))
+        tilt = plus(tilt, cross(read_row(series, i, at.PS), b))
+    return spins, tilt
+
+
+@inlined
+def shorten(series: Array, last: int, truncation: float) -> float:
+    """Fraction of the step at which the series has converged; rescales it to that.
+
+    Returns 1 where the last two rows are already below `truncation`.
+    """
+    tail = 0.0
+    for k in (last - 1, last):
+        for i in range(at.PS, at.PS + 3):
+            tail = max(tail, abs(series[k, i]))
+    if tail <= 4.0 * truncation:
+        return 1.0
+    fraction = 0.9 * rough_root(truncation / tail, last)
+    power = 1.0
+    for k in range(last + 1):
+        write_row(series, k, at.WS, scaled(read_row(series, k, at.WS), power * fraction))
+        write_row(series, k, at.PS, scaled(read_row(series, k, at.PS), power))
+        series[k, at.ZS] *= power
+        series[k, at.FORCE] *= power * fraction * fraction
+        series[k, at.TORQUE] *= power * fraction * fraction
+        power *= fraction
+    return fraction
+
 
 # Further columns: a, c, I^-1 a, I^-1 c, I^-1 (I w) x w, p.w, w.w and the two sides' products
 A, C, IA, IC, G = 9, 12, 15, 18, 21
@@ -34,14 +111,14 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
     `edge`: sliding on the edge rather than on the vertex alone.
     """
     begin_series(state, step, series)
-    r, e = read_vector(contact, CORNER), read_vector(contact, ALONG)
+    r, e = read_vector(contact, at.CORNER), read_vector(contact, at.ALONG)
     inverse = Vec3(1.0 / moment[0], 1.0 / moment[1], 1.0 / moment[2])
     coupling = Vec3((moment[1] - moment[2]) * inverse.x, (moment[2] - moment[0]) * inverse.y,
                     (moment[0] - moment[1]) * inverse.z)
-    last = ORDER
+    last = at.ORDER
     before = 1.0
     scale = 0.0
-    for k in range(ORDER):
+    for k in range(at.ORDER):
         _set_reaches(series, k, r, e, inverse)
         spins, tilt = turning_products(series, k)
         write_row(series, k, G, times(coupling, spins))
@@ -51,22 +128,22 @@ def sliding_series(state: Array, moment: Array, contact: Array, edge: bool, step
         _set_forces(series, k, r, e, edge, step, scale)
         share = 1.0 / (k + 1)
         spin, up = scaled(_acceleration(series, k), share), scaled(tilt, share)
-        write_row(series, k + 1, WS, spin)
-        write_row(series, k + 1, PS, up)
-        series[k + 1, ZS] = -dot(up, r)
+        write_row(series, k + 1, at.WS, spin)
+        write_row(series, k + 1, at.PS, up)
+        series[k + 1, at.ZS] = -dot(up, r)
         size = max(abs(up.x), abs(up.y), abs(up.z), abs(spin.x), abs(spin.y), abs(spin.z))
         if max(size, before) < truncation:
             last = k + 1
             break
         before = size
-    series[last, FORCE] = series[last, TORQUE] = 0.0
+    series[last, at.FORCE] = series[last, at.TORQUE] = 0.0
     return last
 
 
 @inlined
 def _set_reaches(series: Array, k: int, r: Vec3, e: Vec3, inverse: Vec3) -> None:
     """Row k of the reaches a and c, and of what they do to the angular velocity."""
-    p = read_row(series, k, PS)
+    p = read_row(series, k, at.PS)
     a, c = cross(r, p), cross(e, p)
     write_row(series, k, A, a)
     write_row(series, k, IA, times(a, inverse))
@@ -80,9 +157,9 @@ def _set_products(series: Array, k: int, edge: bool) -> None:
     pw = ww = m11 = 0.0
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        w = read_row(series, j, WS)
-        pw += dot(read_row(series, i, PS), w)
-        ww += dot(read_row(series, i, WS), w)
+        w = read_row(series, j, at.WS)
+        pw += dot(read_row(series, i, at.PS), w)
+        ww += dot(read_row(series, i, at.WS), w)
         m11 += dot(read_row(series, i, A), read_row(series, j, IA))
     series[k, PW], series[k, WW] = pw, ww
     series[k, M11] = m11 + 1.0 if k == 0 else m11
@@ -112,17 +189,17 @@ def _set_forces(series: Array, k: int, r: Vec3, e: Vec3, edge: bool, step: float
     torque = _fall(series, k, 0.0, C, e) if edge else 0.0
     for i in range(np.uint64(k)):
         j = np.uint64(k) - i
-        force -= series[i, FORCE] * series[j, M11]
+        force -= series[i, at.FORCE] * series[j, M11]
         if edge:
-            force -= series[i, TORQUE] * series[j, M12]
-            torque -= series[i, FORCE] * series[j, M12] + series[i, TORQUE] * series[j, M22]
+            force -= series[i, at.TORQUE] * series[j, M12]
+            torque -= series[i, at.FORCE] * series[j, M12] + series[i, at.TORQUE] * series[j, M22]
     if edge:
         known = force
         force = scale * (series[0, M22] * known - series[0, M12] * torque)
         torque = scale * (series[0, M11] * torque - series[0, M12] * known)
     else:
         force *= scale
-    series[k, FORCE], series[k, TORQUE] = force, torque
+    series[k, at.FORCE], series[k, at.TORQUE] = force, torque
 
 
 @inlined
@@ -136,8 +213,8 @@ def _fall(series: Array, k: int, start: float, reach: int, place: Vec3) -> float
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
         fall -= dot(read_row(series, i, reach), read_row(series, j, G))
-        fall -= series[i, PW] * dot(place, read_row(series, j, WS))
-        fall += series[i, WW] * dot(place, read_row(series, j, PS))
+        fall -= series[i, PW] * dot(place, read_row(series, j, at.WS))
+        fall += series[i, WW] * dot(place, read_row(series, j, at.PS))
     return fall
 
 
@@ -147,6 +224,6 @@ def _acceleration(series: Array, k: int) -> Vec3:
     turning = read_row(series, k, G)
     for i in range(np.uint64(k + 1)):
         j = np.uint64(k) - i
-        turning = plus(turning, plus(scaled(read_row(series, j, IA), series[i, FORCE]),
-                                     scaled(read_row(series, j, IC), series[i, TORQUE])))
+        turning = plus(turning, plus(scaled(read_row(series, j, IA), series[i, at.FORCE]),
+                                     scaled(read_row(series, j, IC), series[i, at.TORQUE])))
     return turning

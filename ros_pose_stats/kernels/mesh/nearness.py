@@ -1,0 +1,197 @@
+"""What lies near each other: vertices that coincide, and features that a rotation carries over.
+
+Points are put into a hashed grid of cubes, so that near ones are found without sorting. Those
+whose cubes share a slot of the table form a chain: `head[slot]` is the latest, and `chain[i]` the
+one before point i, -1 where there is none. The cubes are wide beside the distance asked for, so
+that most questions touch one cube only.
+
+A feature is a row of numbers: a place, then perhaps a vector and a number that does not
+depend on direction. Two features are alike when their rows are close to each other.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..array_types import Array, Array2, Fixed1, Fixed2, FixedIndex1, Index, Index1, Slots, Slots1
+from ..compilation import entry_kernel, inlined, kernel
+from ..vectors import Vec3, dot, minus, point_at, read_row, read_vector, turned, write_vector
+from .connections import join, root
+
+WIDTH = 16.0
+"""Side of a cube in units of the distance asked for."""
+
+
+class Cube(NamedTuple):
+    """A cube by its integer coordinates (below 2^31)."""
+
+    x: int
+    y: int
+    z: int
+
+
+@kernel
+def slots_for(count: int) -> int:
+    """Size of the table for this many points: a power of two."""
+    slots = 64
+    while slots < count:
+        slots *= 2
+    return slots
+
+
+@inlined
+def slot_of(cube: Cube, slots: int) -> int:
+    """Slot of a cube."""
+    # Primes keep neighbouring cubes apart; the product's upper bits depend on all of them.
+    mixed = (cube.x * 73856093 ^ cube.y * 19349663 ^ cube.z * 83492791) & 0x7FFFFFFF
+    return (mixed * 0x9E3779B1 >> 31) & (slots - 1)
+
+
+@inlined
+def cube_at(point: Vec3, offset: float, low: Vec3, width: float) -> Cube:
+    """Cube that holds a point moved by `offset` along every axis; the grid begins at `low`."""
+    return Cube(math.floor((point.x + offset - low.x) / width),
+                math.floor((point.y + offset - low.y) / width),
+                math.floor((point.z + offset - low.z) / width))
+
+
+@inlined
+def insert(head: Slots, chain: Slots, i: int, cube: Cube) -> None:
+    """Put point `i` into a cube."""
+    slot = slot_of(cube, head.shape[0])
+    chain[i] = head[slot]
+    head[slot] = i
+
+
+@entry_kernel
+def first_of_coincident(points: Fixed2, low: Fixed1, tolerance: float) -> tuple[bool, Index]:
+    """For each point the lowest number among those that it coincides with.
+
+    `points` (V, 3); `low` (3,): their lowest coordinates; `tolerance`: points that are no farther
+    apart coincide, and those that a chain of such links. Returns `any`: whether two points
+    coincide; `first` (V,).
+    """
+    count = points.shape[0]
+    head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
+    first = np.arange(count)
+    corner, width = read_vector(low, 0), WIDTH * tolerance
+    for i in range(count):
+        point = point_at(points, i)
+        home = cube_at(point, 0.0, corner, width)
+        # A point that repeats another has its neighbours, and need not stand beside it.
+        if _meet(points, head, chain, first, i, home, tolerance):
+            continue
+        nearest = cube_at(point, -tolerance, corner, width)
+        farthest = cube_at(point, tolerance, corner, width)
+        if nearest.x < farthest.x or nearest.y < farthest.y or nearest.z < farthest.z:
+            _meet_around(points, head, chain, first, i, home, nearest, farthest, tolerance)
+        insert(head, chain, i, home)
+    found = False
+    for i in range(count):
+        first[i] = root(first, i)
+        found = found or first[i] != i
+    return found, first
+
+
+@inlined
+def _meet_around(points: Array, head: Slots, chain: Slots, first: Index, i: int, home: Cube,
+                 nearest: Cube, farthest: Cube, tolerance: float) -> None:
+    """Join point `i` to those that it coincides with in the other cubes that it is close to."""
+    for x in range(nearest.x, farthest.x + 1):
+        for y in range(nearest.y, farthest.y + 1):
+            for z in range(nearest.z, farthest.z + 1):
+                if x != home.x or y != home.y or z != home.z:
+                    _meet(points, head, chain, first, i, Cube(x, y, z), tolerance)
+
+
+@inlined
+def _meet(points: Array, head: Slots, chain: Slots, first: Index, i: int, cube: Cube,
+          tolerance: float) -> bool:
+    """Join point `i` to those of a cube that it coincides with; tell whether it repeats one."""
+    j = head[slot_of(cube, head.shape[0])]
+    while j >= 0:
+        apart = minus(point_at(points, j), point_at(points, i))
+        if dot(apart, apart) <= tolerance * tolerance:
+            join(first, i, j)
+            if apart.x == 0.0 and apart.y == 0.0 and apart.z == 0.0:
+                return True
+        j = chain[j]
+    return False
+
+
+class FeatureGrid(NamedTuple):
+    """Features in a grid of cubes by their places."""
+
+    rows: Array2   # (N, 3) or (N, 7)
+    head: Slots1   # as in the docstring above
+    chain: Slots1  # (N,)
+    reach: float   # largest distance of like features
+    taken: Index1  # (N,) scratch: the last trial in which a feature was matched
+    trials: Index1  # (1,) number of trials so far
+
+
+@entry_kernel
+def feature_grid(rows: Fixed2, reach: float) -> FeatureGrid:
+    """Put features (N, 3) or (N, 7) into a grid that serves distances up to `reach`."""
+    count = rows.shape[0]
+    head, chain = np.full(slots_for(count), -1, np.int32), np.empty(count, np.int32)
+    width = WIDTH * reach
+    # From the last, so that chains run from the first.
+    for i in range(count - 1, -1, -1):
+        insert(head, chain, i, cube_at(point_at(rows, i), 0.0, Vec3(0.0, 0.0, 0.0), width))
+    return FeatureGrid(rows, head, chain, reach, np.zeros(count, np.int64),
+                       np.zeros(1, np.int64))
+
+
+@entry_kernel
+def first_unmatched(grid: FeatureGrid, rotation: Fixed2, chosen: FixedIndex1) -> int:
+    """First of the chosen features with no feature of its own where the rotation puts it.
+
+    `rotation` (3, 3); `chosen` (M,): numbers of features; an empty array chooses all. Returns
+    number of a feature; -1 when all find one.
+    """
+    rows, head, chain, taken = grid.rows, grid.head, grid.chain, grid.taken
+    grid.trials[0] += 1
+    trial = grid.trials[0]
+    image = np.empty(rows.shape[1])
+    for m in range(chosen.shape[0] if chosen.shape[0] > 0 else rows.shape[0]):
+        i = chosen[m] if chosen.shape[0] > 0 else m
+        _turn(rows, i, rotation, image)
+        partner = _nearest(rows, head, chain, image, grid.reach)
+        if partner < 0 or taken[partner] == trial:
+            return i
+        taken[partner] = trial
+    return -1
+
+
+@inlined
+def _turn(rows: Array, i: int, rotation: Array, image: Array) -> None:
+    """Image of a feature: its place and its vector are turned, the rest stays."""
+    vectors = 3 * (rows.shape[1] // 3)
+    for first in range(0, vectors, 3):
+        write_vector(image, first, turned(rotation, read_row(rows, i, first)))
+    for k in range(vectors, rows.shape[1]):
+        image[k] = rows[i, k]
+
+
+@inlined
+def _nearest(rows: Array, head: Slots, chain: Slots, image: Array, reach: float) -> int:
+    """Feature closest to a row, -1 when none is closer than `reach`."""
+    place, origin, width = read_vector(image, 0), Vec3(0.0, 0.0, 0.0), WIDTH * reach
+    low = cube_at(place, -reach, origin, width)
+    high = cube_at(place, reach, origin, width)
+    best, partner = reach * reach, -1
+    for x in range(low.x, high.x + 1):
+        for y in range(low.y, high.y + 1):
+            for z in range(low.z, high.z + 1):
+                j = head[slot_of(Cube(x, y, z), head.shape[0])]
+                while j >= 0:
+                    square = 0.0
+                    for k in range(rows.shape[1]):
+                        step = rows[j, k] - image[k]
+                        square += step * step
+                    if square < best:
+                        best, partner = square, j
+                    j = chain[j]
+    return partner
