@@ -25,8 +25,7 @@ from ..statistics.wanted_poses import warn_of_alike
 from ..tolerances import number_equal
 from .alike import alike
 from .changes import DesignSpace
-from .checks import check_effects
-from .effects import Effect, Sensitivity, effect_error
+from .effects import Effect, Sensitivity, check_effects, effect_error
 from .shares import WantedShare
 
 STEP: Final = 0.05

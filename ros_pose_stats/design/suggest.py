@@ -23,12 +23,10 @@ from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .changes import ChangedPart, DesignSpace
-from .checks import drop_changed
-from .climb import MOST_STEPS, Climb
-from .effects import effect_error
+from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
+from .effects import drop_changed, effect_error
 from .features import EDGE
 from .shares import WantedShare
-from .tied_steps import center_move, check_within, outline_move
 
 Array = NDArray[np.float64]
 

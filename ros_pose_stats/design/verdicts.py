@@ -4,6 +4,11 @@ All differences of a comparison are tested together, so that variants that do no
 different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
 each look at the drops. What the plate adds is no matter of repeated looks: of a difference that
 stands, each pose by itself must exceed it.
+
+A share that drops tell is off by `plate_error` on a real plate, whatever the number of drops. Two
+variants that are alike are off alike, so most of that is gone from their difference. A part of it
+stays however small the difference, more with the difference, up to that of two parts that have
+nothing to do with each other.
 """
 
 from __future__ import annotations
@@ -11,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -34,9 +40,49 @@ from .comparison import (
     VariantComparison,
 )
 from .correspondence import Correspondence, MatchedPoses
-from .model_error import EXPORTED, plate_part
+from .describe import letter
 from .paired_drops import UNSETTLED, PairedDrops
-from .unit_ratios import warn_of_units
+
+LEFT: Final = 0.1
+"""Error of a difference that is nearly 0, over the plate's error of a single share."""
+
+KEPT: Final = 0.35
+"""Error of a larger difference over the difference. Both cover what rolled dice and simulated
+plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
+
+EXPORTED: Final = 0.005
+"""Standard deviation by which shares of two exports of one round part differ: the drops see the
+facets of the file, not the part (docs/study/exports.md)."""
+
+
+def plate_part(difference: float, plate_error: float) -> float:
+    """Standard deviation of what a plate adds to a difference of two shares.
+
+    `difference`: of the shares in the model, -1 to 1; `plate_error`: of a single share on the
+    plate, a fraction.
+    """
+    return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
+
+
+RATIOS: Final = (10.0, 25.4, 1.0 / 0.0254, 100.0, 1000.0)
+"""Of millimetres, centimetres, inches and metres; cm to inch is too near to a change of a part."""
+
+ABOUT: Final = 1.1
+"""Factor by which a variant may be larger or smaller besides."""
+
+
+def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
+    """Warn where two variants differ in size by about the ratio of two units.
+
+    `first, second`: radii of the first variant and of another, metres; `variant`: which one that
+    is, from 1 on.
+    """
+    names = ("A", letter(variant)) if first > second else (letter(variant), "A")
+    ratio = max(first, second) / min(first, second)
+    if not any(one / ABOUT < ratio < one * ABOUT for one in RATIOS):
+        return ()
+    return (f"UNITS_DIFFER: {names[0]} is {ratio:.4g} times as large as {names[1]}: most likely "
+            "one of the files is in another unit, and what follows means nothing.",)
 
 
 def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,

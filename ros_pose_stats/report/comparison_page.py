@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
 from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
-from ..design.words import describe_matching, describe_verdict, letter, name_warnings
+from ..design.describe import describe_matching, describe_verdict, letter, name_warnings
 from ..plots.beside import pictures_beside
 from ..plots.files import png_bytes
 from ..records import PoseStatistics, StablePose

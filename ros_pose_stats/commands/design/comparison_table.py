@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ...design.comparison import SHOWN, Comparison, VariantComparison
-from ...design.words import describe_matching, describe_verdict, letter, name_warnings
+from ...design.describe import describe_matching, describe_verdict, letter, name_warnings
 from ...statistics.feeding import Bounded
 from ...text import Column, columns, interval, percent, ranges, several
 

@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
              for kind, name in (("png", options.png), ("stl", options.stl))}
     with announce_slow_start(), end_on_interrupt():
         from ...design import sensitivity, suggest  # noqa: F401 - imported for their kernels
-        from ...design.tied_steps import check_within
+        from ...design.climb import check_within
 
         part = load_part_and_kernels(options)
         if options.suggest:
