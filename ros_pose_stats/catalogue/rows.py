@@ -18,7 +18,7 @@ from ..mesh.mass_properties import check_given
 from ..mesh.parts import part_of_file
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
-from ..plots.thumbnail import pose_thumbnail
+from ..plots.poses import pose_thumbnail
 from ..records import Part, PoseStatistics
 from ..records.statistics import plain_number
 from ..records.warnings import serious_first

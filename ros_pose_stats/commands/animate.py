@@ -71,8 +71,8 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
         if file.suffix.lower() == ".mcap":
             _film(folder / file.name, part, found, frames, root)
             return
-        from ..plots.animation import animation_frames
         from ..plots.files import write_gif, write_mp4
+        from ..plots.trajectory import animation_frames
         from ..simulation.frames import RATE
 
         pictures = animation_frames(part, found, frames, root)

@@ -111,11 +111,11 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
 
 def _maker(options: argparse.Namespace) -> Maker:
     if options.scheduler is None:
-        from ..catalogue.processes import on_processes
+        from ..catalogue.makers import on_processes
 
         return on_processes(options.workers)
     with needing("distributed"):
-        from ..catalogue.cluster import on_cluster
+        from ..catalogue.makers import on_cluster
 
     return on_cluster(options.scheduler)
 

@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
             from ..plots.files import png_bytes
-            from ..plots.key_figure import key_picture
+            from ..plots.shares import key_picture
 
             write_file(figure, png_bytes(key_picture(
                 part, (found, findings.best_estimate), findings.graph)))

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
 from ..design.describe import describe_matching, describe_verdict, letter, name_warnings
-from ..plots.beside import pictures_beside
 from ..plots.files import png_bytes
+from ..plots.poses import pictures_beside
 from ..records import PoseStatistics, StablePose
 from ..text import listed, ranges, several
 from . import words
-from .viewer import ASSETS
+from .page import ASSETS
 
 MOST_SHOWN = 12
 """Pairs of poses with pictures, the most frequent ones; the table lists more."""
