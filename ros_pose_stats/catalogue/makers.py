@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 
-from ..batch.cluster import WORKER_SECONDS, ClusterWork, work_on_cluster
 from ..batch.processes import (
     ProcessDiedError,
     TookLongError,
@@ -82,23 +81,24 @@ FEWEST_IN_HAND, IN_HAND_A_THREAD = 4, 4
 Bundle = tuple[Piece, ...]
 
 
-def on_cluster(address: str, worker_seconds: float = WORKER_SECONDS) -> Maker:
+def on_cluster(address: str) -> Maker:
     """Parts made by the workers of a scheduler; lost workers' parts are made by others.
 
     The files are read here and sent, so that workers need not see them. Parts whose workers
     died again and again are made in a process of this machine, where that harms nobody.
 
-    Raises BatchError: while running: if the scheduler cannot be reached or goes away, or no worker
-    comes.
+    Raises BatchError while running if the scheduler cannot be reached or goes away, or no worker
+    comes; ImportError at once where distributed is not installed.
     """
+    from ..batch.cluster import ClusterWork, work_on_cluster
+
     def make(request: CatalogueRequest, pieces: Sequence[Piece],
              should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
         work: ClusterWork[Bundle, list[Described]] = ClusterWork(
             describe_bundle, lambda bundle: (_contents(bundle), request),
             lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
             lambda bundle: [_make_here(request, piece) for piece in bundle])
-        for bundle, made in work_on_cluster(address, work, bundles(pieces), should_stop,
-                                            worker_seconds):
+        for bundle, made in work_on_cluster(address, work, bundles(pieces), should_stop):
             yield from zip(bundle, made, strict=True)
 
     return make

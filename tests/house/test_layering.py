@@ -54,6 +54,7 @@ ROOMS_OF = {
     "matplotlib": {"plots"},
     "PIL": {"plots"},
     "jinja2": {"catalogue", "report"},
+    "shtab": {"commands"},
     "rclpy": {"ros"},
     "distributed": {"batch"},
     "pyarrow": {"catalogue"},

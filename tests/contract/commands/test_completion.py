@@ -16,6 +16,12 @@ TYPED = {
     "a choice": ("estimate", "part.stl", "--unit", "in"),
     "a shell": ("completion", "z"), "a file": ("estimate", "cad/g"),
     "options begun": ("simulate", "--dr"),
+    "a choice behind a sign": ("estimate", "part.stl", "--unit", "=", "in"),
+    "choices behind a sign": ("estimate", "part.stl", "--method", "="),
+    "a page": ("report", "part.stl", "-o", "cad/g"),
+    "behind --ros-args": ("node", "--ros-args", "--par"),
+    "a file for ROS": ("node", "--ros-args", "--params-file", "cad/g"),
+    "where ROS is named": ("publish", "part.stl", "--ro"),
 }
 
 
@@ -54,6 +60,17 @@ def test_options_of_the_command(offered):
 def test_values_and_files(offered):
     assert offered["a choice"] == ["inch"] and offered["a shell"] == ["zsh"]
     assert offered["a file"] == ["cad/gear.stl"]
+
+
+def test_values_behind_a_sign_which_bash_takes_for_a_word_of_its_own(offered):
+    assert offered["a choice behind a sign"] == ["inch"]
+    assert {"split", "hybrid", "all"} <= set(offered["choices behind a sign"])
+
+
+def test_arguments_for_ros(offered):
+    assert offered["where ROS is named"] == ["--ros-args"]
+    assert offered["behind --ros-args"] == ["--params-file"]
+    assert offered["a file for ROS"] == ["cad/gear.stl"]
 
 
 def test_zsh_has_a_script_too_and_other_shells_none():
