@@ -26,7 +26,7 @@ from ..version import VERSION
 from ..whole_files import write_file
 from .request import CatalogueRequest
 from .rows import Row
-from .tally import ONE_WAY, Tally
+from .store import ONE_WAY, Tally
 
 PAGE = "index.html"
 CHUNKS = "rows"

@@ -31,6 +31,12 @@ complete -o bashdefault -F _ros_pose_stats ros_pose_stats
 """
 """Behind the script for bash."""
 
+FILE = {"bash": "_ros_pose_stats_files", "zsh": "_files", "preamble": {"bash": """\
+# Names of files, also those begun with an escaped space.
+_ros_pose_stats_files() {
+    compgen -f -- "$1"
+}"""}}
+
 ROS = {"bash": "_ros_pose_stats_ros_words", "zsh": "_files", "preamble": {"bash": """\
 # What goes behind --ros-args.
 _ros_pose_stats_ros_words() {
@@ -58,19 +64,19 @@ def run(top: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     """Print the script."""
     import shtab  # which no other command wants
 
-    _mark_files(top, shtab.FILE)
+    _mark_files(top)
     print(shtab.complete(top, options.shell), end=WHOLE_WORDS if options.shell == "bash" else "\n")
     return 0
 
 
-def _mark_files(parser: argparse.ArgumentParser, file: object) -> None:
+def _mark_files(parser: argparse.ArgumentParser) -> None:
     """Say of the arguments of a parser and those below it which are names of files."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():
-                _mark_files(command, file)
+                _mark_files(command)
         elif action.metavar in PATHS:
-            action.complete = file  # type: ignore[attr-defined]
+            action.complete = FILE  # type: ignore[attr-defined]
     if parser.get_default("takes_ros_arguments"):
         behind = parser.add_argument("--ros-args", nargs=argparse.REMAINDER,
                                      help="arguments for ROS follow")

@@ -18,6 +18,7 @@ TYPED = {
     "options begun": ("simulate", "--dr"),
     "a choice behind a sign": ("estimate", "part.stl", "--unit", "=", "in"),
     "choices behind a sign": ("estimate", "part.stl", "--method", "="),
+    "a file begun with a space": ("estimate", r"cad/big\ g"),
     "a page": ("report", "part.stl", "-o", "cad/g"),
     "behind --ros-args": ("node", "--ros-args", "--par"),
     "a file for ROS": ("node", "--ros-args", "--params-file", "cad/g"),
@@ -33,6 +34,7 @@ def offered(tmp_path_factory):
     folder = tmp_path_factory.mktemp("completion")
     (folder / "cad").mkdir()
     (folder / "cad" / "gear.stl").touch()
+    (folder / "cad" / "big gear.stl").touch()
     (folder / "tab.bash").write_text(answer("completion", "bash"))
     lines = ["source ./tab.bash", "program=$(complete -p ros_pose_stats)",
              "program=${program#*-F }; program=${program%% *}"]
