@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from functools import partial
 
 SHELLS = ("bash", "zsh")
@@ -30,6 +31,17 @@ _ros_pose_stats() {
 complete -o bashdefault -F _ros_pose_stats ros_pose_stats
 """
 """Behind the script for bash."""
+
+SOURCED = """\
+#compdef ros_pose_stats
+
+# Sourced, it is to be registered, which it is where it is evaluated.
+if [[ $zsh_eval_context[-1] == file ]]; then
+    eval {quoted}
+    return
+fi
+{script}"""
+"""The script for zsh, which by itself takes being sourced for being asked what to offer."""
 
 FILE = {"bash": "_ros_pose_stats_files", "zsh": "_files", "preamble": {"bash": """\
 # Names of files, also those begun with an escaped space.
@@ -65,7 +77,9 @@ def run(top: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     import shtab  # which no other command wants
 
     _mark_files(top)
-    print(shtab.complete(top, options.shell), end=WHOLE_WORDS if options.shell == "bash" else "\n")
+    script = shtab.complete(top, options.shell)
+    print(script + WHOLE_WORDS if options.shell == "bash" else
+          SOURCED.format(quoted=shlex.quote(script), script=script), end="")
     return 0
 
 

@@ -75,6 +75,20 @@ def test_arguments_for_ros(offered):
     assert offered["a file for ROS"] == ["cad/gear.stl"]
 
 
+def test_zsh_takes_the_script_sourced_and_from_its_path(tmp_path):
+    zsh = shutil.which("zsh")
+    if zsh is None:
+        pytest.skip("there is no zsh")
+    (tmp_path / "_ros_pose_stats").write_text(answer("completion", "zsh"))
+    begin = "autoload -Uz compinit; compinit -u -D; "
+    for lines in (f"{begin} source ./_ros_pose_stats",
+                  f"fpath=($PWD $fpath); {begin} autoload +X -Uz _ros_pose_stats"):
+        done = subprocess.run([zsh, "-f", "-c", f"{lines}; print -- $_comps[ros_pose_stats]"],
+                              cwd=tmp_path, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.strip() in ("_ros_pose_stats", "_shtab_ros_pose_stats")
+
+
 def test_zsh_has_a_script_too_and_other_shells_none():
     assert "ros_pose_stats" in answer("completion", "zsh")
     assert "bash" in refusal("completion", "fish")
