@@ -1,7 +1,5 @@
 """Who makes the parts of a catalogue: processes of this machine, or a dask.distributed cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Sequence
 
 from ..batch.processes import (

@@ -1,7 +1,5 @@
 """Makes a catalogue: estimates of all parts first, then drops of those that need them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing

@@ -1,7 +1,5 @@
 """What a catalogue is asked for: files of parts, and how to look at them."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Iterator, Sequence

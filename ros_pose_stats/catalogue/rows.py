@@ -1,7 +1,5 @@
 """The row of a part: what its file holds, how it comes to rest, and what a feeder gets."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The rows of a catalogue as they come, in a file of SQLite, and what they come to."""
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3

@@ -1,7 +1,5 @@
 """Features that the part's own rotations carry into each other."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -6,8 +6,6 @@ carries the material along, and a sliver that is added or cut off has the part's
 mass over the volume of its hull.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 from typing import Final, NamedTuple

@@ -3,8 +3,6 @@
 A step is a change that leaves the part as symmetric as it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Variants of a part side by side: which poses correspond, and whether they differ."""
 
-from __future__ import annotations
-
 import secrets
 import time
 from collections.abc import Callable, Sequence

@@ -3,8 +3,6 @@
 How the chances come about is in `verdicts`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple

@@ -5,8 +5,6 @@ variant may lie turned in the frame of its file: that is recognized and turned b
 do not match at all, footprint and height alone decide, and that is said.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

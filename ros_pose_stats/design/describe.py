@@ -1,7 +1,5 @@
 """Comparisons, features and changes in words, and results as plain values for JSON."""
 
-from __future__ import annotations
-
 import math
 from string import ascii_uppercase
 from typing import Any

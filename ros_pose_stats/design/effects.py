@@ -3,8 +3,6 @@
 The part is dropped before and after from the same starts.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

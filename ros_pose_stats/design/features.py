@@ -1,7 +1,5 @@
 """What of a part can be changed: centre of mass, proportions, resting faces, edges of the hull."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final, Literal

@@ -4,8 +4,6 @@ Drop k of every variant begins with the same direction down, in the part's own f
 variant is turned in the frame of its file, so is the direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ Derivatives come from the fast estimator, fitted over steps to both sides; those
 are checked by drops of the part before and after from the same starts.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The share of wanted poses of a changed part, and which of its poses are the ones before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ say tell what was gained. What is judged is the
 outer shape and the centre of mass, not whether the part can be made.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

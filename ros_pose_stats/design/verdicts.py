@@ -11,8 +11,6 @@ stays however small the difference, more with the difference, up to that of two 
 nothing to do with each other.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Parts that were counted on a plate, by pose, and tables of such counts."""
 
-from __future__ import annotations
-
 import csv
 from collections import Counter
 from collections.abc import Iterable, Mapping

@@ -6,8 +6,6 @@ known function plus a smooth correction, fitted to binomial counts by Laplace's 
 (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, section 3.4).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A part coloured by what changes of it do: where to add, and where to take away."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of a part in its stable poses: side by side, beside another part, and small."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Probabilities of the poses as bars, alone and in one picture with poses and splitting graph."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

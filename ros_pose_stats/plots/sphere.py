@@ -1,7 +1,5 @@
 """The sphere of poses: contours of r(u) and R(u), basins (Fig. 1C), and reachable sets (Eq. 7)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """What figures share: colours, dashes, axes, and labels that do not overlap."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """One drop over time, as a figure and in motion: energy on the levels of the splitting graph."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The page about variants of a part: one HTML file that needs nothing beside itself."""
 
-from __future__ import annotations
-
 import base64
 import math
 from functools import cache

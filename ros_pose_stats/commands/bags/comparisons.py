@@ -1,7 +1,5 @@
 """Comparisons as text: estimates with simulations, and predictions with the counts of cameras."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from textwrap import wrap

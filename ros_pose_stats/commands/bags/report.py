@@ -1,7 +1,5 @@
 """The report on bags: what was read, then part by part."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from textwrap import wrap
