@@ -10,9 +10,8 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import BatchError, reason
+from ..recording import durable, run_names
 from ..recording.directory_lock import DirectoryLock
-from ..recording.durable import replace_file
-from ..recording.run_names import LOCK
 from ..version import VERSION
 
 
@@ -61,8 +60,8 @@ class WorkFolder:
     def leave(self) -> None:
         """Delete the folder if nothing but the lock is in it."""
         with suppress(OSError):  # leftovers do no harm
-            if [one.name for one in self.directory.iterdir()] == [LOCK]:
-                (self.directory / LOCK).unlink()
+            if [one.name for one in self.directory.iterdir()] == [run_names.LOCK]:
+                (self.directory / run_names.LOCK).unlink()
                 self.directory.rmdir()
 
     def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
@@ -92,7 +91,7 @@ def write_durably(path: Path, content: bytes) -> None:
     Raises BatchError if it cannot be written.
     """
     try:
-        replace_file(path, content)
+        durable.replace_file(path, content)
     except OSError as error:
         raise BatchError("a disk that takes what is made", f"{path} ({reason(error)})",
                          "make room; the same command then goes on from here") from error

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ..errors import RequestError, reason
-from ..mesh.content import SUFFIXES
-from ..mesh.mass_properties import check_given
+from ..mesh import content, mass_properties
 from ..records import DropScene
 from ..simulation.request import drop_request
 
@@ -32,7 +31,7 @@ class CatalogueRequest:
     target_error: float = 0.0
 
     def __post_init__(self) -> None:
-        check_given(None, None, None, self.density)
+        mass_properties.check_given(None, None, None, self.density)
         drop_request(1, None, self.target_error, None, None)
 
     def as_dict(self) -> dict[str, Any]:
@@ -62,7 +61,7 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:
-        raise RequestError(f"files of parts ({', '.join(SUFFIXES)})",
+        raise RequestError(f"files of parts ({', '.join(content.SUFFIXES)})",
                            f"none in {', '.join(map(str, paths))}",
                            "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
@@ -81,7 +80,7 @@ def _files_of(path: Path) -> Iterator[Path]:
         return
     for folder, files in _folders(path):
         for name in files:
-            if not name.startswith(".") and name.lower().endswith(SUFFIXES):
+            if not name.startswith(".") and name.lower().endswith(content.SUFFIXES):
                 yield Path(folder, name)
 
 

@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
+from ..mesh import files, mass_properties, parts
 from ..mesh.content import read_bytes
-from ..mesh.files import parse_mesh
-from ..mesh.mass_properties import check_given
-from ..mesh.parts import part_of_file
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.poses import pose_thumbnail
-from ..records import Part, PoseStatistics
-from ..records.statistics import plain_number
-from ..records.warnings import serious_first
+from ..records import Part, PoseStatistics, statistics, warnings
 from ..resting.poses import resting_poses
 from ..statistics.feeding import Bounded, drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups
@@ -81,8 +77,9 @@ def _described(name: str, content: bytes | PoseStatsError | None, request: Catal
     held = content_of(name) if content is None else content
     if isinstance(held, PoseStatsError):
         raise held
-    mesh = parse_mesh(path, held, request.unit, unless_declared=True)
-    part = part_of_file(mesh, check_given(None, None, None, request.density), path.stem)
+    mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
+    given = mass_properties.check_given(None, None, None, request.density)
+    part = parts.part_of_file(mesh, given, path.stem)
     # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
     found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
                  int(part.digest[:16], 16), scene.drop_height, workers=threads,
@@ -120,7 +117,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
         "entropy_bits": entropy([group.probability for group in groups]),
         "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
         "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
-        "warnings": serious_first(found.warnings),
+        "warnings": warnings.serious_first(found.warnings),
     }
 
 
@@ -165,4 +162,4 @@ def _finite(value: Any) -> Any:
         return {name: _finite(one) for name, one in value.items()}
     if isinstance(value, list):
         return [_finite(one) for one in value]
-    return plain_number(value)
+    return statistics.plain_number(value)

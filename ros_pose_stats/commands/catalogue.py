@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from ..text import printable, several
 from . import arguments as given
 from . import running
-from .progress_bar import ProgressBar, duration
 
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress, Maker
@@ -78,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         made = make_catalogue(Path(options.output), parts, request, maker,
                               parquet=options.parquet, keep_rows=options.json,
                               on_progress=lambda one: bar.draw(*done(one)),
@@ -93,7 +92,7 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
     left = (progress.bound - progress.parts) * progress.seconds / own if own else float("nan")
     return (progress.parts / progress.bound,
             f"{progress.parts} of {progress.bound} parts "
-            f"{'sure' if progress.dropping else 'estimated'}, {duration(left)} left")
+            f"{'sure' if progress.dropping else 'estimated'}, {running.duration(left)} left")
 
 
 def _maker(options: argparse.Namespace) -> Maker:

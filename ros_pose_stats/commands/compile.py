@@ -9,7 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from .progress_bar import ProgressBar
+from .running import ProgressBar
 
 if TYPE_CHECKING:
     from ..kernels.compilation import EntryKernel

@@ -8,7 +8,7 @@ mass over the volume of its hull.
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from .features import EDGE, FACE, KINDS, Feature, find_features
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-FEWEST_OF_A_STRIP: Final = 5
+FEWEST_OF_A_STRIP = 5
 """Planes of one chamfer from which on it is a cone that the part may roll on."""
 
 

@@ -4,21 +4,19 @@ A step is a change that leaves the part as symmetric as it is.
 """
 
 from collections.abc import Callable
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError, RequestError
 from ..resting.convex_body import convex_body
-from .alike import feature_images, first_of_orbits
+from . import alike, features
 from .changes import ChangedPart, DesignSpace
-from .features import EDGE
 from .shares import WantedShare
 
 Array = NDArray[np.float64]
 
-NOTHING: Final = 1e-6
+NOTHING = 1e-6
 """Share of an axis that symmetry leaves, below which it leaves none."""
 
 
@@ -28,7 +26,7 @@ def tied_steps(space: DesignSpace, within: float) -> Array:
     Faces and edges that a rotation of the part carries into each other are changed together. The
     centre of mass moves, and the part is stretched, only along what all rotations leave.
     """
-    rotations, images = feature_images(space)
+    rotations, images = alike.feature_images(space)
     count = len(space.features)
     corners = space.body.points[np.unique(space.body.arrays.corner)]
     reach = np.abs(corners).max(axis=0) * space.body.radius
@@ -43,7 +41,7 @@ def tied_steps(space: DesignSpace, within: float) -> Array:
             step = np.zeros(count)
             step[3:6] = within * along / (reach * along).max()
             steps.append(step)
-    orbit = first_of_orbits(images)
+    orbit = alike.first_of_orbits(images)
     for first in np.unique(orbit[6:]).tolist():
         steps.append(np.where(orbit == first, within, 0.0))
     return np.array(steps)
@@ -51,7 +49,7 @@ def tied_steps(space: DesignSpace, within: float) -> Array:
 
 def is_forward(space: DesignSpace, steps: Array) -> NDArray[np.bool_]:
     """Which of some steps (t, n) go one way only."""
-    return np.asarray((steps[:, space.kinds == EDGE] > 0.0).any(axis=1))
+    return np.asarray((steps[:, space.kinds == features.EDGE] > 0.0).any(axis=1))
 
 
 def outline_move(space: DesignSpace, changed: ChangedPart) -> float:
@@ -98,17 +96,17 @@ def _keeps_stretch(rotations: Array, along: Array) -> bool:
                 < 10.0 * NOTHING)
 
 
-LEAST_GAIN: Final = 0.003
+LEAST_GAIN = 0.003
 """Estimated gain of a step below which it is not worth making."""
 
-STRIDES: Final = (0.5, 1.0)
+STRIDES = (0.5, 1.0)
 """Shares of the bound by which a feature is changed at a time."""
 
-MOST_STEPS: Final = 12
-LOOKED_AT: Final = 8
+MOST_STEPS = 12
+LOOKED_AT = 8
 """Steps that are estimated anew after each, those that gained most before."""
 
-SLACK: Final = 1e-6
+SLACK = 1e-6
 """Share by which outline and centre of mass may seem to move farther for rounding."""
 
 

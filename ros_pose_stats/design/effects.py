@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,10 @@ from .features import Feature
 from .paired_drops import PairedDrops, begin_pairs, drop_more
 from .shares import WantedShare
 
-SCATTER: Final = 0.005
-SCATTER_OF_CUT: Final = 0.012
-SCATTER_OF_SLOPE: Final = 0.2
-SCATTER_OF_UNEVEN: Final = 0.5
+SCATTER = 0.005
+SCATTER_OF_CUT = 0.012
+SCATTER_OF_SLOPE = 0.2
+SCATTER_OF_UNEVEN = 0.5
 """Root mean square difference of estimated and dropped changes by one step: of any, of a cut edge,
 as a share of the change, and as a share of its unevenness (docs/study/design.md)."""
 
@@ -98,7 +98,7 @@ def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:
                       SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
 
 
-LOOKS: Final = (62, 125, 250, 500, 1000, 2000, 4000)
+LOOKS = (62, 125, 250, 500, 1000, 2000, 4000)
 """Drops after which the clock is looked at."""
 
 FEW, PATIENCE = 250, 4.0

@@ -14,11 +14,10 @@ from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, Part
 from ..resting.poses import RestingPoses, resting_poses
+from ..simulation import request, starts
 from ..simulation.chunks import DropWorkers
 from ..simulation.drop_body import drop_body
 from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, release_height
-from ..simulation.request import drop_request
-from ..simulation.starts import random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
 
 Array = NDArray[np.float64]
@@ -99,11 +98,11 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
     True the starts that all variants have been dropped from by then are kept. Raises RequestError
     if a number is out of its range.
     """
-    asked = drop_request(drops, pairs.seed, 0.0, workers, None)
+    asked = request.drop_request(drops, pairs.seed, 0.0, workers, None)
     done, more = pairs.drops, asked.drops - pairs.drops
     if more <= 0:
         return pairs
-    directions = random_starts(asked.seed, done, more)
+    directions = starts.random_starts(asked.seed, done, more)
     rows: list[tuple[Index, NDArray[np.bool_]]] = []
     for place, part in enumerate(parts):
         turn = None if turns is None else turns[place]

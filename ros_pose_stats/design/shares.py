@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimators.expected import best_method
-from ..estimators.registry import ESTIMATORS
+from ..estimators import expected, registry
 from ..records import DropScene
 from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses, bare_poses
@@ -29,7 +28,7 @@ class WantedShare:
         height = scene.drop_height or DEFAULT_DROP_RADII * space.body.radius
         self.scene = DropScene(scene.restitution, height, scene.cluster_tolerance,
                                scene.round_sides)
-        self._function = ESTIMATORS[best_method(scene.restitution)].function
+        self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
         self.kept = check_wanted(wanted, len(space.resting.poses))
         self._pose, self._rests = pose_of_faces(space.resting)
         self._downs = np.array([pose.down for pose in space.resting.poses])

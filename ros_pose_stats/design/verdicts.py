@@ -14,7 +14,6 @@ nothing to do with each other.
 import math
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -23,12 +22,10 @@ from ..records import Part, PoseStatistics
 from ..records.statistics import ranked
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
+from ..statistics import intervals, paired_counts, wanted_poses
 from ..statistics.feeding import Bounded, Feeding, drop_afresh
-from ..statistics.intervals import jeffreys_interval
-from ..statistics.paired_counts import adjust_together
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
-from ..statistics.wanted_poses import warn_of_alike
 from ..version import VERSION
 from .comparison import (
     Comparison,
@@ -41,14 +38,14 @@ from .correspondence import Correspondence, MatchedPoses
 from .describe import letter
 from .paired_drops import UNSETTLED, PairedDrops
 
-LEFT: Final = 0.1
+LEFT = 0.1
 """Error of a difference that is nearly 0, over the plate's error of a single share."""
 
-KEPT: Final = 0.35
+KEPT = 0.35
 """Error of a larger difference over the difference. Both cover what rolled dice and simulated
 plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
 
-EXPORTED: Final = 0.005
+EXPORTED = 0.005
 """Standard deviation by which shares of two exports of one round part differ: the drops see the
 facets of the file, not the part (docs/study/exports.md)."""
 
@@ -62,10 +59,10 @@ def plate_part(difference: float, plate_error: float) -> float:
     return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
 
 
-RATIOS: Final = (10.0, 25.4, 1.0 / 0.0254, 100.0, 1000.0)
+RATIOS = (10.0, 25.4, 1.0 / 0.0254, 100.0, 1000.0)
 """Of millimetres, centimetres, inches and metres; cm to inch is too near to a change of a part."""
 
-ABOUT: Final = 1.1
+ABOUT = 1.1
 """Factor by which a variant may be larger or smaller besides."""
 
 
@@ -96,7 +93,7 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
     single = [_compare(pairs, found, place, match, wanted, plate_error)
               for place, match in enumerate(matches, start=1)]
     accepted = [wanted, *(match.partners(wanted) for match in matches)]
-    found = tuple(replace(one, warnings=(*one.warnings, *warn_of_alike(one, some)))
+    found = tuple(replace(one, warnings=(*one.warnings, *wanted_poses.warn_of_alike(one, some)))
                   for one, some in zip(found, accepted, strict=True))
     return Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
                       pairs.seed, wanted, plate_error)
@@ -167,7 +164,7 @@ def _share(pairs: PairedDrops, variant: int, poses: tuple[int, ...]) -> Bounded:
     inside = pairs.is_in(variant, poses)
     if not poses or not inside.size:
         return Bounded(0.0, 0.0, 0.0 if not poses else 1.0)
-    low, high = jeffreys_interval(int(inside.sum()), inside.size)
+    low, high = intervals.jeffreys_interval(int(inside.sum()), inside.size)
     return Bounded(float(inside.mean()), float(low), float(high))
 
 
@@ -175,9 +172,9 @@ def _tested_together(single: Sequence[VariantComparison], look: float
                      ) -> tuple[VariantComparison, ...]:
     """Tell each difference its chances, adjusted for all of them and for the looks."""
     tests = {key: share for one in single for key, share in _tests(one)}
-    alone = adjust_together([share.difference.p_value for share in tests.values()])
-    of_files = adjust_together([_chance_beyond(share, share.file_error)
-                                for share in tests.values()])
+    alone = paired_counts.adjust_together([share.difference.p_value for share in tests.values()])
+    of_files = paired_counts.adjust_together([_chance_beyond(share, share.file_error)
+                                              for share in tests.values()])
     chances = {
         key: (min(1.0, chance / look),
               min(1.0, max(of_file / look, _chance_beyond(share, share.model_error))))

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from ..records import Part, PoseStatistics
 from ..resting.splitting_graph import SplittingNode, with_shares
-from .files import RASTER
+from . import files, splitting
 from .poses import poses_figure
-from .splitting import splitting_figure
 from .style import INK, REFERENCE, new_figure, open_axes
 
 MOST = 8
@@ -95,7 +94,7 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     first = found[0]
     above = poses_figure(part, first)
     across, _ = above.get_size_inches()
-    graph = (splitting_figure(with_shares(root, first.poses), first.poses)
+    graph = (splitting.splitting_figure(with_shares(root, first.poses), first.poses)
              if root.level is not None else None)
     beside, high = graph.get_size_inches() if graph is not None else (0.0, 0.0)
     bars = shares_figure(found, (max(LEAST, across - beside), max(LEAST, high)))
@@ -115,7 +114,7 @@ def _titled(words: str, figure: Figure) -> Picture:
 
 def _pixels(figure: Figure) -> Picture:
     """Pixels of a figure."""
-    figure.set_dpi(RASTER)
+    figure.set_dpi(files.RASTER)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
     shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]

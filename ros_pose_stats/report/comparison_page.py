@@ -15,8 +15,7 @@ from ..plots.files import png_bytes
 from ..plots.poses import pictures_beside
 from ..records import PoseStatistics, StablePose
 from ..text import listed, ranges, several
-from . import words
-from .page import ASSETS
+from . import page, words
 
 MOST_SHOWN = 12
 """Pairs of poses with pictures, the most frequent ones; the table lists more."""
@@ -40,8 +39,8 @@ def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
         sections=[_section(found, one) for one in found.variants],
         warnings=[(whose, *words.in_words(line)) for line, whose in name_warnings(found).items()],
         commands=commands,
-        style=(ASSETS / "page.css").read_text(encoding="utf-8")
-        + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
+        style=(page.ASSETS / "page.css").read_text(encoding="utf-8")
+        + (page.ASSETS / "comparison.css").read_text(encoding="utf-8"))
 
 
 def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
@@ -66,7 +65,7 @@ def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
 @cache
 def _template() -> Template:
     """The page with places for what is known; all that is put in is escaped."""
-    known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
+    known = Environment(loader=FileSystemLoader(page.ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
     known.globals.update(MOST_ROWS=MOST_ROWS, between=words.between, several=several,
                          verdict=_verdict)

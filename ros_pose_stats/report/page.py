@@ -16,12 +16,8 @@ from numpy.typing import NDArray
 
 from ..design.describe import CONTRADICTED, JUDGED, describe_order, name_feature, name_step
 from ..mesh.decimation import visible_triangles
-from ..plots.changes import changes_figure
-from ..plots.files import figure_png, png_bytes, svg_bytes
-from ..plots.kicks import kick_figure
+from ..plots import changes, files, kicks, sphere, splitting
 from ..plots.poses import pose_pictures
-from ..plots.sphere import reachable_figure, sphere_figure, telling_energies
-from ..plots.splitting import MOST, drawn_tree, splitting_figure
 from ..records import Part, StablePose
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
@@ -77,7 +73,7 @@ MOST_SHOWN = 12
 
 LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
-    "MOST_ENDS": MOST,  # of the splitting graph
+    "MOST_ENDS": splitting.MOST,  # of the splitting graph
     "FITTING": 6,  # ends of it that can be read at a phone's width; more are pushed sideways
     "MOST_TURNED": 14,  # poses in the table of flips
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
@@ -111,13 +107,13 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(group, _address("png", png_bytes(picture)))
+        cards=[(group, _address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None else _svg_text(kick_figure(findings.sweep)),
+        kicks=None if findings.sweep is None else _svg_text(kicks.kick_figure(findings.sweep)),
         graph=_graph(findings), changes=_changes(findings),
-        spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
+        spheres={name: _svg_text(sphere.sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
@@ -163,10 +159,10 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     root = findings.graph
     if root.level is None:
         return None
-    return {"ends": sum(not branch.parts for branch in drawn_tree(root).walk()),
-            "splitting": _svg_text(splitting_figure(root, findings.simulated.poses)),
+    return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
+            "splitting": _svg_text(splitting.splitting_figure(root, findings.simulated.poses)),
             "reachable": _svg_text(
-                reachable_figure(findings.sphere, root, telling_energies(root)))}
+                sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
 
 
 def _changes(findings: Findings) -> dict[str, Any] | None:
@@ -175,7 +171,8 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     if found is None:
         return None
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
-    return {"picture": _address("png", figure_png(changes_figure(found))), "found": found,
+    return {"picture": _address("png", files.figure_png(changes.changes_figure(found))),
+            "found": found,
             "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
                       else 1.0) for one in clear],
             "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
@@ -185,7 +182,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
 
 
 def _svg_text(figure: Figure) -> str:
-    return _address("svg+xml", svg_bytes(figure))
+    return _address("svg+xml", files.svg_bytes(figure))
 
 
 def _address(kind: str, picture: bytes) -> str:

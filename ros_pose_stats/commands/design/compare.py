@@ -15,7 +15,6 @@ from ...records.scene import DEFAULT_PLATE_ERROR
 from ...text import Column, columns, interval, percent, ranges, several
 from .. import arguments as given
 from .. import running
-from ..progress_bar import ProgressBar
 
 if TYPE_CHECKING:
     from ...design.comparison import Comparison, VariantComparison
@@ -72,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
 
         parts = load_variants(options)
         prepare_kernels()
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = compare(
             parts, options.wanted, options.drops, seed=options.seed, workers=options.workers,
             on_progress=lambda done, most: bar.draw(

@@ -11,7 +11,6 @@ from ...errors import RequestError
 from ...text import Column, columns, name_poses, several
 from .. import arguments as given
 from .. import running
-from ..progress_bar import ProgressBar
 
 if TYPE_CHECKING:
     from ...design.effects import Effect, Sensitivity
@@ -81,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
 
             check_within(1e-3 * options.within, resting_poses(
                 part, options.cluster_tolerance, options.round_sides).body.radius)
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found, proposed = _compute(part, options, bar, interrupted)
         stopped = interrupted()
     with running.end_on_interrupt():
@@ -102,7 +101,7 @@ def run(options: argparse.Namespace) -> int:
     return running.INTERRUPTED if stopped else 0
 
 
-def _compute(part: Part, options: argparse.Namespace, bar: ProgressBar, interrupted: Any
+def _compute(part: Part, options: argparse.Namespace, bar: running.ProgressBar, interrupted: Any
              ) -> tuple[Sensitivity, Suggestion | None]:
     from ...design.sensitivity import sensitivity
     from ...design.suggest import suggest

@@ -14,7 +14,6 @@ from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ...text import Column, columns, interval, length_in_words, listed, percent, several
 from .. import arguments as given
 from .. import running
-from ..progress_bar import ProgressBar
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
@@ -75,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         prepare_kernels()
     for note in notes:
         print(f"ros_pose_stats: {note}", file=sys.stderr)
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = fit_plate(counted, seed=options.seed, workers=options.workers,
                           on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %"),
                           should_stop=interrupted)
@@ -106,7 +105,7 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
                for table in tables for part, counts in read_count_rows(table).items()]
     if not bags:
         return counted, []
-    with ProgressBar(sys.stderr) as bar:
+    with running.ProgressBar(sys.stderr) as bar:
         recorded, notes = counts_on_plate(bags, options.plate, bar.show_bytes)
     return [*counted, *recorded], notes
 

@@ -13,7 +13,6 @@ from ...records.scene import DEFAULT_DROPS
 from ...text import Column, columns, listed, millimetres, percent
 from .. import arguments as given
 from .. import running
-from ..progress_bar import ProgressBar
 
 if TYPE_CHECKING:
     from ...planning.kick_sweep import KickSweep
@@ -77,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
 
     scene, fresh = given.scene_of(options), None
     height = scene.pop("drop_height")
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = simulate_flips(
             part, options.kick, DEFAULT_FLIPS if options.flips is None else options.flips,
             seed=options.seed, workers=options.workers,
@@ -157,7 +156,7 @@ def sweep(options: argparse.Namespace) -> int:
         check_kick(height)
     check_rate(options.rate)
     check_cycle_time(options.cycle_time)
-    with running.stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         fresh = simulate(part, options.drops, seed=options.seed, workers=options.workers,
                          on_progress=bar.show, should_stop=interrupted, **given.scene_of(options))
         fresh = replace(fresh, warnings=(*fresh.warnings, *warn_of_alike(fresh, options.wanted)))
