@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,7 +107,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(group, _address("png", files.png_bytes(picture)))
+        cards=[(group, address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
@@ -119,21 +119,29 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
 
 
-@cache
-def _template() -> Template:
-    """The page with places for what is known; all that is put in is escaped."""
+def template(name: str, values: Mapping[str, object],
+             filters: Mapping[str, Callable[..., str]]) -> Template:
+    """A page with places for what is known; all that is put in is escaped.
+
+    `values` and `filters`: of this page, beside those that all have.
+    """
     known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.globals.update(LIMITS, between=words.between, several=several,
-                         single_poses=single_poses)
+    known.globals.update(values, between=words.between, several=several)
     known.filters.update(
-        percent=words.percent, millimetres=words.millimetres, degrees=words.degrees,
-        in_millimetres=words.in_millimetres, three_digits=words.three_digits, units=words.units,
-        listed=listed, is_finite=math.isfinite, begin=words.begin, named=_named,
-        numbered=_numbered, direction=_direction,
-        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound",
-        share_of_bar=lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}")
-    return known.get_template("page.html")
+        filters, percent=words.percent, millimetres=words.millimetres, units=words.units,
+        listed=listed, is_finite=math.isfinite, begin=words.begin,
+        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound")
+    return known.get_template(name)
+
+
+@cache
+def _template() -> Template:
+    return template("page.html", {**LIMITS, "single_poses": single_poses}, {
+        "degrees": words.degrees, "in_millimetres": words.in_millimetres,
+        "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
+        "direction": _direction,
+        "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
 
 
 def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
@@ -171,7 +179,7 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     if found is None:
         return None
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
-    return {"picture": _address("png", files.figure_png(changes.changes_figure(found))),
+    return {"picture": address("png", files.figure_png(changes.changes_figure(found))),
             "found": found,
             "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
                       else 1.0) for one in clear],
@@ -182,10 +190,10 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
 
 
 def _svg_text(figure: Figure) -> str:
-    return _address("svg+xml", files.svg_bytes(figure))
+    return address("svg+xml", files.svg_bytes(figure))
 
 
-def _address(kind: str, picture: bytes) -> str:
+def address(kind: str, picture: bytes) -> str:
     """A picture as an address that contains its data."""
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
