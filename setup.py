@@ -40,6 +40,7 @@ setup(
         "matplotlib>=3.6",
         "pillow",
         "Jinja2",
+        "shtab>=1.13",
         "mcap>=1.2.1",
         "mcap-ros2-support>=0.5.3",
         "PyYAML",

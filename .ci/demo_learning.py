@@ -26,8 +26,9 @@ def learn_plate(listener: Listener, node: subprocess.Popen[bytes]) -> Path:
                 file=PART, unit="mm", batch=10, period=0.05, **PLATE)) as camera:
         wait_for("result from what the camera saw", lambda: any(
             one.observed >= PARTS for one in listener.results(PART.stem)), node, planner, camera)
+    from learning_figure import learning_figure
+
     from ros_pose_stats import load_part, simulate
-    from ros_pose_stats.plots.learning import learning_figure
     from ros_pose_stats.ros.messages.statistics_messages import statistics_of_message
 
     results = [statistics_of_message(one) for one in listener.results(PART.stem)]

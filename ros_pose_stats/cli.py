@@ -9,18 +9,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
-from .commands import (
-    animate,
-    catalogue,
-    compile,
-    completion,
-    estimate,
-    node,
-    publish,
-    report,
-    shapes,
-    simulate,
-)
+from .commands import animate, catalogue, compile, completion, estimate, node, report
 from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
@@ -45,9 +34,12 @@ def parser() -> argparse.ArgumentParser:
                      help="print the version and exit")
     commands: argparse._SubParsersAction[Any] = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
-    for module in (estimate, simulate, catalogue, flips, fit, compare, sensitivity, report,
-                   animate, shapes, compile, bag, node, publish):
-        module.register(commands)
+    for register in (
+            estimate.register, estimate.register_simulate, catalogue.register, flips.register,
+            fit.register, compare.register, sensitivity.register, report.register,
+            animate.register, compile.register_shapes, compile.register, bag.register,
+            node.register, node.register_publish):
+        register(commands)
     completion.register(commands, top)
     return top
 

@@ -1,7 +1,5 @@
 """Work on a dask.distributed cluster; no other module imports that."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

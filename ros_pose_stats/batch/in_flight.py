@@ -1,7 +1,5 @@
 """Handing out pieces of work, a few at a time, and taking each when it is done."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TypeVar

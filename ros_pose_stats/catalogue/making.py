@@ -1,7 +1,5 @@
 """Makes a catalogue: estimates of all parts first, then drops of those that need them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
@@ -14,10 +12,9 @@ from ..errors import BatchError, reason
 from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
-from .row_log import ROWS, Entry, RowLog
 from .rows import Described, Row
+from .store import ROWS, Entry, RowStore, Tally, tally
 from .tables import TABLES, write_tables
-from .tally import Tally, tally
 
 CLAIM = "request.json"
 PICTURES = "pictures"
@@ -82,10 +79,10 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     ours = (ROWS, PAGE, *TABLES)
     with (WorkFolder(folder, CLAIM, request.as_dict(),
                      lambda: any((folder / name).exists() for name in ours), "a catalogue"),
-          RowLog(folder) as log):
+          closing(RowStore(folder)) as store):
         for place in (folder, folder / CHUNKS):
             remove_unfinished(place)
-        run = _Run(folder, parts, log, on_progress)
+        run = _Run(folder, parts, store, on_progress)
         missing = run.missing()
         found = len(parts) - len(missing)
         run.collect(missing, False, partial(maker, request), should_stop)
@@ -96,15 +93,15 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
         there = run.there()
         return Catalogue(folder, folder / PAGE, tables, len(there), len(parts), found,
                          len(run.unsure()), counted,
-                         [log.row(name) for name in there] if keep_rows else None)
+                         [store.row(name) for name in there] if keep_rows else None)
 
 
 class _Run:
     """A run in a folder."""
 
-    def __init__(self, folder: Path, parts: Sequence[PartFile], log: RowLog,
+    def __init__(self, folder: Path, parts: Sequence[PartFile], store: RowStore,
                  on_progress: Callable[[CatalogueProgress], object]) -> None:
-        self._folder, self._parts, self._log = folder, parts, log
+        self._folder, self._parts, self._store = folder, parts, store
         self._on_progress = on_progress
 
     def missing(self) -> list[PartFile]:
@@ -113,12 +110,12 @@ class _Run:
         What was refused for want of a package or of memory may go well now.
         """
         return [part for part in self._parts
-                if not self._has(part) or self._log.entries[part.name].refused]
+                if (entry := self._entry(part)) is None or entry.refused]
 
     def unsure(self) -> list[PartFile]:
         """Files whose rows are estimates that are not sure enough."""
         return [part for part in self._parts
-                if self._has(part) and self._log.entries[part.name].to_be_dropped]
+                if (entry := self._entry(part)) is not None and entry.to_be_dropped]
 
     def collect(self, parts: Sequence[PartFile], dropping: bool,
                 make: Callable[..., Generator[tuple[Piece, Described], None, None]],
@@ -129,41 +126,41 @@ class _Run:
         self._on_progress(CatalogueProgress(done, bound, found, dropping, 0.0))
         with closing(make([(part, dropping) for part in parts], should_stop)) as made:
             for (part, _), described in made:
-                self._log.append(part, described, self._keep_picture(described))
+                self._store.keep(part, described, self._keep_picture(described))
                 done += 1
                 self._on_progress(CatalogueProgress(done, bound, found, dropping,
                                                     time.monotonic() - begin))
-        self._log.sync()
+        self._store.sync()
 
     def there(self) -> list[str]:
         """Names of the files that have a row."""
-        return [part.name for part in self._parts if self._has(part)]
+        return [part.name for part in self._parts if self._entry(part) is not None]
 
     def write(self, request: CatalogueRequest, parquet: bool) -> tuple[list[Path], Tally]:
         """Write tables and page of what is there, and count what it comes to."""
         there = self.there()
 
         def rows() -> Iterator[Row]:
-            return map(self._log.row, there)
+            return map(self._store.row, there)
 
         tables = write_tables(self._folder, rows, parquet)
         counted = tally(rows())
         state = PageState(len(there), len(self._parts), len(self.unsure()), counted)
         write_page(self._folder, request, state,
-                   ((self._log.row(name), self._log.entries[name].picture) for name in there))
+                   ((self._store.row(name), entry.picture) for name in there
+                    if (entry := self._store.entry(name)) is not None))
         return tables, counted
 
-    def _has(self, part: PartFile) -> bool:
-        entry = self._log.entries.get(part.name)
-        return entry is not None and entry.part == part and self._has_picture(entry)
-
-    def _has_picture(self, entry: Entry) -> bool:
-        if not entry.picture:
-            return True
+    def _entry(self, part: PartFile) -> Entry | None:
+        """What is known of a file as it is now; None where it has no row, or lost its picture."""
+        entry = self._store.entry(part.name)
+        if entry is None or entry.part != part:
+            return None
         try:
-            return (self._folder / entry.picture).stat().st_size > 0
+            whole = not entry.picture or (self._folder / entry.picture).stat().st_size > 0
         except OSError:
-            return False
+            return None
+        return entry if whole else None
 
     def _keep_picture(self, made: Described) -> str:
         """Write the picture under a name of the part's content; the same part has the same."""

@@ -4,8 +4,6 @@ A page of some hundred parts holds all it shows. One of more takes rows from scr
 pages that are opened as files may read nothing else, and pictures as they come into view.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math
@@ -25,7 +23,7 @@ from ..text import SERIOUS, percent, ranges, several
 from ..version import VERSION
 from .request import CatalogueRequest
 from .rows import Row
-from .tally import ONE_WAY, Tally
+from .store import ONE_WAY, Tally
 
 PAGE = "index.html"
 CHUNKS = "rows"

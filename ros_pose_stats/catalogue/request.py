@@ -1,7 +1,5 @@
 """What a catalogue is asked for: files of parts, and how to look at them."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -10,8 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ..errors import RequestError, reason
+from ..mesh import mass_properties
 from ..mesh.files import SUFFIXES
-from ..mesh.mass_properties import check_given
 from ..records import DropScene
 from ..simulation.request import drop_request
 
@@ -34,7 +32,7 @@ class CatalogueRequest:
     target_error: float = 0.0
 
     def __post_init__(self) -> None:
-        check_given(None, None, None, self.density)
+        mass_properties.check_given(None, None, None, self.density)
         drop_request(1, None, self.target_error, None, None)
 
     def as_dict(self) -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """The row of a part: what its file holds, how it comes to rest, and what a feeder gets."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence
@@ -12,14 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
-from ..mesh.files import parse_mesh, read_bytes
-from ..mesh.mass_properties import check_given
-from ..mesh.parts import part_of_file
+from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
-from ..plots.thumbnail import pose_thumbnail
-from ..records import Part, PoseStatistics
-from ..records.statistics import plain_number
+from ..plots.poses import pose_thumbnail
+from ..records import Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
 from ..statistics.feeding import Bounded, drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups
@@ -71,7 +66,7 @@ def refused(name: str, why: str) -> Row:
 def content_of(name: str) -> bytes | PoseStatsError:
     """What a file holds, or why it cannot be read."""
     try:
-        return read_bytes(Path(name))
+        return files.read_bytes(Path(name))
     except PoseStatsError as refusal:
         return refusal
 
@@ -82,8 +77,9 @@ def _described(name: str, content: bytes | PoseStatsError | None, request: Catal
     held = content_of(name) if content is None else content
     if isinstance(held, PoseStatsError):
         raise held
-    mesh = parse_mesh(path, held, request.unit, unless_declared=True)
-    part = part_of_file(mesh, check_given(None, None, None, request.density), path.stem)
+    mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
+    given = mass_properties.check_given(None, None, None, request.density)
+    part = parts.part_of_file(mesh, given, path.stem)
     # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
     found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
                  int(part.digest[:16], 16), scene.drop_height, workers=threads,
@@ -166,4 +162,4 @@ def _finite(value: Any) -> Any:
         return {name: _finite(one) for name, one in value.items()}
     if isinstance(value, list):
         return [_finite(one) for one in value]
-    return plain_number(value)
+    return statistics.plain_number(value)

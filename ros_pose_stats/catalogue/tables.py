@@ -1,7 +1,5 @@
 """The tables of a catalogue: a row a part and a row a pose, as CSV and as Parquet."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,1 +1,1 @@
-"""The commands, one module each: options, and what is printed."""
+"""The commands: their options, and what they print."""

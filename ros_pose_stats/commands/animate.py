@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .arguments import add_part_options, add_scene_options, load_named_part, read_count, scene_of
-from .running import announce_slow_start, end_on_interrupt, output_file
+from . import arguments as given
+from . import running
 
 if TYPE_CHECKING:
     from ..records import Part, Trajectory
@@ -25,23 +25,22 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "the poses still within reach. The horizontal motion is left out, as in the model.",
         examples=("ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
                   "-o drop.mcap",))
-    add_part_options(command)
-    command.add_argument("--drop", type=read_count, default=0, metavar="K",
+    given.add_part_options(command)
+    command.add_argument("--drop", type=given.read_count, default=0, metavar="K",
                          help="number of the drop in the simulation with the same seed "
                          "(default: %(default)s)")
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the file to write: FILE.gif, FILE.mp4 (needs ffmpeg) or "
                          "FILE.mcap (for Foxglove and RViz)")
-    command.add_argument("--seed", type=read_count, default=1, metavar="S",
-                         help="seed of the simulation (default: %(default)s)")
-    add_scene_options(command)
+    given.add_seed_option(command, "seed of the simulation (default: %(default)s)", 1)
+    given.add_scene_options(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Record the drop, draw it and say how it ended."""
-    file = output_file(options.output, ENDINGS)
-    with announce_slow_start(), end_on_interrupt():
+    file = running.output_file(options.output, ENDINGS)
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ..resting.poses import poses_in
         from ..resting.splitting_graph import splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
@@ -50,8 +49,8 @@ def run(options: argparse.Namespace) -> int:
             from ..plots.files import ffmpeg
 
             ffmpeg()
-        part = load_named_part(options)
-        scene = scene_of(options)
+        part = given.load_named_part(options)
+        scene = given.scene_of(options)
         found = watchable_drop(part, scene, options.seed, options.drop)
         resting = poses_in(part, scene)
         frames = drop_frames(part, found, resting)
@@ -70,8 +69,8 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
         if file.suffix.lower() == ".mcap":
             _film(folder / file.name, part, found, frames, root)
             return
-        from ..plots.animation import animation_frames
         from ..plots.files import write_gif, write_mp4
+        from ..plots.trajectory import animation_frames
         from ..simulation.frames import RATE
 
         pictures = animation_frames(part, found, frames, root)

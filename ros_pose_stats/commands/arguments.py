@@ -195,8 +195,67 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
 
 def scene_of(options: argparse.Namespace) -> DropScene:
     """The scene that the options name."""
-    return DropScene(options.restitution, options.drop_height, options.cluster_tolerance,
-                     options.round_sides)
+    return DropScene(**scene_keywords(options))
+
+
+def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:
+    """Scene of the options, by the keywords of the library's functions."""
+    return {name: getattr(options, name)
+            for name in ("restitution", "drop_height", "cluster_tolerance", "round_sides")}
+
+
+def add_wanted_option(command: argparse.ArgumentParser, metavar: str, about: str,
+                      **more: Any) -> None:
+    """Add the indices of the wanted poses."""
+    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
+                         metavar=metavar, help=about, **more)
+
+
+def add_seed_option(command: argparse.ArgumentParser,
+                    about: str = "the same seed gives the same counts (default: a fresh one, "
+                    "which is printed)", default: int | None = None) -> None:
+    """Add the seed of the drops."""
+    command.add_argument("--seed", type=read_count, default=default, metavar="S", help=about)
+
+
+def add_workers_option(command: argparse.ArgumentParser) -> None:
+    """Add the number of threads."""
+    command.add_argument("--workers", type=read_count, metavar="W",
+                         help="number of threads (default: all cores)")
+
+
+def add_json_option(command: argparse.ArgumentParser,
+                    about: str = "print one JSON object") -> None:
+    """Add that JSON is printed."""
+    command.add_argument("--json", action="store_true", help=about)
+
+
+def add_drop_options(command: argparse.ArgumentParser, drops: int | None) -> None:
+    """Add the number of drops, the target error, the seed and the number of threads.
+
+    `drops`: the default; None where a command must know whether it was given.
+    """
+    shown = "10000 for hybrid, no bound for auto" if drops is None else drops
+    command.add_argument("--drops", type=read_count, default=drops, metavar="N",
+                         help="number of drops, or the most where a target error is given "
+                         f"(default: {shown})")
+    command.add_argument("--target-error", type=float, default=None if drops is None else 0.0,
+                         metavar="E", help="stop once the root mean square error over "
+                         "the poses is within this fraction with 90 %% confidence; 0.01 is one "
+                         "percentage point (default: none)")
+    add_seed_option(command)
+    add_workers_option(command)
+
+
+def add_table_options(command: argparse.ArgumentParser, more: str = "") -> None:
+    """Add how the answer is printed.
+
+    `more`: what else is to be said about the JSON.
+    """
+    command.add_argument("--each", action="store_true",
+                         help="give every pose a row of its own; else poses that the part's "
+                         "symmetry makes alike share one, with their number and total")
+    add_json_option(command, f"print one JSON object{more}, with every pose")
 
 
 def load_named_part(options: argparse.Namespace) -> Part:

@@ -8,23 +8,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .arguments import (
-    add_density_option,
-    add_pose_options,
-    add_scene_options,
-    add_shared_unit_option,
-    read_count,
-    scene_of,
-)
-from .progress_bar import ProgressBar, duration
-from .running import (
-    INTERRUPTED,
-    announce_slow_start,
-    end_on_interrupt,
-    needing,
-    print_json,
-    stop_on_interrupt,
-)
+from ..text import printable, several
+from . import arguments as given
+from . import running
 
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress, Maker
@@ -55,48 +41,47 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="after the estimates, drop those parts whose estimate is not within "
                          "this root mean square error over the poses with 90 %% confidence; 0.01 "
                          "is one percentage point (default: no drops)")
-    add_shared_unit_option(command)
-    add_density_option(command)
-    add_pose_options(command)
-    add_scene_options(command)
+    given.add_shared_unit_option(command)
+    given.add_density_option(command)
+    given.add_pose_options(command)
+    given.add_scene_options(command)
     command.add_argument("--parquet", action="store_true",
                          help="write the tables as Parquet files, too; that needs pyarrow")
     where = command.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=read_count, metavar="W",
+    where.add_argument("--workers", type=given.read_count, metavar="W",
                        help="number of processes (default: all cores)")
     where.add_argument("--scheduler", metavar="ADDRESS",
                        help="address of a dask.distributed cluster that does the work instead; "
                        "files are sent to it")
-    command.add_argument("--json", action="store_true",
-                         help="print one JSON object that says what was written and refused")
+    given.add_json_option(command, "print one JSON object that says what was written and refused")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
-    with announce_slow_start(), end_on_interrupt():
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ..catalogue.making import make_catalogue
         from ..catalogue.request import CatalogueRequest, find_parts
         from ..catalogue.tables import load_parquet
         from ..kernels.compilation import prepare_kernels
 
-        request = CatalogueRequest(scene_of(options), options.unit, options.density,
+        request = CatalogueRequest(given.scene_of(options), options.unit, options.density,
                                    options.target_error)
         maker = _maker(options)
         if options.parquet:
-            with needing("pyarrow"):
+            with running.needing("pyarrow"):
                 load_parquet()
         parts = find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         made = make_catalogue(Path(options.output), parts, request, maker,
                               parquet=options.parquet, keep_rows=options.json,
                               on_progress=lambda one: bar.draw(*done(one)),
                               should_stop=interrupted)
     (_print_json if options.json else _print_words)(made, time.monotonic() - begin)
-    return 0 if made.complete else INTERRUPTED
+    return 0 if made.complete else running.INTERRUPTED
 
 
 def done(progress: CatalogueProgress) -> tuple[float, str]:
@@ -105,23 +90,21 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
     left = (progress.bound - progress.parts) * progress.seconds / own if own else float("nan")
     return (progress.parts / progress.bound,
             f"{progress.parts} of {progress.bound} parts "
-            f"{'sure' if progress.dropping else 'estimated'}, {duration(left)} left")
+            f"{'sure' if progress.dropping else 'estimated'}, {running.duration(left)} left")
 
 
 def _maker(options: argparse.Namespace) -> Maker:
+    from ..catalogue import makers
+
     if options.scheduler is None:
-        from ..catalogue.processes import on_processes
-
-        return on_processes(options.workers)
-    with needing("distributed"):
-        from ..catalogue.cluster import on_cluster
-
-    return on_cluster(options.scheduler)
+        return makers.on_processes(options.workers)
+    with running.needing("distributed"):
+        return makers.on_cluster(options.scheduler)
 
 
 def _print_json(made: Catalogue, seconds: float) -> None:
     state = {} if made.complete else {"interrupted": True}
-    print_json({
+    running.print_json({
         "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
         "done": made.done, "bound": made.bound, "found": made.found,
         "refused": len(made.tally.refused), "doubted": made.tally.doubted,
@@ -131,8 +114,6 @@ def _print_json(made: Catalogue, seconds: float) -> None:
 
 
 def _print_words(made: Catalogue, seconds: float) -> None:
-    from ..text import printable, several
-
     counted = made.tally
     found = f", {made.found} of them found there" if made.found else ""
     print(printable(f"{made.page}: {several(made.done, 'part')}{found}, "

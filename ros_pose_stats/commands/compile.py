@@ -1,4 +1,4 @@
-"""`compile`: machine code of every kernel, so that no other command has to wait for it."""
+"""`compile` and `shapes DIR`: machine code of every kernel, and the demo parts."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from .progress_bar import ProgressBar
+from .running import ProgressBar
 
 if TYPE_CHECKING:
     from ..kernels.compilation import EntryKernel
+
 
 TOGETHER = (
     ("drops.drop", "drops.evolve"),
@@ -99,3 +100,23 @@ def compile_family(names: list[str]) -> None:
 def _end_quietly() -> None:
     """Let a worker end silently on Ctrl-C, since the command itself prints a line."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def register_shapes(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    command = commands.add_parser("shapes", help="write the demo parts as STL files",
+                                  description="Write the demo parts (clamp, bracket, hex bolt, "
+                                  "gear, prism, cylinder) as STL files in millimetres.",
+                                  examples=("ros_pose_stats shapes demo",))
+    command.add_argument("directory", metavar="DIR",
+                         help="directory for the files; created if it is missing")
+    command.set_defaults(run=run_shapes)
+
+
+def run_shapes(options: argparse.Namespace) -> int:
+    """Write the files and name them."""
+    from ..shapes.demo_parts import write_demo_parts
+
+    for path in write_demo_parts(options.directory):
+        print(path)
+    return 0

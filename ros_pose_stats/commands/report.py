@@ -7,21 +7,8 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .arguments import (
-    JoinIndices,
-    add_part_options,
-    add_scene_options,
-    load_named_part,
-    read_count,
-    read_indices,
-)
-from .running import (
-    INTERRUPTED,
-    announce_slow_start,
-    end_on_interrupt,
-    output_file,
-    stop_on_interrupt,
-)
+from . import arguments as given
+from . import running
 
 if TYPE_CHECKING:
     from ..records import PoseStatistics
@@ -40,17 +27,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                   "--kick 0.02 --cycle-time 0.5 -o clamp.html",
                   "ros_pose_stats report demo/clamp.stl --unit mm --wanted 0 --changes "
                   "-o clamp.html"))
-    add_part_options(command)
+    given.add_part_options(command)
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the page to write, FILE.html")
     command.add_argument("--png", metavar="FILE",
                          help="write the key figure, too: the poses, their probabilities "
                          "with intervals and the splitting graph, as FILE.png")
-    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         default=[], metavar="INDEX",
-                         help="poses that the feeder accepts, separated by spaces or commas, or a "
-                         "range such as 0-3: "
-                         "the page says which share of the parts is accepted")
+    given.add_wanted_option(command, "INDEX", "poses that the feeder accepts, separated by spaces "
+                            "or commas, or a range such as 0-3: the page says which share of the "
+                            "parts is accepted", default=[])
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
                          help="parts dropped a minute, those sent back included; with --wanted "
                          "the page says how many are accepted a minute")
@@ -63,40 +48,36 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--changes", action="store_true",
                          help="with --wanted: the page says which changes of the part raise the "
                          "accepted share, as the command sensitivity does")
-    command.add_argument("--drops", type=read_count, metavar="N",
+    command.add_argument("--drops", type=given.read_count, metavar="N",
                          help="number of drops of the simulation (default: as many as bring the "
                          "error over the poses within a point, at most 10000)")
-    command.add_argument("--seed", type=read_count, default=1, metavar="S",
-                         help="seed of the simulation; the same seed gives the same counts "
-                         "(default: %(default)s)")
-    add_scene_options(command)
+    given.add_seed_option(command, "seed of the simulation; the same seed gives the same counts "
+                          "(default: %(default)s)", 1)
+    given.add_scene_options(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Investigate the part, write the page, and print what was written."""
-    page = output_file(options.output, (".html", ".htm"))
-    figure = None if options.png is None else output_file(options.png, (".png",))
-    with announce_slow_start(), end_on_interrupt():
+    page = running.output_file(options.output, (".html", ".htm"))
+    figure = None if options.png is None else running.output_file(options.png, (".png",))
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ..files import write_file
         from ..report import Feeder, investigate, report_page
         from ..text import several
 
-        part = load_named_part(options)
+        part = given.load_named_part(options)
     feeder = Feeder(tuple(dict.fromkeys(options.wanted)), options.rate, options.kick,
                     options.cycle_time, options.changes)
-    with stop_on_interrupt() as interrupted:
-        findings = investigate(
-            part, drops=options.drops, seed=options.seed, restitution=options.restitution,
-            drop_height=options.drop_height, cluster_tolerance=options.cluster_tolerance,
-            round_sides=options.round_sides,
-            feeder=feeder, should_stop=interrupted)
+    with running.stop_on_interrupt() as interrupted:
+        findings = investigate(part, drops=options.drops, seed=options.seed, feeder=feeder,
+                               should_stop=interrupted, **given.scene_keywords(options))
     found = findings.simulated
-    with end_on_interrupt():
+    with running.end_on_interrupt():
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
             from ..plots.files import png_bytes
-            from ..plots.key_figure import key_picture
+            from ..plots.shares import key_picture
 
             write_file(figure, png_bytes(key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
@@ -104,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
           f"{several(len(found.poses), 'pose')}, {found.drops} drops")
     if figure is not None:
         print(f"{figure}: {figure.stat().st_size / 1e6:.2f} MB")
-    return INTERRUPTED if interrupted() else 0
+    return running.INTERRUPTED if interrupted() else 0
 
 
 def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:

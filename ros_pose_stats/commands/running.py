@@ -1,24 +1,120 @@
 """What commands have in common while they run.
 
-Ctrl-C is a request to stop and report; users are told when kernels are compiled; and a command
-checks that it can write its file before it computes anything.
+A line on the terminal shows the progress. Ctrl-C is a request to stop and report; users are told
+when kernels are compiled; and a command checks that it can write its file before it computes
+anything.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
+import math
 import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
-from typing import Any
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, Any, TextIO
 
 from ..errors import RequestError
 from ..files import refuse_unwritable
+from .arguments import load_named_part, scene_keywords
+
+if TYPE_CHECKING:
+    from ..records import DropProgress, Part, PoseStatistics
+
+
+WIDTH = 24
+NARROWEST = 5
+COLUMNS = 80
+SECONDS_BETWEEN = 0.1
+FIRST_AFTER = 0.3
+"""Seconds before a bar appears."""
+
+
+class ProgressBar:
+    """A progress bar with a text; nothing is drawn unless the stream is a terminal."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._watched = stream.isatty()
+        self._drawn = 0
+        self._begin = time.monotonic()
+        self._next = self._begin + FIRST_AFTER
+
+    def __enter__(self) -> ProgressBar:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._drawn:
+            self._stream.write("\r" + " " * self._drawn + "\r")
+            self._stream.flush()
+
+    def _columns(self) -> int:
+        try:
+            return os.get_terminal_size(self._stream.fileno()).columns or COLUMNS
+        except (OSError, ValueError):
+            return COLUMNS
+
+    def show(self, progress: DropProgress) -> None:
+        """Draw the state of a simulation, at most ten times a second."""
+        self.draw(*drops_done(progress))
+
+    def show_bytes(self, done: int, total: int) -> None:
+        """Draw how many bytes of files have been read, at most ten times a second."""
+        left = (time.monotonic() - self._begin) * (total / max(done, 1) - 1.0)
+        self.draw(done / max(total, 1), f"{done / 1e6:.0f} of {total / 1e6:.0f} MB read, "
+                  f"{duration(left)} left")
+
+    def draw(self, share: float, text: str) -> None:
+        """Draw a bar, filled from 0 to 1, and a text; at most ten times a second."""
+        now = time.monotonic()
+        if not self._watched or now < self._next:
+            return
+        self._next = now + SECONDS_BETWEEN
+        line = bar_line(share, text, self._columns())
+        self._stream.write("\r" + line.ljust(self._drawn))
+        self._stream.flush()
+        self._drawn = len(line)
+
+
+def drops_done(progress: DropProgress) -> tuple[float, str]:
+    """Progress of a simulation, as a share and as a text."""
+    share = progress.drops / progress.bound
+    if progress.target_error > 0.0 and math.isfinite(progress.error_bound):
+        # The error falls with the root of the drops.
+        share = max(share, min(1.0, (progress.target_error / progress.error_bound) ** 2))
+    error = ("" if math.isnan(progress.expected_error)
+             else f", error {100.0 * progress.expected_error:.2f} points")
+    return share, (f"{progress.drops} of {progress.bound} drops, {progress.rate:.0f}/s, "
+                   f"{duration(progress.seconds_left)} left{error}")
+
+
+def bar_line(share: float, text: str, columns: int = COLUMNS) -> str:
+    """Bar and text in a line shorter than the terminal is wide; the text alone if narrow."""
+    width = min(WIDTH, columns - len(text) - 4)
+    if width < NARROWEST:
+        return text[:columns - 1]
+    bar = ("#" * int(share * width)).ljust(width, ".")
+    return f"[{bar}] {text}"
+
+
+def duration(seconds: float) -> str:
+    """Seconds in words; NaN as a question mark."""
+    if math.isnan(seconds):
+        return "?"
+    minutes, rest = divmod(math.ceil(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+
 
 INTERRUPTED = 130
 
@@ -48,7 +144,7 @@ def end_on_interrupt() -> Iterator[None]:
 def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
     """Turn the first SIGINT into a flag; a second one interrupts as usual.
 
-    Yields returns whether SIGINT came.
+    Yields a function that says whether SIGINT came.
     """
     asked: list[int] = []  # a handler must not wait for a lock, as Event.set does
     before = signal.getsignal(signal.SIGINT)
@@ -69,13 +165,13 @@ def announce_slow_start() -> Iterator[None]:
     """Print a note, once, when a kernel is compiled in the context."""
     from ..kernels.compilation import watch_compilations
 
-    told: list[str] = []
+    compiled: list[str] = []
 
     def announce(kernel: str) -> None:
-        if not told:
+        if not compiled:
             print("ros_pose_stats: compiling kernels for this machine; later starts are quick "
                   "(`ros_pose_stats compile` does all at once)", file=sys.stderr)
-        told.append(kernel)
+        compiled.append(kernel)
 
     with watch_compilations(announce):
         yield
@@ -108,7 +204,50 @@ def needing(package: str) -> Iterator[None]:
                            f"install it with `pip install {package}`") from error
 
 
-def print_json(values: Any) -> None:
-    """Print one object or list on a line; NaN and infinity are refused."""
-    json.dump(values, sys.stdout, allow_nan=False)
+def print_json(values: Any, *, interrupted: bool = False) -> None:
+    """Print one object or list on a line; NaN and infinity are refused.
+
+    `interrupted`: whether the object is to say that it is what was done until Ctrl-C.
+    """
+    json.dump({**values, "interrupted": True} if interrupted else values, sys.stdout,
+              allow_nan=False)
     print()
+
+
+def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) -> Part:
+    """Load the part that the options name, and the kernels of all that follows.
+
+    `drops`: whether the part is to be dropped.
+    """
+    with announce_slow_start(), end_on_interrupt():
+        from ..estimators import estimate  # noqa: F401 - imported for their kernels
+        from ..kernels.compilation import prepare_kernels
+        from ..resting import poses  # noqa: F401
+
+        if drops:
+            from ..simulation import simulate  # noqa: F401
+        part = load_named_part(options)
+        prepare_kernels()
+    return part
+
+
+def run_and_report(part: Part, simulate: Callable[..., PoseStatistics], bound: int,
+                   options: argparse.Namespace) -> int:
+    """Run a simulation under a progress bar and print its answer; returns the exit status.
+
+    `bound`: number of drops after which it is complete.
+    """
+    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+        answer = simulate(part, drops=bound, target_error=options.target_error or 0.0,
+                          seed=options.seed, workers=options.workers, on_progress=bar.show,
+                          should_stop=interrupted, **scene_keywords(options))
+    stopped = interrupted() and answer.drops < bound
+    if options.json:
+        print_json(answer.as_dict(), interrupted=stopped)
+    else:
+        from .tables import report
+
+        print(report(part, answer, each=options.each))
+        if stopped:
+            print(f"interrupted after {answer.drops} of {bound} drops")
+    return INTERRUPTED if stopped else 0

@@ -1,7 +1,5 @@
 """Tables of statistics that commands print."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

@@ -1,9 +1,6 @@
 """Features that the part's own rotations carry into each other."""
 
-from __future__ import annotations
-
 from functools import lru_cache, partial
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +23,10 @@ from .features import EDGE, FACE
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SAME_PLACE: Final = 1e-3
+SAME_PLACE = 1e-3
 """Features that a rotation leaves this far apart, in radii, are not the same."""
 
-SAME_DOWN: Final = 0.999
+SAME_DOWN = 0.999
 """Cosine of the angle of two directions down that are one."""
 
 

@@ -6,11 +6,9 @@ carries the material along, and a sliver that is added or cut off has the part's
 mass over the volume of its hull.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +28,7 @@ from .features import EDGE, FACE, KINDS, Feature, find_features
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-FEWEST_OF_A_STRIP: Final = 5
+FEWEST_OF_A_STRIP = 5
 """Planes of one chamfer from which on it is a cone that the part may roll on."""
 
 
@@ -217,11 +215,11 @@ def _moments_of(corners: Array, triangles: Index) -> Moments:
                    np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
-SNAP: Final = 2e-5
+SNAP = 2e-5
 """Corners this close, in radii, to one that was there before are that corner. Where more than
 three faces meet in rounded coordinates, their planes miss each other by as much."""
 
-SAME: Final = 1e-9
+SAME = 1e-9
 """New corners this close are one."""
 
 

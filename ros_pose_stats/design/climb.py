@@ -1,31 +1,112 @@
-"""Steps within bounds, one after the other, each the one that gains most by the estimator."""
+"""Steps within bounds, one after the other, each the one that gains most by the estimator.
 
-from __future__ import annotations
+A step is a change that leaves the part as symmetric as it is.
+"""
 
 from collections.abc import Callable
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError
-from .changes import DesignSpace
+from ..errors import MeshError, RequestError
+from ..resting.convex_body import convex_body
+from . import alike, features
+from .changes import ChangedPart, DesignSpace
 from .shares import WantedShare
-from .tied_steps import center_move, is_forward, outline_move, tied_steps
 
 Array = NDArray[np.float64]
 
-LEAST_GAIN: Final = 0.003
+NOTHING = 1e-6
+"""Share of an axis that symmetry leaves, below which it leaves none."""
+
+
+def tied_steps(space: DesignSpace, within: float) -> Array:
+    """Steps (t, n) of the features, each as far as the outline or the centre of mass may move.
+
+    Faces and edges that a rotation of the part carries into each other are changed together. The
+    centre of mass moves, and the part is stretched, only along what all rotations leave.
+    """
+    rotations, images = alike.feature_images(space)
+    count = len(space.features)
+    corners = space.body.points[np.unique(space.body.arrays.corner)]
+    reach = np.abs(corners).max(axis=0) * space.body.radius
+    steps = []
+    centres = rotations.mean(axis=0).T
+    # R E_i R^T has the squares of the i-th column of R on its diagonal.
+    stretches = (rotations ** 2).mean(axis=0).T
+    for along in _distinct(centres):
+        steps.append(np.append(within * along / np.linalg.norm(along), np.zeros(count - 3)))
+    for along in _distinct(stretches):
+        if _keeps_stretch(rotations, along):
+            step = np.zeros(count)
+            step[3:6] = within * along / (reach * along).max()
+            steps.append(step)
+    orbit = alike.first_of_orbits(images)
+    for first in np.unique(orbit[6:]).tolist():
+        steps.append(np.where(orbit == first, within, 0.0))
+    return np.array(steps)
+
+
+def is_forward(space: DesignSpace, steps: Array) -> NDArray[np.bool_]:
+    """Which of some steps (t, n) go one way only."""
+    return np.asarray((steps[:, space.kinds == features.EDGE] > 0.0).any(axis=1))
+
+
+def outline_move(space: DesignSpace, changed: ChangedPart) -> float:
+    """How far the outline has moved, metres, measured across the faces before and after."""
+    before, after = space.body, convex_body(changed.part, space.round_sides)
+    shift = changed.part.center_of_mass - space.part.center_of_mass
+    old, new = before.points * before.radius, after.points * after.radius + shift
+    beyond = (new @ before.arrays.normal.T - before.arrays.distance * before.radius).max()
+    left = ((old - shift) @ after.arrays.normal.T - after.arrays.distance * after.radius).max()
+    return float(max(beyond, left, 0.0))
+
+
+def center_move(space: DesignSpace, changed: ChangedPart) -> float:
+    """How far the centre of mass has moved, metres, be it by itself or with the outline."""
+    return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
+
+
+def check_within(within: float, radius: float) -> None:
+    """Refuse a bound that is none.
+
+    Raises RequestError if it is not above 0 and at most half the radius.
+    """
+    if not 0.0 < within <= 0.5 * radius:
+        raise RequestError(f"a bound above 0 and at most {500.0 * radius:.3g} mm, half the "
+                           "part's radius", f"{1e3 * within:.3g} mm",
+                           "give how far the outline may move, in millimetres")
+
+
+def _distinct(rows: Array) -> list[Array]:
+    """Rows that are not nearly zero, and no multiples of those before."""
+    found: list[Array] = []
+    for row in rows:
+        length = float(np.linalg.norm(row))
+        if length > NOTHING and all(
+                np.linalg.norm(np.cross(row, other)) > NOTHING * length for other in found):
+            found.append(row)
+    return found
+
+
+def _keeps_stretch(rotations: Array, along: Array) -> bool:
+    """Whether all rotations leave a stretch along the axes as it is."""
+    tensor = np.diag(along)
+    return bool(np.abs(rotations @ tensor @ rotations.transpose(0, 2, 1) - tensor).max()
+                < 10.0 * NOTHING)
+
+
+LEAST_GAIN = 0.003
 """Estimated gain of a step below which it is not worth making."""
 
-STRIDES: Final = (0.5, 1.0)
+STRIDES = (0.5, 1.0)
 """Shares of the bound by which a feature is changed at a time."""
 
-MOST_STEPS: Final = 12
-LOOKED_AT: Final = 8
+MOST_STEPS = 12
+LOOKED_AT = 8
 """Steps that are estimated anew after each, those that gained most before."""
 
-SLACK: Final = 1e-6
+SLACK = 1e-6
 """Share by which outline and centre of mass may seem to move farther for rounding."""
 
 

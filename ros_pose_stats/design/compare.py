@@ -1,13 +1,9 @@
 """Variants of a part side by side: which poses correspond, and whether they differ."""
 
-from __future__ import annotations
-
 import secrets
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Final
 
 from ..errors import RequestError
 from ..records import DropScene, Part
@@ -20,18 +16,16 @@ from ..records.scene import (
 from ..resting.poses import resting_poses
 from ..simulation.request import drop_request
 from ..statistics.feeding import check_wanted
+from . import correspondence, paired_drops, verdicts
 from .comparison import ONE_POINT, Comparison
-from .correspondence import find_correspondence
-from .paired_drops import begin_pairs, drop_more
-from .verdicts import compare_pairs
 
-FIRST_LOOK: Final = 1250
+FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
 
-MOST_DROPS: Final = 20_000
+MOST_DROPS = 20_000
 """Drops of each variant, if nothing ends them before: differences are known to a point then."""
 
-MOST_VARIANTS: Final = 26
+MOST_VARIANTS = 26
 
 
 def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
@@ -98,16 +92,17 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
     if wanted:
         check_wanted(wanted, len(resting[0].poses))
-    matches = [find_correspondence(resting[0], other) for other in resting[1:]]
-    pairs = begin_pairs(parts, scene, asked.seed)
+    matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
+    pairs = paired_drops.begin_pairs(parts, scene, asked.seed)
     turns = [None, *(match.turn for match in matches)]
     sizes = looks(asked.drops)
     for number, size in enumerate(sizes):
-        pairs = drop_more(pairs, parts, size, turns, asked.workers,
-                          _told(on_progress, pairs.drops * len(parts), sizes[-1] * len(parts)),
-                          should_stop)
-        found = compare_pairs(parts, pairs, matches, tuple(dict.fromkeys(map(int, wanted))),
-                              sizes[number] / sum(sizes), plate_error)
+        pairs = paired_drops.drop_more(pairs, parts, size, turns, asked.workers,
+                                       _progress(on_progress, pairs.drops * len(parts),
+                                                 sizes[-1] * len(parts)), should_stop)
+        found = verdicts.compare_pairs(parts, pairs, matches,
+                                       tuple(dict.fromkeys(map(int, wanted))),
+                                       sizes[number] / sum(sizes), plate_error)
         if pairs.drops < size or found.is_settled or found.half_width <= ONE_POINT:
             break
     return replace(found, seconds=time.perf_counter() - begin)
@@ -125,13 +120,7 @@ def looks(drops: int) -> list[int]:
     return sizes[::-1]
 
 
-def _told(on_progress: Callable[[int, int], object] | None, before: int, most: int
-          ) -> Callable[[int, int], object] | None:
-    if on_progress is None:
-        return None
-    return partial(_tell, on_progress, before, most)
-
-
-def _tell(on_progress: Callable[[int, int], object], before: int, most: int, done: int,
-          _: int) -> None:
-    on_progress(before + done, most)
+def _progress(on_progress: Callable[[int, int], object] | None, before: int, most: int
+              ) -> Callable[[int, int], object] | None:
+    """What takes the drops done since some, and gives all that are done on."""
+    return None if on_progress is None else lambda done, _: on_progress(before + done, most)

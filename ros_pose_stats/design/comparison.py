@@ -3,11 +3,9 @@
 How the chances come about is in `verdicts`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from ..records import DropScene, Part, PoseStatistics
 from ..records.statistics import plain_number
@@ -16,13 +14,13 @@ from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .correspondence import Correspondence, MatchedPoses
 
-SHOWN: Final = "difference shown"
-NONE_SHOWN: Final = "none shown"
+SHOWN = "difference shown"
+NONE_SHOWN = "none shown"
 
-LEVEL: Final = 0.05
+LEVEL = 0.05
 """Chance that a difference is shown between variants that do not differ."""
 
-ONE_POINT: Final = 0.01
+ONE_POINT = 0.01
 
 
 class ShareDifference(NamedTuple):

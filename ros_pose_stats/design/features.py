@@ -1,10 +1,8 @@
 """What of a part can be changed: centre of mass, proportions, resting faces, edges of the hull."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,27 +17,27 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Kind = Literal["centre", "stretch", "face", "edge"]
 
-KINDS: Final = ("centre", "stretch", "face", "edge")
+KINDS = ("centre", "stretch", "face", "edge")
 CENTRE, STRETCH, FACE, EDGE = range(4)
 
-AXES: Final = "xyz"
+AXES = "xyz"
 
-SHARP: Final = math.radians(20.0)
+SHARP = math.radians(20.0)
 """An edge where faces turn by less is part of a curved surface, and no edge to chamfer."""
 
-ROUNDED: Final = math.radians(150.0)
+ROUNDED = math.radians(150.0)
 """Facets about an axis that turn by less in all are a rounded edge; else they are a round part."""
 
-SMALL: Final = 0.03
+SMALL = 0.03
 """Area, in square radii, below which a face is a facet of a curved surface, if it is smooth."""
 
-FLAT: Final = 0.02
+FLAT = 0.02
 """Sine by which the normals of a rounded edge may lie off a plane."""
 
-SHORTEST: Final = 0.1
+SHORTEST = 0.1
 """Length of an edge, in radii, below which it is none to be chamfered."""
 
-MOST_EDGES: Final = 200
+MOST_EDGES = 200
 """Edges that are looked at, the most prominent ones."""
 
 

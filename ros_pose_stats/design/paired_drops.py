@@ -4,8 +4,6 @@ Drop k of every variant begins with the same direction down, in the part's own f
 variant is turned in the frame of its file, so is the direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,15 +14,10 @@ from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, Part
 from ..resting.poses import RestingPoses, poses_in
+from ..simulation import request
 from ..simulation.chunks import DropWorkers
 from ..simulation.drop_body import drop_body
-from ..simulation.drops import (
-    DropOutcomes,
-    compute_drops,
-    drop_rules,
-    random_starts,
-)
-from ..simulation.request import drop_request
+from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
 
 Array = NDArray[np.float64]
@@ -104,7 +97,7 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
     True the starts that all variants have been dropped from by then are kept. Raises RequestError
     if a number is out of its range.
     """
-    asked = drop_request(drops, pairs.seed, 0.0, workers, None)
+    asked = request.drop_request(drops, pairs.seed, 0.0, workers, None)
     done, more = pairs.drops, asked.drops - pairs.drops
     if more <= 0:
         return pairs

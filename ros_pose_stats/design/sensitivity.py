@@ -4,12 +4,9 @@ Derivatives come from the fast estimator, fitted over steps to both sides; those
 are checked by drops of the part before and after from the same starts.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Final
 
 import numpy as np
 
@@ -19,28 +16,26 @@ from ..methods import AUTO
 from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import drop_request
-from ..statistics.feeding import drop_afresh
-from ..statistics.pose_groups import warn_of_alike
+from ..statistics import feeding, pose_groups
 from ..statistics.pose_shares import pose_shares
 from ..tolerances import number_equal
 from .alike import alike
 from .changes import DesignSpace
-from .checks import check_effects
-from .effects import Effect, Sensitivity, effect_error
+from .effects import Effect, Sensitivity, check_effects, effect_error
 from .shares import WantedShare
 
-STEP: Final = 0.05
+STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
 does is lost in the estimator's own unevenness (docs/measured/design.md)."""
 
-SAME_CHANGE: Final = 1e-9
+SAME_CHANGE = 1e-9
 """Changes of a share this close are a tie: by symmetry both ways change it alike."""
 
-CHECKS: Final = 5
-CHECK_DROPS: Final = 2000
+CHECKS = 5
+CHECK_DROPS = 2000
 """Effects that are checked, and the drops of each part."""
 
-CHECK_SECONDS: Final = 1.0
+CHECK_SECONDS = 1.0
 """Time after which no further drops are begun, where their number was not given."""
 
 def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
@@ -103,9 +98,10 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
         effects = [known.get(one.number, one) for one in effects]
     kept = tuple(np.flatnonzero(model.kept).tolist())
     return Sensitivity(space, kept, model.scene, told.method,
-                       drop_afresh(pose_shares(told), kept).accepted, reach, tuple(effects),
-                       dropped, asked.seed, asked.drops, out_of_time, time.perf_counter() - begin,
-                       (*told.warnings, *warn_of_alike(told, kept)))
+                       feeding.drop_afresh(pose_shares(told), kept).accepted, reach,
+                       tuple(effects), dropped, asked.seed, asked.drops, out_of_time,
+                       time.perf_counter() - begin,
+                       (*told.warnings, *pose_groups.warn_of_alike(told, kept)))
 
 
 def check_step(step: float, radius: float) -> float:

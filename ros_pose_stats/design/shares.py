@@ -1,15 +1,12 @@
 """The share of wanted poses of a changed part, and which of its poses are the ones before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimators.expected import best_method
-from ..estimators.registry import ESTIMATORS
+from ..estimators import expected, registry
 from ..records import DropScene
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics.feeding import check_wanted
@@ -29,7 +26,7 @@ class WantedShare:
 
     def __init__(self, space: DesignSpace, wanted: Sequence[int], scene: DropScene) -> None:
         self.scene = replace(scene, drop_height=scene.release_height(space.body.radius))
-        self._function = ESTIMATORS[best_method(scene.restitution)].function
+        self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
         self.kept = check_wanted(wanted, len(space.resting.poses))
         self._pose, self._rests = pose_of_faces(space.resting)
         self._downs = np.array([pose.down for pose in space.resting.poses])

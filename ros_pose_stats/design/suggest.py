@@ -5,12 +5,9 @@ say tell what was gained. What is judged is the
 outer shape and the centre of mass, not whether the part can be made.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,21 +19,18 @@ from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
+from . import effects, features
 from .changes import ChangedPart, DesignSpace
-from .checks import drop_changed
-from .climb import MOST_STEPS, Climb
-from .effects import effect_error
-from .features import EDGE
+from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
 from .shares import WantedShare
-from .tied_steps import center_move, check_within, outline_move
 
 Array = NDArray[np.float64]
 
-CHOOSING_DROPS: Final = 500
+CHOOSING_DROPS = 500
 """That choose between a suggestion with cut edges and one without."""
 
-GAIN_DROPS: Final = 4000
-GAIN_SECONDS: Final = 5.0
+GAIN_DROPS = 4000
+GAIN_SECONDS = 5.0
 """Drops that tell the gain, and the time after which no more are begun."""
 
 
@@ -111,8 +105,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     climb = _choose(_climbs(space, model, within, progress, stop), space, model, asked, stop)
     after = space.change(climb.steps)
     parts = [space.change_one(0, 0.0), after]
-    done = drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
-                        lambda share: progress(0.5 + 0.5 * share), stop)
+    done = effects.drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
+                                lambda share: progress(0.5 + 0.5 * share), stop)
     pairs = done.pairs
     shares = [_share(pairs.is_in(place, np.flatnonzero(
         model.accepted(resting, one.origin)).tolist()))
@@ -121,7 +115,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     return Suggestion(
         space, tuple(np.flatnonzero(model.kept).tolist()), model.scene, within, climb.steps,
         climb.taken, after, outline_move(space, after), center_move(space, after),
-        climb.base, climb.share, effect_error(gained, 0.0), model.lost(after),
+        climb.base, climb.share, effects.effect_error(gained, 0.0), model.lost(after),
         done.differences[0], shares[0], shares[1], pairs.drops, asked.seed, asked.drops,
         done.out_of_time, time.perf_counter() - begin)
 
@@ -131,7 +125,7 @@ def _climbs(space: DesignSpace, model: WantedShare, within: float,
     """The best by the estimator, and where that cuts edges the best that does not."""
     found = [Climb(space, model, within)]
     found[0].climb(lambda taken: progress(0.3 * taken / MOST_STEPS), stop)
-    if found[0].steps[space.kinds == EDGE].any() and not stop():
+    if found[0].steps[space.kinds == features.EDGE].any() and not stop():
         found.append(Climb(space, model, within, edges=False))
         found[1].climb(lambda taken: progress(0.3 + 0.1 * taken / MOST_STEPS), stop)
     return found
@@ -143,8 +137,8 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     if len(climbs) == 1 or stop():
         return climbs[0]
     apart = replace(asked, drops=CHOOSING_DROPS, seed=(asked.seed + 1) % SEEDS)
-    done = drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
-                        lambda share: None, stop)
+    done = effects.drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
+                                lambda share: None, stop)
     return climbs[int(done.differences[0].value > 0.0)]
 
 

@@ -4,9 +4,12 @@ All differences of a comparison are tested together, so that variants that do no
 different in at most 5 % of comparisons: Holm's method over the poses, and a share of the 5 % for
 each look at the drops. What the plate adds is no matter of repeated looks: of a difference that
 stands, each pose by itself must exceed it.
-"""
 
-from __future__ import annotations
+A share that drops tell is off by `plate_error` on a real plate, whatever the number of drops. Two
+variants that are alike are off alike, so most of that is gone from their difference. A part of it
+stays however small the difference, more with the difference, up to that of two parts that have
+nothing to do with each other.
+"""
 
 import math
 from collections.abc import Hashable, Sequence
@@ -19,10 +22,8 @@ from ..records import Part, PoseStatistics
 from ..records.statistics import pose_statistics
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
-from ..statistics.errors import jeffreys_interval
+from ..statistics import errors, paired_counts, pose_groups
 from ..statistics.feeding import Bounded, Feeding, drop_afresh
-from ..statistics.paired_counts import adjust_together
-from ..statistics.pose_groups import warn_of_alike
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
 from .comparison import (
@@ -33,9 +34,49 @@ from .comparison import (
     VariantComparison,
 )
 from .correspondence import Correspondence, MatchedPoses
-from .model_error import EXPORTED, plate_part
+from .describe import letter
 from .paired_drops import UNSETTLED, PairedDrops
-from .unit_ratios import warn_of_units
+
+LEFT = 0.1
+"""Error of a difference that is nearly 0, over the plate's error of a single share."""
+
+KEPT = 0.35
+"""Error of a larger difference over the difference. Both cover what rolled dice and simulated
+plates have shown, with single shares off by up to 9 points (tests/truth/design)."""
+
+EXPORTED = 0.005
+"""Standard deviation by which shares of two exports of one round part differ: the drops see the
+facets of the file, not the part (docs/measured/exports.md)."""
+
+
+def plate_part(difference: float, plate_error: float) -> float:
+    """Standard deviation of what a plate adds to a difference of two shares.
+
+    `difference`: of the shares in the model, -1 to 1; `plate_error`: of a single share on the
+    plate, a fraction.
+    """
+    return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
+
+
+RATIOS = (10.0, 25.4, 1.0 / 0.0254, 100.0, 1000.0)
+"""Of millimetres, centimetres, inches and metres; cm to inch is too near to a change of a part."""
+
+ABOUT = 1.1
+"""Factor by which a variant may be larger or smaller besides."""
+
+
+def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
+    """Warn where two variants differ in size by about the ratio of two units.
+
+    `first, second`: radii of the first variant and of another, metres; `variant`: which one that
+    is, from 1 on.
+    """
+    names = ("A", letter(variant)) if first > second else (letter(variant), "A")
+    ratio = max(first, second) / min(first, second)
+    if not any(one / ABOUT < ratio < one * ABOUT for one in RATIOS):
+        return ()
+    return (f"UNITS_DIFFER: {names[0]} is {ratio:.4g} times as large as {names[1]}: most likely "
+            "one of the files is in another unit, and what follows means nothing.",)
 
 
 def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
@@ -51,7 +92,7 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
     single = [_compare(pairs, found, place, match, wanted, plate_error)
               for place, match in enumerate(matches, start=1)]
     accepted = [wanted, *(match.partners(wanted) for match in matches)]
-    found = tuple(replace(one, warnings=(*one.warnings, *warn_of_alike(one, some)))
+    found = tuple(replace(one, warnings=(*one.warnings, *pose_groups.warn_of_alike(one, some)))
                   for one, some in zip(found, accepted, strict=True))
     return Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
                       pairs.seed, wanted, plate_error)
@@ -114,7 +155,7 @@ def _share(pairs: PairedDrops, variant: int, poses: tuple[int, ...]) -> Bounded:
     inside = pairs.is_in(variant, poses)
     if not poses or not inside.size:
         return Bounded(0.0, 0.0, 0.0 if not poses else 1.0)
-    low, high = jeffreys_interval(int(inside.sum()), inside.size)
+    low, high = errors.jeffreys_interval(int(inside.sum()), inside.size)
     return Bounded(float(inside.mean()), float(low), float(high))
 
 
@@ -122,9 +163,9 @@ def _tested_together(single: Sequence[VariantComparison], look: float
                      ) -> tuple[VariantComparison, ...]:
     """Tell each difference its chances, adjusted for all of them and for the looks."""
     tests = {key: share for one in single for key, share in _tests(one)}
-    alone = adjust_together([share.difference.p_value for share in tests.values()])
-    of_files = adjust_together([_chance_beyond(share, share.file_error)
-                                for share in tests.values()])
+    alone = paired_counts.adjust_together([share.difference.p_value for share in tests.values()])
+    of_files = paired_counts.adjust_together([_chance_beyond(share, share.file_error)
+                                              for share in tests.values()])
     chances = {
         key: (min(1.0, chance / look),
               min(1.0, max(of_file / look, _chance_beyond(share, share.model_error))))

@@ -1,7 +1,6 @@
 """Plates: what a real one does to parts, fitted from counts and kept in a file of plates."""
 
-from .count_rows import read_count_rows
-from .counts import CountedPart, count_part
+from .counts import CountedPart, count_part, read_count_rows
 from .fit import fit_plate
 from .plate_fit import PartEvidence, PlateFit
 from .profile import PlateProfile, profile_of, read_profiles, refuse_name, write_profile

@@ -1,7 +1,5 @@
 """What counts say of a plate once it is known how likely each scene makes them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The restitution and the drop height that explain what was counted on a plate."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

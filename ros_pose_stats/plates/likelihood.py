@@ -5,8 +5,6 @@ of the best scene. The likelihood averages over how widely (`SCATTERS`), so that
 scene explains widen the intervals by themselves, and counts that one explains do not.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

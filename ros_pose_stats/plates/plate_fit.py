@@ -1,7 +1,5 @@
 """What a fit of a plate finds."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What is known of a plate, and the file of plates (YAML) that keeps it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Round parts on a plate, which lose energy there as polygons of some number of sides do."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,8 +1,5 @@
 """A part coloured by what changes of it do: where to add, and where to take away."""
 
-from __future__ import annotations
-
-from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,14 +19,14 @@ Array = NDArray[np.float64]
 
 ADD, TAKE = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 PLAIN = np.array([0.86, 0.86, 0.86])
-FAINTEST: Final = 0.35
+FAINTEST = 0.35
 """Strength of the colour of an effect that is hardly above its error."""
 
-SIDES: Final = (("as in the part frame, from above", np.ones(3)),
+SIDES = (("as in the part frame, from above", np.ones(3)),
                 ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
 """How the part is shown, with the light from above each time."""
 
-STRIP: Final = 0.035
+STRIP = 0.035
 """Width of the strips along an edge that is to be cut, in radii."""
 
 ON_FACE, SAME_NORMAL = 0.01, 0.998
@@ -37,7 +34,7 @@ ON_FACE, SAME_NORMAL = 0.01, 0.998
 
 PIXELS, LISTED = 620, 4
 
-SHADES: Final = ("the stronger the colour of a face, the more a step gains; strips: edges to cut; "
+SHADES = ("the stronger the colour of a face, the more a step gains; strips: edges to cut; "
                  "grey: no gain beyond the error")
 
 

@@ -1,7 +1,5 @@
 """Figures as files, and sequences of pictures as films: GIF, or MP4 where ffmpeg is installed."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Accepted parts a minute over the height of the kick, with the kick that feeds fastest."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -4,8 +4,6 @@ The nearest triangle of each pixel is seen, so that concave parts come out right
 few hundredths of a second.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,16 +1,13 @@
-"""What figures share: colours, dashes, axes, and labels that do not overlap."""
-
-from __future__ import annotations
+"""What figures share: colours, axes, and labels that do not overlap."""
 
 import math
-from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
@@ -65,40 +62,3 @@ def _nearest_rising(values: Array) -> Array:
 def in_digits(value: float, digits: int) -> str:
     """A length with so many digits, never with an exponent where it is large."""
     return f"{value:.{digits}g}" if value < 10.0 ** digits else f"{value:.0f}"
-
-
-Curves = Sequence[tuple[str, ArrayLike]]
-
-EQUAL = 1e-9
-"""Largest difference of two curves that are drawn as one line with both names."""
-
-# For the colour-blind: four of Okabe and Ito's, eight of Tol's "muted", none near the dice's
-# vermilion. Neighbours have different dashes too, so that nobody needs to see colours.
-LINES: tuple[tuple[str, object], ...] = (
-    ("#0072B2", "-"),
-    ("#E69F00", (0, (6, 1.6))),
-    ("#009E73", (0, (5, 1.4, 1, 1.4))),
-    ("#CC79A7", (0, (1.2, 1.0))),
-    ("#332288", "-"),
-    ("#999933", (0, (6, 1.6))),
-    ("#44AA99", (0, (5, 1.4, 1, 1.4))),
-    ("#882255", (0, (1.2, 1.0))),
-    ("#661100", "-"),
-    ("#88CCEE", (0, (6, 1.6))),
-    ("#117733", (0, (5, 1.4, 1, 1.4))),
-    ("#DDCC77", (0, (1.2, 1.0))),
-)
-
-
-def merged(curves: Curves) -> list[tuple[str, Array]]:
-    """Join equal curves under a common label, since one would hide the other."""
-    merged: list[tuple[str, Array]] = []
-    for label, given in curves:
-        values = np.asarray(given, dtype=np.float64)
-        for place, (names, known) in enumerate(merged):
-            if np.abs(values - known).max() < EQUAL:
-                merged[place] = f"{names} = {label}", known
-                break
-        else:
-            merged.append((label, values))
-    return merged

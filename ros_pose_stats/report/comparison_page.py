@@ -1,24 +1,19 @@
 """The page about variants of a part: one HTML file that needs nothing beside itself."""
 
-from __future__ import annotations
-
-import base64
 import math
 from functools import cache
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
-from numpy.typing import NDArray
+from jinja2 import Template
 
 from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
-from ..design.words import describe_matching, describe_verdict, letter, name_warnings
-from ..plots.beside import pictures_beside
+from ..design.describe import describe_matching, describe_verdict, letter, name_warnings
 from ..plots.files import png_bytes
+from ..plots.poses import pictures_beside
 from ..records import PoseStatistics, StablePose
-from ..text import listed, ranges, several
-from . import words
-from .viewer import ASSETS
+from ..text import ranges
+from . import page, words
 
 MOST_SHOWN = 12
 """Pairs of poses with pictures, the most frequent ones; the table lists more."""
@@ -42,8 +37,8 @@ def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
         sections=[_section(found, one) for one in found.variants],
         warnings=[(whose, *words.in_words(line)) for line, whose in name_warnings(found).items()],
         commands=commands,
-        style=(ASSETS / "page.css").read_text(encoding="utf-8")
-        + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
+        style=(page.ASSETS / "page.css").read_text(encoding="utf-8")
+        + (page.ASSETS / "comparison.css").read_text(encoding="utf-8"))
 
 
 def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
@@ -56,7 +51,8 @@ def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
                                one.correspondence.turn, pairs, radius)
     return {"other": letter(one.second), "comparison": one,
             "verdict": describe_verdict(found, one), "matching": describe_matching(one),
-            "cards": [(pose, [None if each is None else _address(each) for each in pair])
+            "cards": [(pose, [None if each is None else page.address("png", png_bytes(each))
+                             for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)],
             "warnings": [words.in_words(line) for line in one.warnings]}
 
@@ -67,17 +63,9 @@ def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
 
 @cache
 def _template() -> Template:
-    """The page with places for what is known; all that is put in is escaped."""
-    known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
-                        lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.globals.update(MOST_ROWS=MOST_ROWS, between=words.between, several=several,
-                         verdict=_verdict)
-    known.filters.update(
-        percent=words.percent, millimetres=words.millimetres, units=words.units, listed=listed,
-        begin=words.begin, is_finite=math.isfinite, points=_points, numbered=_numbered,
-        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound",
-        of_bar=lambda share: f"{100.0 * share:.2f}")
-    return known.get_template("comparison.html")
+    return page.template("comparison.html", {"MOST_ROWS": MOST_ROWS, "verdict": _verdict}, {
+        "points": _points, "numbered": _numbered,
+        "of_bar": lambda share: f"{100.0 * share:.2f}"})
 
 
 def _verdict(pose: PoseComparison) -> str:
@@ -98,7 +86,3 @@ def _points(fraction: float) -> str:
 def _numbered(poses: tuple[int, ...]) -> str:
     text = ranges(poses).replace("-", words.RANGE)
     return f"pose{'s' if len(poses) > 1 else ''}{words.SPACE}{text}" if poses else "no partner"
-
-
-def _address(picture: NDArray[np.uint8]) -> str:
-    return f"data:image/png;base64,{base64.b64encode(png_bytes(picture)).decode()}"

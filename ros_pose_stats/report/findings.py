@@ -1,7 +1,5 @@
 """The numbers of a report on a part, before they are put into words and pictures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,30 +15,65 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
 from ..design.describe import CONTRADICTED, JUDGED, describe_order, name_feature, name_step
-from ..plots.changes import changes_figure
-from ..plots.files import figure_png, png_bytes, svg_bytes
-from ..plots.kicks import kick_figure
+from ..mesh.decimation import visible_triangles
+from ..plots import changes, files, kicks, sphere, splitting
 from ..plots.poses import pose_pictures
-from ..plots.reachable import reachable_figure, telling_energies
-from ..plots.sphere import sphere_figure
-from ..plots.splitting import MOST, drawn_tree, splitting_figure
+from ..records import Part, StablePose
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..statistics.pose_shares import pose_shares
 from ..text import listed, ranges, several
 from . import words
 from .findings import Findings
-from .viewer import ASSETS, viewer_data, viewer_script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+Array = NDArray[np.float64]
+
+ASSETS = Path(__file__).parent / "assets"
+
+SCRIPTS = ("part_mesh", "view_direction", "view_webgl", "view_canvas", "viewer")
+"""Each file uses functions of those before it."""
+
+
+def viewer_data(part: Part, poses: Sequence[StablePose], radius: float) -> str:
+    """Mesh and poses as JSON, lengths in radii.
+
+    `poses`: of that part, in the order of the buttons. Returns `vertices`: base64 of little-endian
+    float32, three a vertex, about the centre of mass; `triangles`: base64 of little-endian uint16
+    or uint32 (`wide`); `poses`: label, quaternion x y z w and height.
+    """
+    corners = (visible_triangles(part) - part.center_of_mass).reshape(-1, 3)
+    # Integers of 16 bits would do for the places, but not for the normals of thin triangles, which
+    # a fine circle in a flat face has many of.
+    places = (corners / radius).astype("<f4") + np.float32(0.0)  # no negative zeros
+    vertices, triangles = np.unique(places, axis=0, return_inverse=True)
+    wide = len(vertices) > 65_535
+    numbers = triangles.reshape(-1).astype("<u4" if wide else "<u2")
+    return json.dumps({
+        "vertices": base64.b64encode(np.ascontiguousarray(vertices).tobytes()).decode(),
+        "triangles": base64.b64encode(numbers.tobytes()).decode(),
+        "wide": wide,
+        "poses": [{"index": pose.index, "label": f"{pose.index}",
+                   "turn": [round(float(x), 9) for x in pose.orientation],
+                   "height": round(pose.height / radius, 9)} for pose in poses],
+    }, separators=(",", ":"))
+
+
+def viewer_script() -> str:
+    """The script of the view, as one function that leaves no name behind."""
+    parts = "".join((ASSETS / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)
+    return f'"use strict";\n(function () {{\n{parts}}}());'
+
 
 MOST_SHOWN = 12
 """Groups of like poses with a picture, the most frequent ones; the table lists more."""
 
 LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
-    "MOST_ENDS": MOST,  # of the splitting graph
+    "MOST_ENDS": splitting.MOST,  # of the splitting graph
     "FITTING": 6,  # ends of it that can be read at a phone's width; more are pushed sideways
     "MOST_TURNED": 14,  # poses in the table of flips
     "BESIDE": 9,  # ends of it that leave room for another figure beside it
@@ -70,33 +107,41 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(group, _address("png", png_bytes(picture)))
+        cards=[(group, address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None else _svg_text(kick_figure(findings.sweep)),
+        kicks=None if findings.sweep is None else _svg_text(kicks.kick_figure(findings.sweep)),
         graph=_graph(findings), changes=_changes(findings),
-        spheres={name: _svg_text(sphere_figure(findings.sphere, name, findings.graph))
+        spheres={name: _svg_text(sphere.sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
 
 
-@cache
-def _template() -> Template:
-    """The page with places for what is known; all that is put in is escaped."""
+def template(name: str, values: Mapping[str, object],
+             filters: Mapping[str, Callable[..., str]]) -> Template:
+    """A page with places for what is known; all that is put in is escaped.
+
+    `values` and `filters`: of this page, beside those that all have.
+    """
     known = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, trim_blocks=True,
                         lstrip_blocks=True, undefined=StrictUndefined, keep_trailing_newline=True)
-    known.globals.update(LIMITS, between=words.between, several=several,
-                         single_poses=single_poses)
+    known.globals.update(values, between=words.between, several=several)
     known.filters.update(
-        percent=words.percent, millimetres=words.millimetres, degrees=words.degrees,
-        in_millimetres=words.in_millimetres, three_digits=words.three_digits, units=words.units,
-        listed=listed, is_finite=math.isfinite, begin=words.begin, named=_named,
-        numbered=_numbered, direction=_direction,
-        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound",
-        share_of_bar=lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}")
-    return known.get_template("page.html")
+        filters, percent=words.percent, millimetres=words.millimetres, units=words.units,
+        listed=listed, is_finite=math.isfinite, begin=words.begin,
+        times=lambda passes: words.three_digits(passes) if math.isfinite(passes) else "no bound")
+    return known.get_template(name)
+
+
+@cache
+def _template() -> Template:
+    return template("page.html", {**LIMITS, "single_poses": single_poses}, {
+        "degrees": words.degrees, "in_millimetres": words.in_millimetres,
+        "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
+        "direction": _direction,
+        "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
 
 
 def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
@@ -122,10 +167,10 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     root = findings.graph
     if root.level is None:
         return None
-    return {"ends": sum(not branch.parts for branch in drawn_tree(root).walk()),
-            "splitting": _svg_text(splitting_figure(root, findings.simulated.poses)),
+    return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
+            "splitting": _svg_text(splitting.splitting_figure(root, findings.simulated.poses)),
             "reachable": _svg_text(
-                reachable_figure(findings.sphere, root, telling_energies(root)))}
+                sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
 
 
 def _changes(findings: Findings) -> dict[str, Any] | None:
@@ -134,7 +179,8 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     if found is None:
         return None
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
-    return {"picture": _address("png", figure_png(changes_figure(found))), "found": found,
+    return {"picture": address("png", files.figure_png(changes.changes_figure(found))),
+            "found": found,
             "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
                       else 1.0) for one in clear],
             "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
@@ -144,10 +190,10 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
 
 
 def _svg_text(figure: Figure) -> str:
-    return _address("svg+xml", svg_bytes(figure))
+    return address("svg+xml", files.svg_bytes(figure))
 
 
-def _address(kind: str, picture: bytes) -> str:
+def address(kind: str, picture: bytes) -> str:
     """A picture as an address that contains its data."""
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 

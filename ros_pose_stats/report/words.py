@@ -1,7 +1,5 @@
 """Numbers and warnings in the words of the page."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Sequence

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ros_pose_stats.commands.arguments import read_count
-from ros_pose_stats.commands.progress_bar import ProgressBar
 from ros_pose_stats.commands.running import (
     INTERRUPTED,
+    ProgressBar,
     announce_slow_start,
     end_on_interrupt,
     stop_on_interrupt,

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ros_pose_stats.commands.arguments import read_count
-from ros_pose_stats.commands.progress_bar import ProgressBar, duration
 from ros_pose_stats.commands.running import (
     INTERRUPTED,
+    ProgressBar,
     announce_slow_start,
+    duration,
     end_on_interrupt,
     needing,
     print_json,

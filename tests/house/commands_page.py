@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ros_pose_stats.cli import parser
-from ros_pose_stats.commands.outlines import ArgumentOutline, CommandOutline, outline_command
+from tests.house.outlines import ArgumentOutline, CommandOutline, outline_command
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "commands.md"
 WIDTH = 96

@@ -14,10 +14,10 @@ from matplotlib.image import imread
 
 from ros_pose_stats import __version__
 from ros_pose_stats.cli import main, parser
-from ros_pose_stats.commands.outlines import outline_command
 from ros_pose_stats.methods import METHODS
 from study.__main__ import main as study
 from tests.house import commands_page
+from tests.house.outlines import outline_command
 from tests.running import ROOT, call
 
 README = "README.md"

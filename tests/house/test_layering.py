@@ -67,6 +67,7 @@ ROOMS_OF = {
     "matplotlib": {"plots"},
     "PIL": {"plots"},
     "jinja2": {"catalogue", "report"},
+    "shtab": {"commands"},
     "rclpy": {"ros"},
     "distributed": {"batch"},
     "pyarrow": {"catalogue"},

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.design.checks import compare_with_first
+from ros_pose_stats.design.effects import compare_with_first
 from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
 from ros_pose_stats.design.suggest import suggest
 

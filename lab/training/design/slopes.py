@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_pose_stats.design.changes import ChangedPart
-from ros_pose_stats.design.checks import compare_with_first
-from ros_pose_stats.design.effects import effect_error
+from ros_pose_stats.design.effects import compare_with_first, effect_error
 from ros_pose_stats.design.features import CENTRE, EDGE, FACE, STRETCH
 from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
 from ros_pose_stats.design.sensitivity import STEP

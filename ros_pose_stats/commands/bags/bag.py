@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 from ...errors import BagError
-from ..progress_bar import ProgressBar
-from ..running import print_json
+from ..running import ProgressBar, print_json
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

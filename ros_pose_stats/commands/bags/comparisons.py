@@ -1,7 +1,5 @@
 """Comparisons as text: estimates with simulations, and predictions with the counts of cameras."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
@@ -9,6 +7,7 @@ from textwrap import wrap
 import numpy as np
 from numpy.typing import NDArray
 
+from ... import text
 from ...recording.analysis import (
     Comparison,
     CountComparison,
@@ -18,18 +17,7 @@ from ...recording.analysis import (
 )
 from ...statistics.chi_square import ChiSquare
 from ...statistics.errors import jeffreys_interval
-from ...text import (
-    MOST_POSES,
-    WIDTH,
-    Column,
-    columns,
-    interval,
-    percent,
-    printable,
-    several,
-    shortened,
-    utc,
-)
+from ...text import Column, columns, interval, percent, several, utc
 
 WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
 
@@ -40,7 +28,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
     yield f"estimates against {labels[one]}"
     yield from _wrapped(f"{_scene(one)}, expected error {percent(one.expected_error)} points")
     poses = history.poses
-    order = np.argsort(-one.probability, kind="stable")[:MOST_POSES]
+    order = np.argsort(-one.probability, kind="stable")[:text.MOST_POSES]
     yield from _beside(
         (Column("pose"), Column("group"), Column(labels[one], "%")),
         [(str(poses.index[k]), str(poses.group[k]), percent(one.probability[k])) for k in order],
@@ -53,7 +41,7 @@ def simulation_lines(found: SimulationComparison, history: ResultHistory) -> Ite
 def count_lines(found: CountComparison) -> Iterator[str]:
     """The counts of cameras, and the predictions beside them."""
     counts = found.counts
-    plate = f" on plate {shortened(printable(counts.plate), 40)}" if counts.plate else ""
+    plate = f" on plate {text.shortened(text.printable(counts.plate), 40)}" if counts.plate else ""
     total = counts.classified + counts.unclassified
     low, high = map(float, jeffreys_interval(counts.unclassified, total))
     yield f"camera counts{plate}: {several(counts.classified, 'part')} in stable poses"
@@ -66,7 +54,7 @@ def count_lines(found: CountComparison) -> Iterator[str]:
         yield from _wrapped(f"not compared: {found.problem}")
         yield from columns((Column("pose"), Column("counted")), (
             (str(index), str(count)) for index, count
-            in zip(counts.index[:MOST_POSES], counts.count[:MOST_POSES], strict=True)))
+            in zip(counts.index[:text.MOST_POSES], counts.count[:text.MOST_POSES], strict=True)))
         return
     labels = _labels(history)
     for one in history.predictions:
@@ -83,14 +71,14 @@ def count_lines(found: CountComparison) -> Iterator[str]:
                             "points rms, however many drops are simulated")
 
 
-def _wrapped(text: str) -> list[str]:
-    return wrap(printable(text), WIDTH, initial_indent="  ", subsequent_indent="    ")
+def _wrapped(line: str) -> list[str]:
+    return wrap(text.printable(line), text.WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _labels(history: ResultHistory) -> dict[Prediction, str]:
     """Short names of the predictions, with their scenes where there are several."""
-    return {one: f"{shortened(printable(one.method), 16)} {scene_name(history, one)}".rstrip()
-            for one in history.predictions}
+    return {one: (f"{text.shortened(text.printable(one.method), 16)} "
+                  f"{scene_name(history, one)}").rstrip() for one in history.predictions}
 
 
 def scene_name(history: ResultHistory, one: Prediction) -> str:
@@ -112,7 +100,7 @@ def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
             (*heads, *(Column(label, "%") for label, _ in others[:shown])),
             ((*row, *(percent(values[k]) for _, values in others[:shown]))
              for k, row in enumerate(rows)))
-        if max(map(len, lines)) <= WIDTH:
+        if max(map(len, lines)) <= text.WIDTH:
             break
     hidden = ", ".join(label for label, _ in others[shown:])
     return [*lines, *(_wrapped(f"--json and --csv also list {hidden}") if hidden else [])]
@@ -140,7 +128,7 @@ def _shares(names: Sequence[str], numbers: Sequence[NDArray[np.int64]], counts: 
     """Counts, the largest first, with their shares; probabilities beside them."""
     total = counts.sum()
     low, high = jeffreys_interval(counts, total)
-    order = np.argsort(-counts, kind="stable")[:MOST_POSES]
+    order = np.argsort(-counts, kind="stable")[:text.MOST_POSES]
     return _beside(
         (*map(Column, names), Column("counted"), Column("share", "%"),
          Column("90 % interval", "%")),

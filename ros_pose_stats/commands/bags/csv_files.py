@@ -1,7 +1,5 @@
 """An analysis of bags as CSV files, for spreadsheets."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -1,30 +1,15 @@
 """The report on bags: what was read, then part by part."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from textwrap import wrap
 
 import numpy as np
 
+from ... import text
 from ...recording.analysis import BagAnalysis, BagContents, Job, PartAnalysis, ResultHistory
 from ...recording.analysis.plain import job_counts
-from ...text import (
-    MOST_POSES,
-    WIDTH,
-    Column,
-    columns,
-    degrees,
-    ending,
-    interval,
-    millimetres,
-    percent,
-    printable,
-    several,
-    shortened,
-    utc,
-)
+from ...text import Column, columns, interval, percent, several, utc
 from .comparisons import count_lines, scene_name, simulation_lines
 
 MOST_RESULTS, MOST_JOBS = 12, 20
@@ -48,24 +33,25 @@ def _read(contents: BagContents) -> Iterator[str]:
     yield from _wrapped(f"messages: {kinds}")
     for file in contents.files:
         if file.note:
-            yield f"note: {printable(str(file.path))}"
+            yield f"note: {text.printable(str(file.path))}"
             yield from _wrapped(f"{file.note} ({several(file.messages, 'message')} read)", "  ")
     for note in contents.notes:
         yield from _wrapped(f"note: {note}")
 
 
-def _wrapped(text: str, indent: str = "") -> list[str]:
-    return wrap(printable(text), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ",
-                break_long_words=False, break_on_hyphens=False)
+def _wrapped(line: str, indent: str = "") -> list[str]:
+    return wrap(text.printable(line), text.WIDTH, initial_indent=indent,
+                subsequent_indent=indent + "  ", break_long_words=False, break_on_hyphens=False)
 
 
 def _rule(title: str) -> str:
-    return f"== {shortened(printable(title), WIDTH - 10)} ".ljust(WIDTH, "=")
+    return f"== {text.shortened(text.printable(title), text.WIDTH - 10)} ".ljust(text.WIDTH, "=")
 
 
 def _part(part: PartAnalysis) -> Iterator[str]:
     record = part.record
-    radius = f", radius {millimetres(record.radius)} mm" if math.isfinite(record.radius) else ""
+    radius = (f", radius {text.millimetres(record.radius)} mm"
+              if math.isfinite(record.radius) else "")
     yield _rule(f"{record.part_id} (digest {record.part_digest[:12]}{radius})")
     for history, simulations in zip(record.histories, part.simulations, strict=True):
         yield from ("", *_poses(history), "", *_results(history))
@@ -101,11 +87,12 @@ def _poses(history: ResultHistory) -> Iterator[str]:
          Column("margin", "deg")),
         ((str(poses.index[k]), str(poses.group[k]), percent(leading.probability[k]),
           interval(leading.probability_low[k], leading.probability_high[k]),
-          millimetres(poses.height[k]), millimetres(poses.barrier[k]), degrees(poses.margin[k]))
-         for k in order[:MOST_POSES]))
-    if len(order) > MOST_POSES:
-        rest = leading.probability[order[MOST_POSES:]].sum()
-        yield f"  ... and {len(order) - MOST_POSES} more, {percent(rest)} % together"
+          text.millimetres(poses.height[k]), text.millimetres(poses.barrier[k]),
+          text.degrees(poses.margin[k]))
+         for k in order[:text.MOST_POSES]))
+    if len(order) > text.MOST_POSES:
+        rest = leading.probability[order[text.MOST_POSES:]].sum()
+        yield f"  ... and {len(order) - text.MOST_POSES} more, {percent(rest)} % together"
 
 
 def _results(history: ResultHistory) -> Iterator[str]:
@@ -147,7 +134,7 @@ def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:
         (Column("job", left=True), Column("state", left=True), Column("queued", "UTC", left=True),
          Column("took", "s"), Column("done", "drops"), Column("of", "drops"),
          Column("restitution")),
-        ((ending(job.job_id, 22), "unfinished" if job.unfinished else job.state,
+        ((text.ending(job.job_id, 22), "unfinished" if job.unfinished else job.state,
           utc(job.queued), _took(job), str(job.drops_done), str(job.drops),
           f"{job.restitution:g}") for job in listed))
     if len(jobs) > len(listed):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 import sys
 from collections.abc import Sequence
@@ -11,27 +12,14 @@ from typing import TYPE_CHECKING
 
 from ...errors import RequestError
 from ...records.scene import DEFAULT_PLATE_ERROR
-from ..arguments import (
-    JoinIndices,
-    add_pose_options,
-    add_scene_options,
-    add_shared_unit_option,
-    read_count,
-    read_indices,
-)
-from ..progress_bar import ProgressBar
-from ..running import (
-    INTERRUPTED,
-    announce_slow_start,
-    end_on_interrupt,
-    output_file,
-    print_json,
-    stop_on_interrupt,
-)
+from ...text import Column, columns, interval, percent, ranges, several
+from .. import arguments as given
+from .. import running
 
 if TYPE_CHECKING:
-    from ...design.comparison import Comparison
+    from ...design.comparison import Comparison, VariantComparison
     from ...records import Part
+    from ...statistics.feeding import Bounded
 
 MOST_DROPS = 20_000
 
@@ -50,68 +38,64 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files of two variants or more, the one to compare with first: "
                          "STEP, STL, OBJ, PLY, OFF or 3MF")
-    add_shared_unit_option(command)
+    given.add_shared_unit_option(command)
     command.add_argument("--com", nargs=3, type=float, action="append", default=[],
                          metavar=("X", "Y", "Z"),
                          help="centre of mass in the file's unit (default: uniform density); "
                          "once for all variants, or once for each in their order")
-    add_pose_options(command)
-    add_scene_options(command)
-    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         default=[], metavar="I",
-                         help="poses of the first variant that a feeder accepts, for instance 0 1 "
-                         "or 0-3: what it gets of each variant")
+    given.add_pose_options(command)
+    given.add_scene_options(command)
+    given.add_wanted_option(command, "I", "poses of the first variant that a feeder accepts, for "
+                            "instance 0 1 or 0-3: what it gets of each variant", default=[])
     command.add_argument("--plate-error", type=float, default=DEFAULT_PLATE_ERROR, metavar="E",
                          help="error of a share on the real plate, as a fraction "
                          "(default: %(default)s; a plate fitted to counts has its own)")
-    command.add_argument("--drops", type=read_count, default=MOST_DROPS, metavar="N",
+    command.add_argument("--drops", type=given.read_count, default=MOST_DROPS, metavar="N",
                          help="the most drops of each variant (default: %(default)s)")
-    command.add_argument("--seed", type=read_count, metavar="S",
-                         help="the same seed gives the same answer (default: a fresh one, which "
-                         "is printed)")
-    command.add_argument("--workers", type=read_count, metavar="W",
-                         help="number of threads (default: all cores)")
+    given.add_seed_option(command, "the same seed gives the same answer (default: a fresh one, "
+                          "which is printed)")
+    given.add_workers_option(command)
     command.add_argument("-o", "--output", metavar="FILE",
                          help="write a page with pictures of the poses, too: FILE.html")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    given.add_json_option(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compare, write the page, and print."""
-    page = None if options.output is None else output_file(options.output, (".html", ".htm"))
-    with announce_slow_start(), end_on_interrupt():
+    page = (None if options.output is None
+            else running.output_file(options.output, (".html", ".htm")))
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ...design.compare import compare
         from ...kernels.compilation import prepare_kernels
 
         parts = load_variants(options)
         prepare_kernels()
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = compare(
-            parts, options.wanted, options.drops, options.restitution, options.seed,
-            options.drop_height, options.workers,
-            lambda done, most: bar.draw(done / most, f"{done} of at most {most} drops"),
-            interrupted, cluster_tolerance=options.cluster_tolerance,
-            round_sides=options.round_sides, plate_error=options.plate_error)
+            parts, options.wanted, options.drops, seed=options.seed, workers=options.workers,
+            on_progress=lambda done, most: bar.draw(
+                done / most, f"{done} of at most {most} drops"),
+            should_stop=interrupted, plate_error=options.plate_error,
+            **given.scene_keywords(options))
         stopped = interrupted()
     if page is not None and found.drops:
-        with end_on_interrupt():
+        with running.end_on_interrupt():
             from ...files import write_file
             from ...report.comparison_page import comparison_page
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode())
     if options.json:
-        print_json({**found.as_dict(), **({"interrupted": True} if stopped else {})})
+        running.print_json(found.as_dict(), interrupted=stopped)
     else:
-        from .comparison_table import comparison_table
 
         print(comparison_table(found))
         if page is not None and found.drops:
             print(f"{page}: {page.stat().st_size / 1e6:.2f} MB")
         if stopped:
             print(f"interrupted after {found.drops} drops of each")
-    return INTERRUPTED if stopped else 0
+    return running.INTERRUPTED if stopped else 0
 
 
 def load_variants(options: argparse.Namespace) -> list[Part]:
@@ -165,3 +149,87 @@ def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
     words += ["--wanted", *map(str, options.wanted)] if options.wanted else []
     return shlex.join([*words, "--plate-error", repr(options.plate_error),
                        "--drops", str(options.drops), "--seed", str(found.seed)])
+
+
+MOST_ROWS = 40
+
+
+def comparison_table(found: Comparison) -> str:
+    """All variants beside the first one, as text."""
+    from ...design import describe
+
+    lines = [f"{describe.letter(place)} {one.part_id}: {several(len(one.poses), 'stable pose')}, "
+             f"radius {1e3 * one.radius:.4g} mm" for place, one in enumerate(found.found)]
+    lines += [found.found[0].scene,
+              f"{found.drops} drops of each from the same starts, {found.found[0].unsettled} "
+              f"unsettled, seed {found.seed}"]
+    for one in found.variants:
+        lines += ["", *_variant(found, one)]
+    warnings = [f"{whose}: {line}" for line, whose in describe.name_warnings(found).items()]
+    return "\n".join([*lines, *(["", *warnings] if warnings else []), "",
+                      "in brackets and as ranges: 90 % intervals, each by itself; verdicts hold "
+                      "for all poses together",
+                      f"computed in {found.seconds:.1f} s"])
+
+
+def _variant(found: Comparison, one: VariantComparison) -> list[str]:
+    from ...design import describe
+
+    other = describe.letter(one.second)
+    heads = [Column("A"), Column(other), Column("A", "%"), Column("90 %", "%"),
+             Column(other, "%"), Column("90 %", "%"), Column(f"{other} - A", "points"),
+             Column("90 %", "points"), Column("difference", "in the model", left=True),
+             Column("difference", "on a plate", left=True)]
+    rows = [[_numbers(pose.poses.first), _numbers(pose.poses.second),
+             *_share(pose.share.first, pose.poses.first),
+             *_share(pose.share.second, pose.poses.second),
+             _points(pose.share.difference.value),
+             f"{_points(pose.share.difference.low)} to {_points(pose.share.difference.high)}",
+             pose.share.in_model.removeprefix("difference "),
+             pose.share.on_plate.removeprefix("difference ")]
+            for pose in one.poses[:MOST_ROWS]]
+    lines = [*one.warnings, describe.describe_verdict(found, one),
+             *describe.describe_matching(one), "", *columns(heads, rows)]
+    hidden = one.poses[MOST_ROWS:]
+    if hidden:
+        lines.append(f"... and {several(len(hidden), 'more row')}; --json lists all")
+    return [*lines, *_feeder(one, other)]
+
+
+def _feeder(one: VariantComparison, other: str) -> list[str]:
+    feeder = one.feeder
+    if feeder is None:
+        return []
+    heads = [Column("a feeder that accepts", left=True), Column("gets, %"),
+             Column("passes a part")]
+    rows = [[f"{name} {_numbers(poses)}",
+             f"{percent(way.accepted.value)} ({interval(way.accepted.low, way.accepted.high)})",
+             _bounded(way.passes)]
+            for name, poses, way in zip(("A", other), feeder.poses, feeder.feeding,
+                                        strict=True)]
+    lines = ["", *columns(heads, rows)]
+    if feeder.lost:
+        lines.append(f"wanted poses of A without a partner in {other}: "
+                     f"{ranges(feeder.lost)}")
+    return lines
+
+
+def _points(fraction: float) -> str:
+    """A signed difference; a dash where it is not known."""
+    if math.isnan(fraction):
+        return "-"
+    return f"{round(100.0 * fraction, 2) + 0.0:+.2f}"
+
+
+def _numbers(poses: Sequence[int]) -> str:
+    return ranges(poses) or "no partner"
+
+
+def _share(share: Bounded, poses: Sequence[int]) -> tuple[str, str]:
+    if not poses:
+        return "-", "-"
+    return percent(share.value), interval(share.low, share.high)
+
+
+def _bounded(number: Bounded) -> str:
+    return f"{number.value:.4g} ({number.low:.4g} - {number.high:.4g})"

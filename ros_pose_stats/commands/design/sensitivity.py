@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
-from ..arguments import (
-    JoinIndices,
-    add_part_options,
-    add_scene_options,
-    read_count,
-    read_indices,
-)
-from ..drop_runs import load_part_and_kernels
-from ..progress_bar import ProgressBar
-from ..running import (
-    INTERRUPTED,
-    announce_slow_start,
-    end_on_interrupt,
-    output_file,
-    print_json,
-    stop_on_interrupt,
-)
+from ...text import Column, columns, name_poses, several
+from .. import arguments as given
+from .. import running
 
 if TYPE_CHECKING:
-    from ...design.effects import Sensitivity
+    from ...design.effects import Effect, Sensitivity
     from ...design.suggest import Suggestion
     from ...records import Part
+    from ...statistics.feeding import Bounded
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -43,14 +31,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                   "--png sensitivity.png",
                   "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "
                   "--within 1 --stl changed.stl"))
-    add_part_options(command)
-    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         required=True, metavar="I",
-                         help="indices of the poses that are accepted, for instance 0 1 or 0-3")
+    given.add_part_options(command)
+    given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
+                            "instance 0 1 or 0-3", required=True)
     command.add_argument("--step", type=float, metavar="MM",
                          help="the change that is meant, in millimetres whatever the unit of the "
                          "file (default: a twentieth of the part's radius)")
-    command.add_argument("--checks", type=read_count, default=5, metavar="N",
+    command.add_argument("--checks", type=given.read_count, default=5, metavar="N",
                          help="changes that are checked by drops, those that raise the share most "
                          "(default: %(default)s)")
     command.add_argument("--suggest", action="store_true",
@@ -63,16 +50,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
                          help="with --suggest: write the changed hull as FILE.stl, in millimetres")
     command.add_argument("--png", metavar="FILE",
                          help="draw where to add to the part and where to take away, as FILE.png")
-    add_scene_options(command)
-    command.add_argument("--drops", type=read_count, metavar="N",
+    given.add_scene_options(command)
+    command.add_argument("--drops", type=given.read_count, metavar="N",
                          help="drops of each part, and no bound of time (default: 2000 for a "
                          "check and 4000 for a suggestion, fewer where they take long)")
-    command.add_argument("--seed", type=read_count, metavar="S",
-                         help="the same seed and number of drops give the same counts (default: "
-                         "a fresh one, which is printed)")
-    command.add_argument("--workers", type=read_count, metavar="W",
-                         help="number of threads (default: all cores)")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    given.add_seed_option(command, "the same seed and number of drops give the same counts "
+                          "(default: a fresh one, which is printed)")
+    given.add_workers_option(command)
+    given.add_json_option(command)
     command.set_defaults(run=run)
 
 
@@ -83,32 +68,29 @@ def run(options: argparse.Namespace) -> int:
     if options.suggest and options.within is None:
         raise RequestError("--within with --suggest", "no bound",
                            "give how far the outline may move, for instance --within 1")
-    files = {kind: None if name is None else output_file(name, (f".{kind}",))
+    files = {kind: None if name is None else running.output_file(name, (f".{kind}",))
              for kind, name in (("png", options.png), ("stl", options.stl))}
-    with announce_slow_start(), end_on_interrupt():
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ...design import sensitivity, suggest  # noqa: F401 - imported for their kernels
-        from ...design.tied_steps import check_within
+        from ...design.climb import check_within
 
-        part = load_part_and_kernels(options)
+        part = running.load_part_and_kernels(options)
         if options.suggest:
             from ...resting.poses import resting_poses
 
             check_within(1e-3 * options.within, resting_poses(
                 part, options.cluster_tolerance, options.round_sides).body.radius)
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found, proposed = _compute(part, options, bar, interrupted)
         stopped = interrupted()
-    with end_on_interrupt():
+    with running.end_on_interrupt():
         written = _write_files(files, found, proposed)
     if options.json:
         from ...design.describe import sensitivity_as_dict, suggestion_as_dict
 
-        extra: dict[str, Any] = {"interrupted": True} if stopped else {}
-        if proposed is not None:
-            extra["suggestion"] = suggestion_as_dict(proposed)
-        print_json({**sensitivity_as_dict(found), **extra})
+        extra = {} if proposed is None else {"suggestion": suggestion_as_dict(proposed)}
+        running.print_json({**sensitivity_as_dict(found), **extra}, interrupted=stopped)
     else:
-        from .sensitivity_table import sensitivity_table, suggestion_table
 
         lines = sensitivity_table(found)
         if proposed is not None:
@@ -116,17 +98,16 @@ def run(options: argparse.Namespace) -> int:
         lines += [*(f"wrote {file}" for file in written),
                   *(["interrupted"] if stopped else [])]
         print("\n".join(lines))
-    return INTERRUPTED if stopped else 0
+    return running.INTERRUPTED if stopped else 0
 
 
-def _compute(part: Part, options: argparse.Namespace, bar: ProgressBar, interrupted: Any
+def _compute(part: Part, options: argparse.Namespace, bar: running.ProgressBar, interrupted: Any
              ) -> tuple[Sensitivity, Suggestion | None]:
     from ...design.sensitivity import sensitivity
     from ...design.suggest import suggest
 
-    scene = {"restitution": options.restitution, "drop_height": options.drop_height,
-             "cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides,
-             "workers": options.workers, "drops": options.drops, "should_stop": interrupted}
+    scene = {**given.scene_keywords(options), "workers": options.workers, "drops": options.drops,
+             "should_stop": interrupted}
     found = sensitivity(
         part, options.wanted, step=None if options.step is None else 1e-3 * options.step,
         checks=options.checks, seed=options.seed,
@@ -157,3 +138,92 @@ def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion
         write_file(files["stl"], stl_bytes(1e3 * part.vertices, part.triangles))
         written.append(files["stl"])
     return written
+
+
+MOST_ROWS = 30
+
+
+def sensitivity_table(found: Sensitivity) -> list[str]:
+    """Lines: the share as it is, the effects, the greatest first, and the checks."""
+    from ...design import describe
+
+    space, shown = found.space, found.effects[:MOST_ROWS]
+    joined = any(len(effect.alike) > 1 for effect in shown)
+    heads = [Column("change", left=True), *([Column("alike")] if joined else []),
+             Column("effect"), Column("error"), Column("", left=True)]
+    rows = []
+    for one in shown:
+        scale = 0.1 if one.feature.is_length else 1.0
+        rows.append([describe.name_feature(space, one.number),
+                     *([str(len(one.alike))] if joined else []),
+                     f"{scale * one.slope:+.2f}", f"{scale * one.error:.2f}",
+                     f"points per {'mm' if one.feature.is_length else '%'}"])
+    hidden = len(found.effects) - len(shown)
+    lines = [f"{space.part.part_id}: wanted {name_poses(found.wanted)}: "
+             f"{_bounded(found.accepted)} by {found.method}, in brackets 90 % intervals",
+             f"released {found.scene.drop_height:.3g} m above a frictionless plate, restitution "
+             f"{found.scene.restitution:g}", "", describe.describe_order(found),
+             *columns(heads, rows)]
+    if hidden:
+        lines.append(f"... and {several(hidden, 'smaller effect')}; --json lists all")
+    return [*lines, *_checks(found), "", *found.warnings, f"computed in {found.seconds:.1f} s",
+            describe.JUDGED]
+
+
+def _checks(found: Sensitivity) -> list[str]:
+    """The changes that were dropped, and those that lose a wanted pose."""
+    from ...design import describe
+
+    checked = sorted((one for one in found.effects if one.check is not None),
+                     key=lambda one: -one.change)
+    if not checked:
+        return ["", "no change was checked by drops"]
+    heads = [Column("step", left=True), Column("by estimate", "points"),
+             Column("by drops", "points"), Column("90 % interval", "points"),
+             Column("", left=True)]
+    rows = [[describe.name_step(found.space, one.number, one.step), f"{100.0 * one.change:+.1f}",
+             *_by_drops(one), _remark(one, describe.CONTRADICTED)]
+            for one in checked]
+    ended = describe.describe_time(found)
+    return ["", f"the best of these, {found.drops} drops before and after from the same starts, "
+            f"seed {found.seed}", *columns(heads, rows), *([ended] if ended else [])]
+
+
+def _by_drops(one: Effect) -> tuple[str, str]:
+    check = one.check
+    if check is None or math.isnan(check.value):
+        return "-", "-"
+    return f"{100.0 * check.value:+.1f}", f"{100.0 * check.low:+.1f} to {100.0 * check.high:+.1f}"
+
+
+def _remark(one: Effect, contradicted: str) -> str:
+    told = [contradicted] if one.contradicted else []
+    if one.lost:
+        told.append(f"{name_poses(one.lost)} {'is' if len(one.lost) == 1 else 'are'} gone")
+    return ", ".join(told)
+
+
+def suggestion_table(found: Suggestion) -> list[str]:
+    """Lines: the steps, and what they gain by estimate and by drops."""
+    from ...design import describe
+
+    steps = describe.suggested_steps(found)
+    if not steps:
+        return [f"suggestion: no change within {1e3 * found.within:g} mm raises the estimate"]
+    gain = found.gain
+    return [f"suggestion within {1e3 * found.within:g} mm; the outline moves by "
+            f"{1e3 * found.outline:.2g} mm, the centre of mass by {1e3 * found.center_shift:.2g}:",
+            *(f"  {line}" for line in steps),
+            *([f"  gone: wanted {name_poses(found.lost)}"] if found.lost else []),
+            f"by estimate: {100.0 * found.before:.1f} -> {100.0 * found.after:.1f} %; it chose "
+            "these steps and so flatters them",
+            f"by drops: {_bounded(found.dropped_before)} -> {_bounded(found.dropped_after)}; gain "
+            f"{100.0 * gain.value:+.1f} points, 90 % interval {100.0 * gain.low:+.1f} to "
+            f"{100.0 * gain.high:+.1f} ({found.drops} drops of both from the same starts, seed "
+            f"{found.seed}, that had no say in the choice)",
+            *([ended] if (ended := describe.describe_time(found)) else []), describe.JUDGED]
+
+
+def _bounded(share: Bounded) -> str:
+    return (f"{100.0 * share.value:.1f} % [{100.0 * share.low:.1f} to "
+            f"{100.0 * share.high:.1f} %]")

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...errors import PoseStatsError, RequestError
 from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from ..arguments import UNITS, read_count, read_unit
-from ..progress_bar import ProgressBar
-from ..running import (
-    INTERRUPTED,
-    announce_slow_start,
-    end_on_interrupt,
-    print_json,
-    stop_on_interrupt,
-)
+from ...text import Column, columns, interval, length_in_words, listed, percent, several
+from .. import arguments as given
+from .. import running
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
+    from ...recording.analysis import CameraCounts
+    from ...recording.analysis.part_meshes import PartMeshRecord
+    from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
 
@@ -42,25 +42,23 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--plates", default="plates.yaml", metavar="FILE",
                          help="file of plates to write the plate into; its other plates stay "
                          "(default: %(default)s)")
-    command.add_argument("--unit", type=read_unit, choices=UNITS,
+    command.add_argument("--unit", type=given.read_unit, choices=given.UNITS,
                          help="unit of those part files in the CSV that declare none, in any "
                          "spelling (default: m)")
     command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="with which the poses in the CSV are numbered "
                          "(default: %(default)s)")
-    command.add_argument("--round-sides", type=read_count, default=DEFAULT_ROUND_SIDES,
+    command.add_argument("--round-sides", type=given.read_count, default=DEFAULT_ROUND_SIDES,
                          metavar="N", help="likewise (default: %(default)s)")
-    command.add_argument("--seed", type=read_count, default=0, metavar="S",
-                         help="seed of the drops (default: %(default)s)")
-    command.add_argument("--workers", type=read_count, metavar="W",
-                         help="number of threads (default: all cores)")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    given.add_seed_option(command, "seed of the drops (default: %(default)s)", 0)
+    given.add_workers_option(command)
+    given.add_json_option(command)
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Fit, write the plate and print."""
-    with announce_slow_start(), end_on_interrupt():
+    with running.announce_slow_start(), running.end_on_interrupt():
         from ...files import refuse_unwritable
         from ...kernels.compilation import prepare_kernels
         from ...plates import fit_plate, profile_of, refuse_name, write_profile
@@ -76,19 +74,20 @@ def run(options: argparse.Namespace) -> int:
         prepare_kernels()
     for note in notes:
         print(f"ros_pose_stats: {note}", file=sys.stderr)
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = fit_plate(counted, seed=options.seed, workers=options.workers,
                           on_progress=lambda share: bar.draw(share, f"{100.0 * share:.0f} %"),
                           should_stop=interrupted)
     if found is None:
         print("ros_pose_stats: interrupted; no plate was written", file=sys.stderr)
-        return INTERRUPTED
+        return running.INTERRUPTED
     profile = profile_of(options.plate, found)
     write_profile(file, profile)
     if options.json:
-        print_json({"plate": profile.name, **profile.as_dict(), "file": str(file),
-                    "seconds": found.seconds, "drops": found.drops,
-                    "evidence": [_evidence(part) for part in found.parts], "notes": notes})
+        running.print_json({
+            "plate": profile.name, **profile.as_dict(), "file": str(file),
+            "seconds": found.seconds, "drops": found.drops,
+            "evidence": [_evidence(part) for part in found.parts], "notes": notes})
     else:
         print("\n".join([*_lines(profile, found), "", f"wrote {file}"]))
     return 0
@@ -106,18 +105,12 @@ def _read_counts(options: argparse.Namespace) -> tuple[list[CountedPart], list[s
                for table in tables for part, counts in read_count_rows(table).items()]
     if not bags:
         return counted, []
-    from ..bags.plate_counts import counts_on_plate
-
-    with ProgressBar(sys.stderr) as bar:
+    with running.ProgressBar(sys.stderr) as bar:
         recorded, notes = counts_on_plate(bags, options.plate, bar.show_bytes)
     return [*counted, *recorded], notes
 
 
 def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
-    from math import isnan
-
-    from ...text import Column, columns, interval, length_in_words, percent, several
-
     heads = [Column("part", left=True), Column("counted"), Column("error", "points"),
              Column("if left out", "points"), Column("alone: restitution", "%"),
              Column("drop height", "mm")]
@@ -126,7 +119,7 @@ def _lines(profile: PlateProfile, found: PlateFit) -> list[str]:
              f"{1e3 * part.alone.drop_height[1]:.3g} - {1e3 * part.alone.drop_height[2]:.3g}"]
             for part in found.parts]
     height = [length_in_words(metres) for metres in found.drop_height]
-    fits = ("nothing is left to test it" if isnan(found.p_value)
+    fits = ("nothing is left to test it" if math.isnan(found.p_value)
             else f"p-value {found.p_value:.2g}")
     return [f"plate {profile.name}, from {several(found.counted, 'count')} of "
             f"{several(len(found.parts), 'part')}",
@@ -149,14 +142,93 @@ def _rolling_lines(found: PlateFit) -> list[str]:
 
 
 def _evidence(part: PartEvidence) -> dict[str, Any]:
-    from math import isnan
-
     return {"part_id": part.part_id, "part_digest": part.part_digest, "counted": part.counted,
             "groups": [{"poses": list(poses), "observed": observed, "expected": expected}
                        for poses, observed, expected in zip(
                            part.poses, part.observed.tolist(), part.expected.tolist(),
                            strict=True)],
             "error": part.error,
-            "left_out_error": None if isnan(part.left_out_error) else part.left_out_error,
+            "left_out_error": None if math.isnan(part.left_out_error) else part.left_out_error,
             "restitution": list(part.alone.restitution),
             "drop_height": list(part.alone.drop_height)}
+
+
+def counts_on_plate(paths: Sequence[Path], plate: str,
+                    on_progress: Callable[[int, int], None] | None = None
+                    ) -> tuple[list[CountedPart], list[str]]:
+    """Read the counts of a plate, and the meshes of the parts from the same bags.
+
+    Counts that name no plate are taken too, as those of the only plate there was.
+
+    Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
+    RequestError if there is no bag, or nothing was counted on this plate.
+    """
+    from ...recording.analysis import read_bags
+    from ...recording.analysis.part_meshes import read_part_meshes
+
+    told = read_bags(paths, on_progress).counts
+    wanted = [one for one in told if one.plate in ("", plate) and one.classified]
+    if not wanted:
+        plates = sorted({one.plate for one in told if one.plate})
+        raise RequestError(f"counts of cameras on plate {plate}",
+                           f"those of {listed(plates)}" if plates else "none",
+                           "name its plate, or record ~/pose_counts")
+    parts = _parts_of(wanted, read_part_meshes(paths))
+    counted, notes = [], []
+    for one in wanted:
+        found = _join(one, parts)
+        if isinstance(found, str):
+            notes.append(f"{several(one.classified, 'count')} of {one.part_id} left out: {found}")
+        else:
+            counted.append(found)
+    return counted, notes
+
+
+def _parts_of(wanted: Iterable[CameraCounts],
+              meshes: Iterable[PartMeshRecord]) -> dict[str, Part]:
+    """Parts by digest, of all meshes in the bags until those counted are there."""
+    missing = {one.part_digest for one in wanted}
+    found: dict[str, Part] = {}
+    for mesh in meshes:
+        part = _built(mesh)
+        if part is not None:
+            found.setdefault(part.digest, part)
+            missing.discard(part.digest)
+        if not missing:
+            break
+    return found
+
+
+def _built(mesh: PartMeshRecord) -> Part | None:
+    from ...mesh.parts import part_from_mesh
+
+    weighed = mesh.mass != 0.0
+    try:
+        return part_from_mesh(
+            mesh.vertices, mesh.triangles, mesh.center_of_mass if weighed else None,
+            mesh.mass if weighed else None,
+            mesh.inertia if weighed and mesh.inertia.any() else None,
+            part_id=mesh.part_id, unit=mesh.unit)
+    except PoseStatsError:
+        return None  # one that the node refused too; a part without a mesh is named by its counts
+
+
+def _join(one: CameraCounts, parts: dict[str, Part]) -> CountedPart | str:
+    """The counts with their part, or why they cannot be used."""
+    from ...plates import count_part
+
+    fitting = ([parts[one.part_digest]] if one.part_digest in parts else
+               [part for part in parts.values()
+                if part.part_id == one.part_id and not one.part_digest])
+    if len(fitting) != 1:
+        return ("several parts have this name, and the counts carry no digest" if fitting
+                else "its mesh is not in the bags")
+    if math.isnan(one.numbering.cluster_tolerance):
+        return "they do not say by which cluster_tolerance the poses are numbered"
+    try:
+        return count_part(fitting[0], dict(zip(one.index.tolist(), one.count.tolist(),
+                                               strict=True)),
+                          cluster_tolerance=one.numbering.cluster_tolerance,
+                          round_sides=one.numbering.round_sides)
+    except PoseStatsError as error:
+        return str(error)

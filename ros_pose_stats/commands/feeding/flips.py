@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...records.scene import DEFAULT_DROPS
-from ..arguments import JoinIndices, add_part_options, add_scene_options, read_count, read_indices
-from ..drop_runs import load_part_and_kernels
-from ..progress_bar import ProgressBar
-from ..running import INTERRUPTED, print_json, stop_on_interrupt
-from .flip_sweep import show_bounded, sweep, write_feeding
+from ...text import Column, columns, listed, millimetres, percent
+from .. import arguments as given
+from .. import running
 
 if TYPE_CHECKING:
+    from ...planning.kick_sweep import KickSweep
     from ...records import FlipStatistics, Part, PoseStatistics
     from ...statistics.feeding import Feeding
 
@@ -34,7 +34,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         examples=("ros_pose_stats flips demo/clamp.stl --unit mm --kick 0.02 --wanted 0 1",
                   "ros_pose_stats flips demo/clamp.stl --unit mm --sweep --wanted 0 1 "
                   "--png kicks.png"))
-    add_part_options(command)
+    given.add_part_options(command)
     kicks = command.add_mutually_exclusive_group(required=True)
     kicks.add_argument("--kick", type=float, metavar="H",
                        help="energy of a kick over the part's weight, in metres: as high would "
@@ -45,26 +45,22 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     command.add_argument("--png", metavar="FILE",
                          help="draw the accepted parts a minute over the kick heights of --sweep, "
                          "as FILE.png")
-    command.add_argument("--flips", type=read_count, metavar="N",
+    command.add_argument("--flips", type=given.read_count, metavar="N",
                          help=f"kicks out of each pose (default: {DEFAULT_FLIPS}; of a sweep "
                          f"500 at each height)")
-    add_scene_options(command)
-    command.add_argument("--wanted", type=read_indices, nargs="+", action=JoinIndices,
-                         metavar="I", help="indices of the poses that are accepted, "
-                         "for instance 0 1 or 0-3")
+    given.add_scene_options(command)
+    given.add_wanted_option(command, "I", "indices of the poses that are accepted, for "
+                            "instance 0 1 or 0-3")
     command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
                          help="parts that can be dropped a minute (default: %(default)s)")
     command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
                          help="seconds from one kick to the next (default: %(default)s)")
-    command.add_argument("--drops", type=read_count, default=DEFAULT_DROPS, metavar="N",
+    command.add_argument("--drops", type=given.read_count, default=DEFAULT_DROPS, metavar="N",
                          help="drops for the poses of parts that are dropped "
                          "(default: %(default)s)")
-    command.add_argument("--seed", type=read_count, metavar="S",
-                         help="the same seed gives the same counts (default: a fresh one, "
-                         "which is printed)")
-    command.add_argument("--workers", type=read_count, metavar="W",
-                         help="number of threads (default: all cores)")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    given.add_seed_option(command)
+    given.add_workers_option(command)
+    given.add_json_option(command)
     command.set_defaults(run=run)
 
 
@@ -74,22 +70,23 @@ def run(options: argparse.Namespace) -> int:
         return sweep(options)
     if options.png is not None:
         raise RequestError("--png with --sweep", "--png alone", "add --sweep and --wanted")
-    part = load_part_and_kernels(options)
+    part = running.load_part_and_kernels(options)
     from ...simulation.flips import simulate_flips
     from ...simulation.simulate import simulate
 
-    fresh: PoseStatistics | None = None
-    merging = {"cluster_tolerance": options.cluster_tolerance, "round_sides": options.round_sides}
-    with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
+    scene, fresh = given.scene_keywords(options), None
+    height = scene.pop("drop_height")
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
         found = simulate_flips(
             part, options.kick, DEFAULT_FLIPS if options.flips is None else options.flips,
-            options.restitution, options.seed, options.workers,
-            lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted,
-            **merging)
+            seed=options.seed, workers=options.workers,
+            on_progress=lambda done, total: bar.draw(
+                done / total, f"{done} of {total} flips"),
+            should_stop=interrupted, **scene)
         if options.wanted is not None and not interrupted():
-            fresh = simulate(part, options.drops, options.restitution, found.seed,
-                             options.drop_height, workers=options.workers, on_progress=bar.show,
-                             should_stop=interrupted, **merging)
+            fresh = simulate(part, options.drops, seed=found.seed, drop_height=height,
+                             workers=options.workers, on_progress=bar.show,
+                             should_stop=interrupted, **scene)
     stopped = interrupted()
     ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
     if fresh is not None:
@@ -97,15 +94,14 @@ def run(options: argparse.Namespace) -> int:
 
         found = replace(found, warnings=(*found.warnings, *warn_of_alike(fresh, options.wanted)))
     if options.json:
-        extra: dict[str, Any] = {"interrupted": True} if stopped else {}
-        if ways:
-            extra["feeding"] = {name: write_feeding(way) for name, way in ways.items()}
-        print_json({**found.as_dict(), **extra})
+        feeding = {name: write_feeding(way) for name, way in ways.items()}
+        running.print_json({**found.as_dict(), **({"feeding": feeding} if ways else {})},
+                           interrupted=stopped)
     else:
         print("\n".join(_table(part, found, ways)))
         if stopped:
             print(f"interrupted after {found.flips} flips")
-    return INTERRUPTED if stopped else 0
+    return running.INTERRUPTED if stopped else 0
 
 
 def _feedings(options: argparse.Namespace, found: FlipStatistics,
@@ -121,8 +117,6 @@ def _feedings(options: argparse.Namespace, found: FlipStatistics,
 
 
 def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[str]:
-    from ...text import Column, columns, millimetres, percent
-
     settled = found.counts.sum(axis=1)
     heads = [Column("out of"), *(Column(f"{pose.index}") for pose in found.poses), Column("error")]
     rows = [[str(i), *(percent(share) for share in row), percent(float(max(errors)))]
@@ -142,3 +136,94 @@ def _table(part: Part, found: FlipStatistics, ways: dict[str, Feeding]) -> list[
              show_bounded(way.flips)] for name, way in ways.items()]),
             "in brackets: 90 % intervals, of the model alone"]
     return [*lines, *(["", *found.warnings] if found.warnings else [])]
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Drop, kick from every height, print, and draw where that is wanted."""
+    if options.wanted is None:
+        raise RequestError("--wanted with --sweep", "--sweep alone",
+                           "name the poses that are accepted; `ros_pose_stats estimate` lists "
+                           "them")
+    picture = None if options.png is None else running.output_file(options.png, (".png",))
+    part = running.load_part_and_kernels(options)
+    from ...planning.kick_sweep import SWEEP_FLIPS, sweep_kicks
+    from ...simulation.flips import check_kick
+    from ...simulation.simulate import simulate
+    from ...statistics.feeding import check_cycle_time, check_rate
+    from ...statistics.pose_groups import warn_of_alike
+
+    for height in options.sweep:
+        check_kick(height)
+    check_rate(options.rate)
+    check_cycle_time(options.cycle_time)
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
+        fresh = simulate(part, options.drops, seed=options.seed, workers=options.workers,
+                         on_progress=bar.show, should_stop=interrupted,
+                         **given.scene_keywords(options))
+        fresh = replace(fresh, warnings=(*fresh.warnings, *warn_of_alike(fresh, options.wanted)))
+        found = None if interrupted() else sweep_kicks(
+            part, fresh, options.wanted, options.rate, options.cycle_time, options.sweep,
+            SWEEP_FLIPS if options.flips is None else options.flips, fresh.seed, options.workers,
+            lambda done, total: bar.draw(done / total, f"{done} of {total} flips"), interrupted)
+    stopped = interrupted()
+    if options.json:
+        running.print_json(_plain(fresh, found), interrupted=stopped)
+    else:
+        print("\n".join(_sweep_table(fresh, found) if found and found.kicks else
+                        [f"{fresh.part_id}: {fresh.scene}"]))
+        if stopped:
+            print(f"interrupted after {len(found.kicks) if found else 0} kick heights")
+    if picture is not None and found is not None and found.kicks:
+        from ...files import write_file
+        from ...plots.files import figure_png
+        from ...plots.kicks import kick_figure
+
+        write_file(picture, figure_png(kick_figure(found)))
+    return running.INTERRUPTED if stopped else 0
+
+
+def _plain(fresh: PoseStatistics, found: KickSweep | None) -> dict[str, Any]:
+    """The sweep as plain values, as far as it came."""
+    names = ("part_id", "part_digest", "radius", "restitution", "drop_height",
+             "cluster_tolerance", "round_sides", "drops", "seed", "version")
+    plain = {**{name: getattr(fresh, name) for name in names}, "warnings": list(fresh.warnings)}
+    if found is None:
+        return plain
+    return {**plain, "wanted": list(found.wanted), "rate": found.rate,
+            "cycle_time": found.cycle_time, "dropped_again": write_feeding(found.afresh),
+            "kicks": [{"kick_height": one.kick_height, "flips": one.flips.flips,
+                       "feeding": write_feeding(one.feeding)} for one in found.kicks],
+            "best": found.best.kick_height if found.kicks else None,
+            "near_best": [one.kick_height for one in found.near_best] if found.kicks else []}
+
+
+def _sweep_table(fresh: PoseStatistics, found: KickSweep) -> list[str]:
+    best, near = found.best, {one.kick_height for one in found.near_best}
+    heads = [Column("kick height", "mm"), Column("accepted a minute"), Column("flips a part"),
+             Column("", left=True)]
+    rows = [[millimetres(one.kick_height), show_bounded(one.feeding.per_minute),
+             show_bounded(one.feeding.flips),
+             "fastest" if one is best else "as fast" if one.kick_height in near else ""]
+            for one in found.kicks]
+    return [f"{fresh.part_id}: {fresh.scene}; flips out of each pose: "
+            f"{best.flips.flips // len(fresh.poses)} at each height, seed {fresh.seed}",
+            f"wanted: {listed(found.wanted)}; {found.rate:g} parts dropped a minute, "
+            f"{found.cycle_time:g} s from kick to kick", "", *columns(heads, rows),
+            f"dropped again: {show_bounded(found.afresh.per_minute)} accepted a minute",
+            "in brackets: 90 % intervals, of the model alone; as fast: not told apart from the "
+            "fastest", *(["", *fresh.warnings] if fresh.warnings else [])]
+
+
+def write_feeding(found: Feeding) -> dict[str, dict[str, float | None]]:
+    """What a feeder gets as plain values; null stands for what is not known or has no bound."""
+    return {key: {name: number if math.isfinite(number) else None
+                  for name, number in one._asdict().items()}
+            for key, one in found._asdict().items()}
+
+
+def show_bounded(number: tuple[float, float, float]) -> str:
+    """A number and its bounds."""
+    value, low, high = number
+    if math.isnan(low) or math.isnan(high):
+        return "no bound" if math.isinf(value) else f"{value:.3g}"
+    return f"{value:.3g} ({low:.3g} to {high:.3g})"

@@ -9,6 +9,7 @@ import os
 import pty
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -163,7 +164,12 @@ class TestEnds:
     def test_a_full_disk_is_said_in_one_line(self, ended):
         status, error = ended.full
         (line,) = complaints(error)
-        assert status == 2 and "File too large" in line and "make room" in line
+        assert status == 2 and "parts.sqlite3 (disk I/O error)" in line and "make room" in line
+
+    def test_rows_that_cannot_be_read_are_refused_with_what_to_do(self, home, made):
+        shutil.copytree(made[1], home / "damaged")
+        (home / "damaged" / "parts.sqlite3").write_bytes(b"no rows" * 1000)
+        assert "delete it" in refusal(*ASKED, "-o", "damaged")
 
     def test_a_killed_run_leaves_no_process(self, ended):
         assert ended.killed

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from ..errors import RequestError
-from ..records import PoseStatistics
-from .style import BLUE, INK, new_figure, open_axes
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.plots.style import BLUE, INK, new_figure, open_axes
+from ros_pose_stats.records import PoseStatistics
 
 Array = NDArray[np.float64]
 

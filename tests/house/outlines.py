@@ -1,4 +1,4 @@
-"""Outlines of the parsers as plain records, for shell completion and for docs/commands.md."""
+"""Outlines of the parsers as plain records, for docs/commands.md."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .arguments import CommandParser
-
-PATHS = ("DIR", "FILE", "PART", "STEM")
-"""Metavars that stand for the name of a file or directory."""
+from ros_pose_stats.commands.arguments import CommandParser
 
 
 @dataclass(frozen=True)
@@ -21,7 +18,6 @@ class ArgumentOutline:
     values: tuple[str, ...]  # placeholder for each value; empty for a flag without values
     most: float  # largest number of values; infinite where they are repeated
     choices: tuple[str, ...]  # the only values accepted; none where they are free
-    is_path: bool  # whether the values are names of files or directories
     required: bool
     about: str  # its help, with the defaults filled in
 
@@ -90,5 +86,5 @@ def _outline_argument(action: argparse.Action, program: str) -> ArgumentOutline:
         flags=tuple(action.option_strings), values=names,
         most=math.inf if action.nargs in ("+", "*") else len(names),
         choices=tuple(map(str, action.choices or ())),
-        is_path=bool(names) and names[0] in PATHS, required=action.required,
+        required=action.required,
         about=(action.help or "") % {**vars(action), "prog": program})
