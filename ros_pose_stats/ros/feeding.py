@@ -28,8 +28,9 @@ from .jobs import FlipRequest, Job, Jobs
 from .jobs.flips import FlipReports, flip_key, flips_in_all
 from .jobs.simulate_flips import flat
 from .messages.statistics_messages import statistics_of_message
+from .parts.known_part import KnownPart, at_hand
 from .parts.part_requests import shown
-from .parts.part_store import KnownPart, PartStore, at_hand
+from .parts.part_store import PartStore
 from .requests import ending
 from .services import Later, refusing
 from .settings import Settings
@@ -69,8 +70,8 @@ class FeedingService:
     def answer(self, request: Any, response: Any) -> Later | None:
         """What a feeder gets, from the result that is latched now."""
         known = self._parts.known(request.part_id)
-        with known.revisions.lock:  # both of one result
-            latched, scene = known.latched, known.scene
+        with known.numbers.lock:  # both of one result
+            latched, scene = known.shown.latched, known.shown.scene
         if latched is None or scene is None:
             raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
                                "ask again in a moment")
@@ -91,7 +92,7 @@ class FeedingService:
     def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
         """Flips as many as an answer takes, of goals too, or what there was time for."""
-        key = flip_key(known.part.digest, scene, kick)
+        key = flip_key(known.digest, scene, kick)
         own, of_goals = self._reports.best(key), self._goals.best(key)
         enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
@@ -100,7 +101,7 @@ class FeedingService:
         settings = self._settings()
         seconds = min(FLIP_SECONDS, settings.max_job_seconds)
         return self._jobs.submit(
-            FlipRequest(known.part.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
                         kick_height=kick), at_hand(known.part), settings)
 
     def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:

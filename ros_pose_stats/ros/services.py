@@ -22,12 +22,14 @@ from ..planning.confidence import not_enough
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
+from .jobs.refinement import Refinement, credible_bound
 from .messages.outline_messages import outline_messages
 from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
+from .parts.announcer import Announcer
+from .parts.known_part import KnownPart
 from .parts.part_requests import shown
-from .parts.part_store import KnownPart
-from .parts.refinement import Refinement, credible_bound
+from .parts.part_store import PartStore
 from .parts.result_store import ResultStore
 from .parts.shifted_parts import ShiftedParts, shift_warning
 from .requests import Requests, ResolvedPart, check_target, wait_for
@@ -99,11 +101,13 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
-                 requests: Requests, refinement: Refinement, jobs: Jobs,
-                 reports: JobReports) -> None:
+    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+                 results: ResultStore, announcer: Announcer, requests: Requests,
+                 refinement: Refinement, jobs: Jobs, reports: JobReports) -> None:
         self._settings = settings
+        self._parts = parts
         self._results = results
+        self._announcer = announcer
         self._requests = requests
         self._refinement = refinement
         self._jobs = jobs
@@ -139,15 +143,17 @@ class Services:
 
     def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart,
                        offset: Array) -> Later | None:
-        known = self._shifted.shift(wait_for(resolved.coming), offset)
+        received = wait_for(resolved.coming)
+        known = self._shifted.shift(received, offset)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
         prepared = self._requests.prepare(known, scene)
-        go_on = partial(self._answer, request, response, known, scene, prepared, offset)
+        go_on = partial(self._answer, request, response, received, known, scene, prepared, offset)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
-    def _answer(self, request: Any, response: Any, known: KnownPart, scene: DropScene,
-                prepared: Future[Any], offset: Array) -> None:
+    def _answer(self, request: Any, response: Any, received: KnownPart, known: KnownPart,
+                scene: DropScene, prepared: Future[Any], offset: Array) -> None:
+        """Answer for a part as it is asked about, once the state has it as it was received."""
         wait_for(prepared)
         if offset.any():  # drops in the background would be of the part as it is known
             found = with_warning(self._named(known, request, scene, AS_ITSELF),
@@ -156,7 +162,9 @@ class Services:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             found = self._named(known, request, scene, BY_DROPS)
-        response.statistics = self._results.announcer.record_answer(found)
+        if not self._parts.is_kept(received):
+            found = self._announcer.warn_unrecorded(found)
+        response.statistics = self._announcer.record_answer(received, found)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
@@ -175,26 +183,28 @@ class Services:
         job = self._requests.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
-            response.message = self._results.announcer.not_recorded()
+            response.message = self._announcer.not_recorded()
 
     @refusing
     def get_statistics(self, request: Any, response: Any) -> None:
         """What is latched, with outlines of one part where they are asked for."""
-        parts = self._results.parts
+        parts = self._parts
         if request.heights and not request.part_id:
             raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        latched = [(known.part, known.latched) for known in chosen if known.latched is not None]
+        latched = [(known, found) for known in chosen
+                   if (found := known.shown.latched) is not None]
         response.statistics = [found for _, found in latched]
-        for part, found in latched if request.heights else ():
-            response.outlines = outline_messages(part, found, request.heights)
+        for known, found in latched if request.heights else ():
+            response.outlines = outline_messages(known.part, found, request.heights)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
-        self._results.parts.known(request.part_id)
+        known = self._parts.known(request.part_id)
         self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
-        self._results.parts.forget(request.part_id)
+        if not self._parts.forget(known):
+            response.message = self._announcer.not_recorded()
 
     @refusing
     def get(self, request: Any, response: Any) -> None:

@@ -21,7 +21,7 @@ FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0
 """The transition that follows a cancel's callback takes a millisecond, on a busy machine more."""
 
-LAST_SECONDS = 1.0
+LAST_SECONDS = 0.3
 
 MOST_ASKED = 1000
 

@@ -12,8 +12,9 @@ from ros_pose_stats_msgs.action import SimulateFlips
 
 from ...errors import RequestError
 from ...resting.poses import are_found
+from ..parts.known_part import at_hand
 from ..parts.part_builder import is_large
-from ..parts.part_store import PartStore, at_hand
+from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.late_answers import PatientNode
 from .flips import FlipReports, flips_in_all, pose_count
@@ -45,7 +46,7 @@ class SimulateFlipsServer(GoalServer):
                                                  scene.round_sides):
             flips_in_all(pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
-            FlipRequest(known.part.part_id, known.content, scene, request.drops, request.seed,
+            FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
             at_hand(known.part), settings)
 

@@ -42,13 +42,15 @@ class State:
         self.problem = self.set_aside = ""
         self._definitions, self._convert, self._say = dict(definitions or {}), convert, say
         self._link: sqlite3.Connection | None = None
+        self._reader: sqlite3.Connection | None = None  # does not wait for what is being written
         self._lock: tables.FileLock | None = None
         self._identity: tuple[int, int] | None = None
         self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
         self._number = self._committed = self._begun = self._ended = 0
         self._urgent = self._closed = False
         self._changed = threading.Condition()
-        self._using = threading.Lock()  # held while the file is used
+        self._using = threading.Lock()  # held while the file is written
+        self._reading = threading.Lock()
         self._filing = threading.Lock()  # held while files of meshes come or go
         tables.check_regular(file)
         try:
@@ -86,10 +88,10 @@ class State:
             return self.put(Change("meshes", part_id, row))
 
     def commit(self, number: int | None = None) -> bool:
-        """Return once a change, and all before it, are on the disk: true; false where they
-        cannot be written, and `problem` says why.
+        """Wait until a change, and all before it, are on the disk; whether they are.
 
-        `number`: from `put`; everything handed in so far where it is left out.
+        `number`: from `put`; everything handed in so far where it is left out. `problem` says why
+        it cannot be written.
         """
         with self._changed:
             wanted, begun = self._number if number is None else number, self._begun
@@ -107,8 +109,8 @@ class State:
             held = self._pending.get((table, key))
         if held is not None:
             return held[0]
-        with self._using, suppress(sqlite3.Error):
-            return None if self._link is None else tables.look_up(self._link, table, key)
+        with self._reading, suppress(sqlite3.Error):
+            return None if self._reader is None else tables.look_up(self._reader, table, key)
         return None
 
     def rows(self, table: str) -> list[Row]:
@@ -139,12 +141,14 @@ class State:
         return written
 
     def _let_go(self) -> None:
-        if self._link is not None:
-            with suppress(sqlite3.Error):
-                self._link.close()
+        with self._reading:
+            for one in filter(None, (self._reader, self._link)):
+                with suppress(sqlite3.Error):
+                    one.close()
+            self._link = self._reader = None
         if self._lock is not None:
             self._lock.release()
-        self._link = self._lock = None
+            self._lock = None
 
     def _run(self) -> None:
         while True:
@@ -187,8 +191,7 @@ class State:
         elif self._is_gone():
             self._make_anew(self._link)
         elif self.problem:
-            before, self._link = self._link, tables.connect(self.file)
-            before.close()
+            self._use(tables.connect(self.file))
         link = self._link
         assert link is not None
         replaced = {row[2] for table, key, _ in changes if table == "meshes"
@@ -203,7 +206,7 @@ class State:
         lock = self._lock or tables.FileLock(self.file)
         self._lock = lock
         try:
-            self._link = self._sound()
+            self._use(self._sound())
         except Exception as error:
             if not isinstance(error, (tables.DamagedError, sqlite3.DatabaseError)) or (
                     isinstance(error, sqlite3.Error) and tables.is_trouble(error)):
@@ -211,9 +214,8 @@ class State:
             self.set_aside = tables.set_aside(self.file, self.meshes)
             self._say(f"the state file {self.file} cannot be read ({error}); it is kept as "
                       f"{self.set_aside}, and the node starts without it")
-            self._link = self._sound()
-        self._note_identity()
-        if self.meshes.is_dir():
+            self._use(self._sound())
+        if self.meshes.is_dir() and self._link is not None:
             self._remove_files(self._link, [path.name for path in self.meshes.iterdir()])
 
     def _sound(self) -> sqlite3.Connection:
@@ -226,7 +228,19 @@ class State:
             raise
         return link
 
-    def _note_identity(self) -> None:
+    def _use(self, link: sqlite3.Connection) -> None:
+        """Work with a connection from now on, and with another one that only reads."""
+        try:
+            reader = tables.connect(self.file)
+        except BaseException:
+            link.close()
+            raise
+        with self._reading:
+            before, self._reader = [self._link, self._reader], reader
+        self._link = link
+        for one in filter(None, before):
+            with suppress(sqlite3.Error):
+                one.close()
         about = self.file.stat()
         self._identity = about.st_dev, about.st_ino
 
@@ -257,12 +271,10 @@ class State:
         except BaseException:
             lock.release()
             raise
-        with suppress(sqlite3.Error):
-            old.close()
         if self._lock is not None:
             self._lock.release()
-        self._link, self._lock = link, lock
-        self._note_identity()
+        self._lock = lock
+        self._use(link)
         self._say(f"the state file {self.file} was deleted, and is made anew")
 
     def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:

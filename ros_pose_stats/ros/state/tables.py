@@ -29,14 +29,14 @@ COLUMNS: Final = {
     "counts": "part_id TEXT, digest TEXT, cluster_tolerance REAL, round_sides INTEGER, "
     "plate TEXT, total BLOB, series INTEGER",
     "counted": "identity BLOB",  # of a message of counts: 8 bytes of the series, 16 of a digest
-    "jobs": "job_id TEXT, number INTEGER, state INTEGER, event BLOB, answer BLOB",
+    "jobs": "job_id TEXT, state INTEGER, event BLOB, answer BLOB",
     "facts": "name TEXT, value TEXT",
 }
 """Columns by table; the first one is the key, and each row has a checksum behind the others."""
 
 MESSAGES: Final = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
-                   ("results", 2): "PoseStatistics", ("jobs", 3): "JobEvent",
-                   ("jobs", 4): "PoseStatistics"}
+                   ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
+                   ("jobs", 3): "PoseStatistics"}
 """Which columns hold serialised messages, and of which type."""
 
 MOST_COUNTED: Final = 1_000_000
@@ -261,14 +261,13 @@ def update_messages(link: sqlite3.Connection, today: Mapping[str, str],
     for (table, column), kind in MESSAGES.items():
         if then.get(kind, today[kind]) == today[kind]:
             continue
-        before = [change for change in changes if change.table == table]
-        rows = {row[0]: row for row in rows_of(link, table)}
-        rows.update({change.key: change.row for change in before})
+        rows: dict[str | bytes, Row | None] = {row[0]: row for row in rows_of(link, table)}
+        rows.update({change.key: change.row for change in changes if change.table == table})
         for key, row in rows.items():
             if row is not None and row[column]:
                 message = convert(kind, then[kind], row[column])
-                row = None if message is None else (*row[:column], message, *row[column + 1:])
-                changes.append(Change(table, key, row))
+                changes.append(Change(table, key, None if message is None else (
+                    *row[:column], message, *row[column + 1:])))
     write(link, changes)
 
 
