@@ -123,10 +123,12 @@ class ResultStore:
             shown.model, shown.latched, shown.scene = labelled(model, settings), last, scene
             shown.published = time.monotonic()
             known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
-            counted = shown.counts is not None and shown.counts.ground == self._ground(model)
-            if self._counted.pop(known.part_id, None) is not None or (
-                    counted != (last.method == OBSERVED)
-                    or last.header.frame_id != settings.plate_frame):
+            counts, observed = shown.counts, last.method == OBSERVED
+            counted = int(counts.total.sum()) if counts is not None and (
+                counts.ground == self._ground(model)) else 0
+            self._counted.pop(known.part_id, None)
+            if counted != last.observed * observed or (
+                    observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, shown.model, scene)
             else:
                 self._announcer.publish_result(known, last, serialize_message(last))
