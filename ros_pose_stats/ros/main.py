@@ -49,16 +49,14 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
         print(f"pose_stats: {str(error).strip()}", file=sys.stderr)
         return REFUSED
     try:
-        if stop.asked:
-            return 0
-        life = Life(PoseStatsNode(), stop)
+        node = None if stop.asked else PoseStatsNode()
     except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
         print(f"pose_stats: {refusal}", file=sys.stderr)
-        return REFUSED
-    finally:
-        if stop.asked or sys.exc_info()[0] is not None:
-            rclpy.try_shutdown()
-    return life.run()
+        node = None
+    if node is None:
+        rclpy.try_shutdown()
+        return 0 if stop.asked else REFUSED
+    return Life(node, stop).run()
 
 
 class Life:

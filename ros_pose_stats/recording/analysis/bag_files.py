@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -21,6 +22,9 @@ DEFINITIONS: Final = "SELECT topic_type, encoded_message_definition FROM message
 MESSAGES: Final = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
                   "ORDER BY timestamp, id"
 
+_STATE = re.compile(r"\.(sqlite3|meshes)\b")
+"""In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
+
 OnRead = Callable[[float], None]
 """Told which fraction of a file has been read."""
 
@@ -35,6 +39,8 @@ def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
     for path in paths:
+        if _STATE.search(path.name):
+            continue
         for bag, files in _bags_under(path):
             new = [file for file in files if file.resolve() not in known]
             known.update(file.resolve() for file in new)

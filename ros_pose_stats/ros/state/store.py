@@ -203,13 +203,12 @@ class State:
     def _open(self) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
         make_directories(self.file.parent)
-        lock = self._lock or tables.FileLock(self.file)
+        lock = self._lock or tables.FileLock(self.file, tables.LOCK_SECONDS)
         self._lock = lock
         try:
             self._use(self._sound())
         except Exception as error:
-            if not isinstance(error, (tables.DamagedError, sqlite3.DatabaseError)) or (
-                    isinstance(error, sqlite3.Error) and tables.is_trouble(error)):
+            if not tables.is_damage(error):
                 raise
             self.set_aside = tables.set_aside(self.file, self.meshes)
             self._say(f"the state file {self.file} cannot be read ({error}); it is kept as "

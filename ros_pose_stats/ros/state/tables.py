@@ -79,7 +79,7 @@ class FileLock:
     Raises StateInUseError if a living process has it for longer than some seconds.
     """
 
-    def __init__(self, file: Path, seconds: float = LOCK_SECONDS) -> None:
+    def __init__(self, file: Path, seconds: float) -> None:
         path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
         while True:
             self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
@@ -104,10 +104,15 @@ class FileLock:
         os.close(self._number)
 
 
-def is_trouble(error: BaseException) -> bool:
+def is_trouble(error: sqlite3.Error) -> bool:
     """Whether an error is of the place, and may pass."""
-    return not isinstance(error, sqlite3.Error) or any(
-        word in str(error).lower() for word in _TROUBLE)
+    return any(word in str(error).lower() for word in _TROUBLE)
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether an error is of the file itself; names that are none come as UnicodeError."""
+    return isinstance(error, (DamagedError, UnicodeError)) or (
+        isinstance(error, sqlite3.Error) and not is_trouble(error))
 
 
 def check_regular(file: Path) -> None:
@@ -140,27 +145,23 @@ def connect(file: Path) -> sqlite3.Connection:
     Raises sqlite3.Error. Raises RequestError if the file belongs to another program or version.
     """
     try:
-        link = _connected(str(file), uri=False)
+        return _connected(str(file), file)
     except sqlite3.OperationalError as error:
         if not is_trouble(error) or Path(f"{file}-wal").exists() or not file.exists():
             raise
-        link = _connected(f"{file.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        return _connected(f"{file.absolute().as_uri()}?mode=ro&immutable=1", file)
+
+
+def _connected(name: str, file: Path) -> sqlite3.Connection:
+    read_only = name.startswith("file:")
+    link = sqlite3.connect(name, timeout=BUSY_SECONDS, isolation_level=None,
+                           check_same_thread=False, uri=read_only)
     try:
         _check_version(link, file)
-    except BaseException:
-        link.close()
-        raise
-    return link
-
-
-def _connected(name: str, uri: bool) -> sqlite3.Connection:
-    link = sqlite3.connect(name, timeout=BUSY_SECONDS, isolation_level=None,
-                           check_same_thread=False, uri=uri)
-    try:
         link.execute("PRAGMA synchronous=FULL")
-        if not uri:
+        if not read_only:
             link.execute("PRAGMA journal_mode=WAL")
-        link.execute("SELECT count(*) FROM sqlite_master").fetchone()
+            link.execute("SELECT count(*) FROM facts").fetchone()
     except BaseException:
         link.close()
         raise

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sqlite3
 import sys
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from tests.running import refusal
 from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
 from .harness.camera import counted, counting
 from .harness.cell import Health, MeshPublisher, cell_of, latched
-from .harness.client import RUNNING, until, wait_for
+from .harness.client import CANCELLED, RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.parts import WEDGE, flat, mesh, new_id
@@ -139,6 +141,49 @@ def test_many_signals_as_soon_as_it_is_ready(node_of):
         node.send(number)
     assert node.ended() == 0
     node.assert_sound()
+
+
+STUCK = """
+import sys, time
+from ros_pose_stats.ros.parts.part_store import PartStore
+
+def never_ends(*arguments):
+    while True:
+        time.sleep(0.0)
+
+PartStore.forget = never_ends
+from ros_pose_stats.commands.node import main
+sys.exit(main())
+"""
+
+
+def test_a_callback_that_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path):
+    """What was acknowledged is in the state, and the bag is whole."""
+    node = node_of(program=["-c", STUCK]).ready()
+    client = client_of()
+    client.good("estimate", part=flat(WEDGE, "kept"))
+    job_id = start(client, "kept", LONG)
+    running_with_results(client, job_id)
+    for _ in range(2):
+        client.send("forget_part", part_id="kept")
+    client.good("estimate", part_id="kept")
+    node.send(signal.SIGTERM)
+    assert node.ended() == 0
+    with sqlite3.connect(tmp_path / "bags" / "pose_stats.sqlite3") as state:
+        assert state.execute("SELECT part_id FROM parts").fetchall() == [("kept",)]
+        assert state.execute("SELECT job_id, state FROM jobs").fetchall() == [(job_id, CANCELLED)]
+    assert_readable_by_others(*bags_of(tmp_path / "bags"))
+
+
+@pytest.mark.parametrize(("make", "said"), [
+    (lambda file: None, "newer"), (lambda file: os.mkfifo(file.with_name("pipe")), "pipe")])
+def test_a_state_file_that_is_not_to_be_touched_is_refused(refused, tmp_path, make, said):
+    with sqlite3.connect(tmp_path / "newer") as link:
+        link.execute("CREATE TABLE parts (part_id)")
+        link.execute("PRAGMA user_version=99")
+    make(tmp_path / "newer")
+    line = refused(f"state_file:={tmp_path / said}")
+    assert said in line and "state" in line
 
 
 @pytest.fixture(scope="module")
