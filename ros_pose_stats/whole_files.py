@@ -1,17 +1,60 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and those of users that are files indeed."""
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import shutil
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, BinaryIO
 
 from .errors import RequestError
 
 PREFIX = ".unfinished-"
+
+_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
+          stat.S_IFBLK: "a device"}
+
+
+class NotAFileError(OSError):
+    """A pipe, a socket or a device where a file was expected; `strerror` says which."""
+
+
+def open_file(file: str | os.PathLike[str]) -> BinaryIO:
+    """Open a regular file, or a link to one, for reading: a pipe or a device may never end.
+
+    Raises NotAFileError if it is something else. Raises OSError if it cannot be opened.
+    """
+    _refuse_others(os.stat(file).st_mode, file)  # noqa: PTH116 - opening may already do something
+    # Another file may have taken its name since, and a pipe waits for whoever writes to it.
+    number = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    try:
+        _refuse_others(os.fstat(number).st_mode, file)
+        return os.fdopen(number, "rb")
+    except OSError:
+        os.close(number)
+        raise
+
+
+def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(file))
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "something else")
+        raise NotAFileError(errno.EINVAL, f"{kind}, no file", os.fspath(file))
+
+
+def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
+    """Bytes of a regular file, one more than `most` where there are more than that.
+
+    Raises NotAFileError, OSError as `open_file` does.
+    """
+    with open_file(file) as stream:
+        return stream.read() if most is None else stream.read(most + 1)
 
 
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:

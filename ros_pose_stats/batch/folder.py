@@ -14,6 +14,7 @@ from ..recording.directory_lock import DirectoryLock
 from ..recording.durable import replace_file
 from ..recording.run_names import LOCK
 from ..version import VERSION
+from ..whole_files import read_file
 
 
 class WorkFolder:
@@ -71,7 +72,7 @@ class WorkFolder:
         path = self.directory / claim
         mine = {"written_by": f"ros_pose_stats {VERSION}", **request}
         try:
-            theirs = json.loads(path.read_bytes())
+            theirs = json.loads(read_file(path))
         except (OSError, ValueError):
             theirs = None
         if theirs == mine:

@@ -23,7 +23,7 @@ from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, desc
 from ..records.warnings import SERIOUS
 from ..text import percent, ranges, several
 from ..version import VERSION
-from ..whole_files import write_file
+from ..whole_files import read_file, write_file
 from .request import CatalogueRequest
 from .rows import Row
 from .tally import ONE_WAY, Tally
@@ -122,7 +122,7 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
         return [row["file"], row["refusal"]]
     report = report_name(row)
     if embedded and picture:
-        data = base64.b64encode((folder / picture).read_bytes()).decode()
+        data = base64.b64encode(read_file(folder / picture)).decode()
         picture = f"data:image/png;base64,{data}"
     return [
         row["file"], "", picture, report, int((folder / report).exists()),

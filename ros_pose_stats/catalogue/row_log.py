@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from ..errors import BatchError, reason
 from ..recording.durable import sync_directory, write_all
+from ..whole_files import open_file
 from .request import PartFile
 from .rows import Described, Row
 
@@ -94,7 +95,7 @@ class RowLog:
     def _read(self) -> int:
         """Find the rows that are there; returns the end of the last whole line."""
         offset = 0
-        with self.path.open("rb") as lines:
+        with open_file(self.path) as lines:
             for line in lines:
                 if not line.endswith(b"\n"):
                     break

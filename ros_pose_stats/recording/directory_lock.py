@@ -74,7 +74,7 @@ class DirectoryLock:
 def is_locked(directory: Path) -> bool:
     """Whether somebody has a directory in hand at this moment."""
     try:
-        number = os.open(directory / LOCK, os.O_RDONLY)
+        number = os.open(directory / LOCK, os.O_RDONLY | os.O_NONBLOCK)
     except OSError:
         return False
     try:

@@ -61,6 +61,7 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     half = path.with_name(path.name + HALF)
     try:
+        half.unlink(missing_ok=True)  # it may be a pipe
         number = os.open(half, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         try:
             write_all(number, [content], 0)

@@ -17,6 +17,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import breakup_chunk
 
+from ...whole_files import open_file
 from ..directory_lock import is_locked
 from ..run_names import runs
 from ..writer.contents import NODE_KEY
@@ -70,7 +71,7 @@ def messages_from(path: Path, offset: int) -> Iterator[tuple[int, bytes]]:
 
     Raises OSError: there is no such file, or it cannot be read.
     """
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for frame in frames(file, lambda begin, end: None, offset):
             if frame.opcode == Opcode.MESSAGE:
                 record = cast(Message, frame.record())
@@ -140,10 +141,10 @@ def files_of_bag(bag: Path) -> list[Path]:
 def _opened(path: Path) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
     if path.suffix != _PACKED:
-        return path.open("rb")
+        return open_file(path)
     unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
     try:
-        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(
+        with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
                 file, read_across_frames=True) as reader:
             shutil.copyfileobj(cast(Any, reader), unpacked)
     except zstandard.ZstdError:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata
 
+from ...whole_files import open_file
 from ..run_names import is_run_name, run_named_in
 from ..writer.contents import NODE_KEY
 from .raw_reader import files_of_bag, raw_messages
@@ -55,7 +56,7 @@ def identity_of(bag: Path) -> RunIdentity | None:
 def _identity_in(path: Path) -> RunIdentity | None:
     """The same from one file, as far as it stands at its beginning."""
     run = ""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         for frame in frames(file, lambda begin, end: None):
             if frame.opcode in (Opcode.MESSAGE, Opcode.CHUNK):
                 break

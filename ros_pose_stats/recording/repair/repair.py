@@ -14,6 +14,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Message, Metadata, MetadataIndex
 
+from ...whole_files import open_file
 from ..directory_lock import DirectoryLock
 from ..durable import replace_file, sync_directory
 from ..finished import finished_contents, is_described, is_finished
@@ -100,7 +101,8 @@ def _mend_file(path: Path) -> tuple[Contents, int]:
     """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
     half = path.with_name(path.name + HALF)
     try:
-        with path.open("rb") as old, half.open("wb") as new:
+        half.unlink(missing_ok=True)  # it may be a pipe
+        with open_file(path) as old, half.open("wb") as new:
             sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
             for frame in frames(old, sound.on_damage):
                 if frame.opcode == Opcode.DATA_END:
