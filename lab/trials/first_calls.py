@@ -35,11 +35,11 @@ BUSY = "while True: sum(range(100_000))"
 
 def serve(kind: str) -> None:
     """Answer until standard input ends."""
-    from ros_pose_stats.ros.transport.late_answers import PatientNode
+    from ros_pose_stats.ros.transport.answering_node import AnsweringNode
 
     warnings.filterwarnings("ignore", message="failed to send response")
     rclpy.init()
-    node = (PatientNode if kind == "node" else rclpy.create_node)("first_calls")
+    node = (AnsweringNode if kind == "node" else rclpy.create_node)("first_calls")
 
     def answer(_, response):
         response.success = True

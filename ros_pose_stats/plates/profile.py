@@ -157,7 +157,7 @@ def _read(file: Path) -> dict[str, Any]:
     return {str(name): values for name, values in plates.items()}
 
 
-class _BoundedLoader(yaml.SafeLoader):
+class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
     """Refuses what stands for far more values than plates have, by aliases of aliases."""
 
     def __init__(self, stream: str) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from ..records import DropScene, Part
 from .diagnostics import Diagnostics, Refusals, flip_health, job_health
 from .feeding import FeedingService
 from .jobs import Jobs
@@ -24,6 +23,7 @@ from .parts.announcer import Announcer
 from .parts.cell_counts import count_health
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts.outlines import Outlines
 from .parts.part_builder import PartBuilder, is_large
 from .parts.part_store import KnownPart, PartStore
 from .parts.refinement import Refinement
@@ -42,7 +42,7 @@ from .restart.restore import (
 )
 from .services import Services
 from .settings import Settings
-from .transport.late_answers import PatientNode
+from .transport.answering_node import AnsweringNode
 
 PARTING_SECONDS = 0.2
 """Nobody has been answered for so long when the node stops answering."""
@@ -54,7 +54,7 @@ FIT_SECONDS = 0.2
 """A fit may be ended for so long when the node ends."""
 
 
-class PoseStatsNode(PatientNode):
+class PoseStatsNode(AnsweringNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
     Raises PoseStatsError if a parameter is refused.
@@ -70,8 +70,9 @@ class PoseStatsNode(PatientNode):
         self.announcer = Announcer(self, self.recorder, self.refusals.floods)
         self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
         self.builder = PartBuilder()
+        self.outlines = Outlines()
         self.parts.build = lambda request: self.builder.build(
-            request, self._settings().scene(), self.mesh_queue.pace())
+            request, self._settings().scene(), self.mesh_queue.is_quick())
         self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.reports = JobReports(self.results, self.recorder, log.info)
@@ -98,14 +99,14 @@ class PoseStatsNode(PatientNode):
         """Topics, services, action and diagnostics."""
         self.requests = requests = Requests(
             self._settings, self.results, self.mesh_queue, self.jobs, self.refusals,
-            self._find_poses)
+            self.builder.find_poses)
         MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
         self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
                                         self.results.add_counts)
         self.observed = ObservedSubscription(self, self._settings, self.counts,
                                              self.parts.current, self.recorder, self.refusals)
         Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
-                 self.reports)
+                 self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
         self.fits = PlateFits(self, self._settings, self.parts, self.table.use_plate)
@@ -131,11 +132,8 @@ class PoseStatsNode(PatientNode):
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _show_again(self, known: KnownPart) -> None:
-        self._find_poses(known.part, self._settings().scene())
+        self.builder.find_poses(known.part, self._settings().scene())
         self.results.show_best(known)
-
-    def _find_poses(self, part: Part, scene: DropScene) -> None:
-        self.builder.find_poses(part, scene, self.mesh_queue.pace())
 
     def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
         """Go on with what earlier runs left, and mend their bags once that is on record."""
@@ -184,8 +182,9 @@ class PoseStatsNode(PatientNode):
         """
         self.requests.close()
         self.builder.close()
+        self.outlines.close()
         at_rest = self.mesh_queue.close()
-        at_rest = self.turns.close(LAST_SECONDS) and at_rest
+        at_rest = self.answers.close(LAST_SECONDS) and at_rest
         queues = (self.jobs, *self.flip_jobs)
         with ThreadPoolExecutor(len(queues)) as closing:  # each may take its time to end
             ended = list(closing.map(lambda jobs: jobs.close("the node ended"), queues))
@@ -193,8 +192,7 @@ class PoseStatsNode(PatientNode):
         at_rest = self.fits.close(FIT_SECONDS) and at_rest
         for action in self.actions:
             action.wait_until_told()
-        self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
-        self.late_answers.close()
+        self.answers.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()

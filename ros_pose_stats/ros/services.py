@@ -11,7 +11,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -22,9 +21,9 @@ from ..planning.confidence import not_enough
 from ..records import DropScene
 from .jobs import Job, Jobs, State
 from .jobs.job_reports import JobReports
-from .messages.outline_messages import outline_messages
 from .messages.part_messages import is_given
 from .messages.statistics_messages import with_warning
+from .parts.outlines import Outlines, outline_messages
 from .parts.part_requests import shown
 from .parts.part_store import KnownPart
 from .parts.refinement import Refinement, credible_bound
@@ -32,8 +31,7 @@ from .parts.result_store import ResultStore
 from .parts.shifted_parts import ShiftedParts, shift_warning
 from .requests import Requests, ResolvedPart, check_target, wait_for
 from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
+from .transport.answering_node import AnsweringNode
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -99,33 +97,30 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], results: ResultStore,
                  requests: Requests, refinement: Refinement, jobs: Jobs,
-                 reports: JobReports) -> None:
+                 reports: JobReports, outlines: Outlines) -> None:
         self._settings = settings
         self._results = results
         self._requests = requests
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
+        self._outlines = outlines
         self._shifted = ShiftedParts()
         self.say_failure = node.get_logger().error
-        quick = ReentrantCallbackGroup()
-        # Of estimates a client may want thousands. Meshes have a queue of their own.
-        node.create_service(
-            srv.EstimatePoses, "~/estimate", self.estimate, qos_profile=SERVICE_QUALITY,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            in_turn=lambda request: not is_given(request.part))
-        for name, kind, callback, group in (
-                ("start_drop_simulation", srv.StartDropSimulation, self.start,
-                 MutuallyExclusiveCallbackGroup()),
-                ("get_statistics", srv.GetStatistics, self.get_statistics, quick),
-                ("forget_part", srv.ForgetPart, self.forget, quick),
-                ("get_drop_simulation", srv.GetDropSimulation, self.get, quick),
-                ("list_drop_simulations", srv.ListDropSimulations, self.list, quick),
-                ("cancel_drop_simulation", srv.CancelDropSimulation, self.cancel, quick)):
-            node.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QUALITY,
-                                callback_group=group)
+        for kind, name, callback in (
+                (srv.EstimatePoses, "estimate", self.estimate),
+                (srv.StartDropSimulation, "start_drop_simulation", self.start)):
+            node.serve(kind, f"~/{name}", callback,
+                       lambda request: not is_given(request.part))  # meshes have their own queue
+        for kind, name, callback in (
+                (srv.GetStatistics, "get_statistics", self.get_statistics),
+                (srv.ForgetPart, "forget_part", self.forget),
+                (srv.GetDropSimulation, "get_drop_simulation", self.get),
+                (srv.ListDropSimulations, "list_drop_simulations", self.list),
+                (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
+            node.serve(kind, f"~/{name}", callback)
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Later | None:
@@ -178,16 +173,22 @@ class Services:
             response.message = self._results.announcer.not_recorded()
 
     @refusing
-    def get_statistics(self, request: Any, response: Any) -> None:
+    def get_statistics(self, request: Any, response: Any) -> Later | None:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._results.parts
         if request.heights and not request.part_id:
             raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        latched = [(known.part, known.latched) for known in chosen if known.latched is not None]
-        response.statistics = [found for _, found in latched]
-        for part, found in latched if request.heights else ():
-            response.outlines = outline_messages(part, found, request.heights)
+        response.statistics = [known.latched for known in chosen if known.latched is not None]
+        if not (request.heights and response.statistics):
+            return None
+        coming = self._outlines.begin(chosen[0].part, response.statistics[0], request.heights)
+
+        def go_on() -> None:
+            response.outlines = outline_messages(response.statistics[0], request.heights,
+                                                 wait_for(coming))
+
+        return Later(coming, go_on)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:

@@ -15,7 +15,7 @@ from ...resting.poses import are_found
 from ..parts.part_builder import is_large
 from ..parts.part_store import PartStore, at_hand
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
+from ..transport.answering_node import AnsweringNode
 from .flips import FlipReports, flips_in_all, pose_count
 from .goals import GoalServer
 from .job import FlipRequest, Job
@@ -25,7 +25,7 @@ from .queue import Jobs
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
