@@ -207,9 +207,9 @@ class Archive:
 
 
 def stacked(placed: list[Reference]) -> list[Reference]:
-    """What is placed, the last one first to be looked at: the first, then the others from the last.
+    """What is placed, the next one last: the first one, then the others from the last one on.
 
-    Instances of one object follow each other. So trimesh had it, and the order makes the digest.
+    Instances of one object follow each other. So trimesh has it, and the order makes the digest.
     """
     alike: dict[tuple[str, str], list[Reference]] = {}
     for one in placed:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -67,27 +69,28 @@ class AnsweringNode(Node):
             else:
                 self.answers.send(asked, lambda: send_now(response, header))
 
-        def sort(request: Any, header: Any) -> None:
-            asked = self.answers.asked(name, number_of(header))
-
-            def act() -> None:
-                send(asked, header, callback(request, kind.Response()))
-
-            if may_wait(request) and self.answers.has_room():
-                self.answers.put(asked.client, act)
-            else:
-                act()
+        def answer(asked: Asked, header: Any, request: Any) -> None:
+            send(asked, header, callback(request, kind.Response()))
 
         def sort_all(taken: _Taken, header: Any) -> None:
-            """Sort a request that the executor took, and all that wait behind it."""
+            """Sort a request that the executor took, and those that wait behind it.
+
+            One that may not wait is answered now; the executor comes for what is behind it.
+            """
             request: Any = taken.request
-            while header is not None:
-                sort(request, header)
-                try:
+            act: Callable[[], object] | None = None
+            with self.answers.sorting(), suppress(InvalidHandle):  # of a service that has ended
+                while header is not None:
+                    asked = self.answers.asked(name, number_of(header))
+                    act = partial(answer, asked, header, request)
+                    if not (may_wait(request) and self.answers.has_room()):
+                        break
+                    self.answers.put(asked.client, act)
+                    act = None
                     with service.handle:
                         request, header = service.handle.service_take_request(kind.Request)
-                except InvalidHandle:  # the service has ended, and the node with it
-                    return
+            if act is not None:
+                act()
 
         service.send_response = sort_all
 

@@ -18,8 +18,8 @@ import threading
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -82,7 +82,7 @@ class Answers:
         self._warn = warn
         self._by_number: dict[tuple[str, int], list[Client]] = {}  # of their last requests
         self._lines: deque[Client] = deque()  # clients whose requests wait
-        self._waiting = 0
+        self._waiting = self._sorting = 0
         self._unreached: list[Client] = []
         self._tries, self._counted = 0.0, time.monotonic()
         self._said: dict[str, float] = {}  # when each service's clients were warned of
@@ -112,6 +112,18 @@ class Answers:
         with self._changed:
             return self._waiting < MOST_WAITING and not self._closed
 
+    @contextmanager
+    def sorting(self) -> Iterator[None]:
+        """Begin with no request while others are sorted, so that all are soon in their lines."""
+        with self._changed:
+            self._sorting += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._sorting -= 1
+                self._changed.notify_all()
+
     def put(self, client: Client, act: Callable[[], object]) -> None:
         """Have a request answered when it is its client's turn."""
         with self._changed:
@@ -136,8 +148,8 @@ class Answers:
     def _next(self) -> Callable[[], object] | None:
         """The next request of the client whose turn it is; none once all is closed."""
         with self._changed:
-            while not self._lines:
-                if self._closed:
+            while not self._lines or self._sorting:
+                if self._closed and not self._lines:
                     return None
                 self._changed.wait()
             client = self._lines.popleft()
