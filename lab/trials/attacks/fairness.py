@@ -115,11 +115,11 @@ def stopped_subscribers(client, count):
 
 @contextmanager
 def many_outlines(client, heights, at_once):
-    """Somebody asks for so many outlines of the known part, as often as they are answered."""
+    """Somebody asks for so many outlines of the known part, again and again."""
     step, over = [1e-6 * k for k in range(heights)], threading.Event()
 
     def ask():
-        while not over.is_set():
+        while not over.wait(0.5):
             client.call("get_statistics", part_id="known", heights=step)
 
     threads = [threading.Thread(target=ask) for _ in range(at_once)]
