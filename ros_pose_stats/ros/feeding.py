@@ -9,7 +9,6 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
@@ -34,8 +33,7 @@ from .parts.part_store import PartStore
 from .requests import ending
 from .services import Later, refusing
 from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
+from .transport.answering_node import AnsweringNode
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -51,7 +49,7 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -62,9 +60,7 @@ class FeedingService:
         self._lock = threading.Lock()
         self.say_failure = node.get_logger().error
         reports.on_end = self._tell
-        node.create_service(FeedingAnswer, "~/feeding", self.answer,
-                            qos_profile=SERVICE_QUALITY,
-                            callback_group=ReentrantCallbackGroup())
+        node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @refusing
     def answer(self, request: Any, response: Any) -> Later | None:

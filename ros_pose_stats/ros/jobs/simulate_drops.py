@@ -8,7 +8,7 @@ from ros_pose_stats_msgs.action import SimulateDrops
 from ros_pose_stats_msgs.msg import PartMesh
 
 from ..requests import Requests
-from ..transport.late_answers import PatientNode
+from ..transport.answering_node import AnsweringNode
 from . import Job, Jobs
 from .goals import GoalServer
 from .job_reports import JobReports
@@ -17,7 +17,7 @@ from .job_reports import JobReports
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
-    def __init__(self, node: PatientNode, requests: Requests, jobs: Jobs,
+    def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
                  reports: JobReports) -> None:
         self._requests = requests
         self._reports = reports

@@ -16,7 +16,7 @@ from ..parts.known_part import at_hand
 from ..parts.part_builder import is_large
 from ..parts.part_store import PartStore
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
+from ..transport.answering_node import AnsweringNode
 from .flips import FlipReports, flips_in_all, pose_count
 from .goals import GoalServer
 from .job import FlipRequest, Job
@@ -26,7 +26,7 @@ from .queue import Jobs
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports) -> None:
         self._settings = settings
         self._parts = parts

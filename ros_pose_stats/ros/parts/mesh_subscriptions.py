@@ -17,7 +17,7 @@ from shape_msgs.msg import Mesh
 from ..diagnostics import Refusals
 from ..messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 from ..settings import Settings, mesh_topics
-from ..transport.overruns import SequenceGaps
+from ..transport.batches import SequenceGaps
 from .known_part import KnownPart
 from .mesh_queue import MeshQueue
 from .part_builder import is_large

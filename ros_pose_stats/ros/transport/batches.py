@@ -1,7 +1,13 @@
-"""All messages of a topic that wait are taken together, so that one sync keeps them all."""
+"""Subscriptions under a flood: what waits is taken together, and what was overrun is counted.
+
+The middleware tells of no sample that a newer one pushed out of the history, but every publisher
+numbers its messages. Which publisher a message is from is not told either: it is taken to follow
+the nearest lower number that has arrived.
+"""
 
 from __future__ import annotations
 
+import bisect
 import math
 import threading
 import time
@@ -14,7 +20,6 @@ from rclpy.node import Node
 from ..diagnostics import Refusals
 from ..floods import MINUTE
 from ..recorder import Recorder
-from .overruns import SequenceGaps
 
 DEPTH = 1000
 """Messages that wait in the middleware."""
@@ -26,6 +31,30 @@ OVERHEAD = 1000
 """Bytes that a message is taken to occupy beside its own, decoded and on its way."""
 
 Received = tuple[bytes, Mapping[str, int]]
+
+MOST_PUBLISHERS = 64
+
+
+class SequenceGaps:
+    """Counts what is missing between the numbers of one topic."""
+
+    def __init__(self) -> None:
+        self._last: list[int] = []
+
+    def missing_before(self, number: int) -> int:
+        """Messages lost just before this one.
+
+        `number`: of the message, counted by its publisher; 0 where the middleware has none.
+        Returns 0 for the first message of a publisher.
+        """
+        if number <= 0:
+            return 0
+        place = bisect.bisect_left(self._last, number) - 1
+        missing = 0 if place < 0 else number - self._last.pop(place) - 1
+        bisect.insort(self._last, number)
+        if len(self._last) > MOST_PUBLISHERS:
+            del self._last[0]
+        return missing
 
 
 class BatchSubscription:
