@@ -11,15 +11,11 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.patience import TakesLongError
-from .diagnostics import Diagnostics, Refusals, flip_health, job_health
-from .feeding import FeedingService
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
-from .jobs.plate_fits import PlateFits
 from .jobs.refinement import Refinement
-from .jobs.simulate_drops import SimulateDropsServer
-from .jobs.simulate_flips import SimulateFlipsServer
+from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
 from .observed_parts import ObservedSubscription
 from .parameters import Parameters
@@ -30,14 +26,18 @@ from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
 from .parts.outlines import Outlines
 from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
-from .parts.part_requests import named
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .pose_counts import CountSubscription
 from .recorder import Recorder
-from .requests import Requests
 from .restore import as_of_today, begin_afresh, definitions, restore_jobs, tail_of
-from .services import Services
+from .services.diagnostics import Diagnostics, Refusals, flip_health, job_health
+from .services.feeding import FeedingService
+from .services.plate_fits import PlateFits
+from .services.requests import Requests
+from .services.services import Services
+from .services.simulate_drops import SimulateDropsServer
+from .services.simulate_flips import SimulateFlipsServer
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode

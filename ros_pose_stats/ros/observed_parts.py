@@ -11,13 +11,13 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..resting.observed_orientations import classify_orientations
-from .diagnostics import Refusals
 from .messages.camera_messages import ObservedPoses, observed_of_bytes
+from .messages.part_requests import shown
 from .messages.times import now, time_message
 from .parts.known_part import KnownPart
-from .parts.part_requests import shown
 from .pose_counts import CountSubscription
 from .recorder import Recorder
+from .services.diagnostics import Refusals
 from .settings import Settings
 from .transport.batches import BatchSubscription
 

@@ -10,11 +10,11 @@ from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..errors import RequestError
 from ..recording.analysis.numbering import numbering_of
-from .diagnostics import Refusals
 from .messages.camera_messages import counts_of_bytes
+from .messages.part_requests import shown
 from .parts.known_part import KnownPart
-from .parts.part_requests import shown
 from .recorder import POSE_COUNTS, Recorder
+from .services.diagnostics import Refusals
 from .transport.batches import BatchSubscription
 
 TOPIC = "~/pose_counts"

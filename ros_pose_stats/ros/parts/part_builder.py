@@ -14,7 +14,7 @@ from ...mesh.patience import TakesLongError, within
 from ...methods import AUTO
 from ...records import DropScene, Part
 from ...resting.poses import are_found
-from .part_requests import PartRequest, part_of
+from ..messages.part_requests import PartRequest, part_of
 
 LARGE_TRIANGLES = 5000
 """A mesh with more of them may take longer than others should wait."""

@@ -17,9 +17,9 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
-from ..diagnostics import Refusals
 from ..floods import MINUTE
 from ..recorder import Recorder
+from ..services.diagnostics import Refusals
 
 DEPTH = 1000
 """Messages that wait in the middleware."""

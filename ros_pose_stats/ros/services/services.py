@@ -14,26 +14,26 @@ from numpy.typing import NDArray
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ..errors import PoseStatsError, RequestError
-from ..mesh.mass_properties import check_offset
-from ..methods import AUTO
-from ..planning.confidence import not_enough
-from ..records import DropScene
-from .jobs import Job, Jobs, State
-from .jobs.job_reports import JobReports
-from .jobs.refinement import Refinement, credible_bound
-from .messages.part_messages import is_given
-from .messages.statistics_messages import with_warning
-from .parts.announcer import Announcer
-from .parts.known_part import KnownPart
-from .parts.outlines import Outlines, outline_messages
-from .parts.part_requests import shown
-from .parts.part_store import PartStore
-from .parts.result_store import ResultStore
-from .parts.shifted_parts import ShiftedParts, shift_warning
+from ...errors import PoseStatsError, RequestError
+from ...mesh.mass_properties import check_offset
+from ...methods import AUTO
+from ...planning.confidence import not_enough
+from ...records import DropScene
+from ..jobs import Job, Jobs, State
+from ..jobs.job_reports import JobReports
+from ..jobs.refinement import Refinement, credible_bound
+from ..messages.part_messages import is_given
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import with_warning
+from ..parts.announcer import Announcer
+from ..parts.known_part import KnownPart
+from ..parts.outlines import Outlines, outline_messages
+from ..parts.part_store import PartStore
+from ..parts.result_store import ResultStore
+from ..parts.shifted_parts import ShiftedParts, shift_warning
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
-from .settings import Settings
-from .transport.answering_node import AnsweringNode
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"

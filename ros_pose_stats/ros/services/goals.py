@@ -13,8 +13,8 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 
 from ...errors import PoseStatsError
+from ..jobs import Job, Jobs, State
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
-from . import Job, Jobs, State
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0

@@ -14,15 +14,15 @@ from ros_pose_stats_msgs.srv import FitPlate
 
 from ...errors import RequestError
 from ...text import several
+from ..messages.part_requests import shown
 from ..parts.announcer import Announcer
 from ..parts.cell_counts import CellCounts
 from ..parts.known_part import KnownPart
-from ..parts.part_requests import shown
 from ..parts.result_store import ResultStore
-from ..requests import ending
-from ..services import Later, refusing
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
+from .requests import ending
+from .services import Later, refusing
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PlateFit

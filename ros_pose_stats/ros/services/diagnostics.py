@@ -13,11 +13,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
-from ..errors import PoseStatsError
-from .floods import Floods
-from .jobs import Jobs
-from .messages.times import now, steady_timer, time_message
-from .settings import Settings
+from ...errors import PoseStatsError
+from ..floods import Floods
+from ..jobs import Jobs
+from ..messages.times import now, steady_timer, time_message
+from ..settings import Settings
 
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""

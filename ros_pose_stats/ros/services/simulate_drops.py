@@ -7,11 +7,11 @@ from typing import Any
 from ros_pose_stats_msgs.action import SimulateDrops
 from ros_pose_stats_msgs.msg import PartMesh
 
-from ..requests import Requests
+from ..jobs import Job, Jobs
+from ..jobs.job_reports import JobReports
 from ..transport.answering_node import AnsweringNode
-from . import Job, Jobs
 from .goals import GoalServer
-from .job_reports import JobReports
+from .requests import Requests
 
 
 class SimulateDropsServer(GoalServer):

@@ -12,9 +12,9 @@ from typing import Any
 from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
-from ..errors import RequestError
-from ..records import DropScene, FlipStatistics
-from ..statistics.feeding import (
+from ...errors import RequestError
+from ...records import DropScene, FlipStatistics
+from ...statistics.feeding import (
     Feeding,
     check_cycle_time,
     check_rate,
@@ -22,18 +22,18 @@ from ..statistics.feeding import (
     drop_afresh,
     flip_wrong_ones,
 )
-from ..statistics.pose_shares import pose_shares
-from .jobs import FlipRequest, Job, Jobs
-from .jobs.flips import FlipReports, flip_key, flips_in_all
-from .jobs.simulate_flips import flat
-from .messages.statistics_messages import statistics_of_message
-from .parts.known_part import KnownPart, at_hand
-from .parts.part_requests import shown
-from .parts.part_store import PartStore
+from ...statistics.pose_shares import pose_shares
+from ..jobs import FlipRequest, Job, Jobs
+from ..jobs.flips import FlipReports, flip_key, flips_in_all
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import statistics_of_message
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.part_store import PartStore
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import ending
 from .services import Later, refusing
-from .settings import Settings
-from .transport.answering_node import AnsweringNode
+from .simulate_flips import flat
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
