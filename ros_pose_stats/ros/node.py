@@ -30,8 +30,9 @@ from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .pose_counts import CountSubscription
 from .recorder import Recorder
+from .refusals import Refusals
 from .restore import as_of_today, begin_afresh, definitions, restore_jobs, tail_of
-from .services.diagnostics import Diagnostics, Refusals, flip_health, job_health
+from .services.diagnostics import Diagnostics, flip_health, job_health
 from .services.feeding import FeedingService
 from .services.plate_fits import PlateFits
 from .services.requests import Requests

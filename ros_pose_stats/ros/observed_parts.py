@@ -17,7 +17,7 @@ from .messages.times import now, time_message
 from .parts.known_part import KnownPart
 from .pose_counts import CountSubscription
 from .recorder import Recorder
-from .services.diagnostics import Refusals
+from .refusals import Refusals
 from .settings import Settings
 from .transport.batches import BatchSubscription
 
@@ -41,7 +41,7 @@ class ObservedSubscription:
         self._known = known
         self._refusals = refusals
         self._batches = BatchSubscription(node, ObservedParts, TOPIC, "messages", self._take,
-                                          recorder, refusals)
+                                          recorder.count_lost, refusals)
 
     def take_waiting(self) -> None:
         """Count what the middleware still has, at the end of the node."""

@@ -17,7 +17,7 @@ from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent
 from ..messages.part_requests import shown
-from ..services.diagnostics import Health
+from ..refusals import Health
 
 Index = NDArray[np.int64]
 

@@ -16,7 +16,7 @@ from shape_msgs.msg import Mesh
 
 from ..messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
 from ..messages.part_requests import PartRequest, named
-from ..services.diagnostics import Refusals
+from ..refusals import Refusals
 from ..settings import Settings, mesh_topics
 from ..transport.batches import SequenceGaps
 from .known_part import KnownPart

@@ -19,8 +19,8 @@ from ..parts.known_part import KnownPart, at_hand
 from ..parts.mesh_queue import MeshQueue
 from ..parts.part_builder import are_many, is_large
 from ..parts.part_store import PartStore
+from ..refusals import Refusals
 from ..settings import Settings
-from .diagnostics import Refusals
 
 T = TypeVar("T")
 

@@ -18,8 +18,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
 from ..floods import MINUTE
-from ..recorder import Recorder
-from ..services.diagnostics import Refusals
+from ..refusals import Refusals
 
 DEPTH = 1000
 """Messages that wait in the middleware."""
@@ -64,16 +63,17 @@ class BatchSubscription:
     the numbers that are missing.
 
     `noun`: what is on it, for the log; `take`: called with serialised messages in the order of
-    their coming, by one thread at a time; `recorder`: keeps the number of those that were lost.
+    their coming, by one thread at a time; `count_lost`: counts those that were lost, and returns
+    how many that is by now.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, noun: str,
-                 take: Callable[[list[bytes]], object], recorder: Recorder,
+                 take: Callable[[list[bytes]], object], count_lost: Callable[[int], int],
                  refusals: Refusals) -> None:
         self._log = node.get_logger()
         self._kind, self._topic, self._noun = kind, topic, noun
         self._hand_over = take
-        self._recorder = recorder
+        self._add_lost = count_lost
         self._refusals = refusals
         self._gaps = SequenceGaps()
         self._lost_told = -math.inf
@@ -112,7 +112,7 @@ class BatchSubscription:
         self._hand_over([data for data, _ in received])
 
     def _count_lost(self, lost: int) -> None:
-        total = self._recorder.count_lost(lost)
+        total = self._add_lost(lost)
         if lost and time.monotonic() - self._lost_told > MINUTE:
             self._lost_told = time.monotonic()
             self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster than "
