@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
-from ..mesh.patience import TakesLongError
+from ..mesh.overlap import TakesLongError
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports

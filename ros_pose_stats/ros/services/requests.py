@@ -143,8 +143,7 @@ class Requests:
 
     def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not is_large(known.part) or are_found(
-                known.part, scene.cluster_tolerance, scene.round_sides):
+        if not is_large(known.part) or are_found(known.part, scene):
             return at_hand(None)
         return self._mesh_queue.put_first(
             lambda: self._find_poses(known.part, scene), large=True)
