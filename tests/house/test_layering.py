@@ -190,9 +190,9 @@ class TestTheWalkItself:
             "ros/node": "from .jobs import job\nfrom .messages import times",
             "ros/messages/times": "from .. import node\nfrom ..jobs.job import J",
             "ros/jobs/job": "from ..messages import times", "ros/parts/store": "",
-            "ros/transport/lanes": "from ..messages.times import now"})
+            "ros/transport/lanes": "from ..state.store import State", "ros/state/store": ""})
         assert climbing_inside(found) == {("ros", "messages", "jobs"),
-                                          ("ros", "transport", "messages")}
+                                          ("ros", "transport", "state")}
 
     def test_cycles_are_found(self, tmp_path):
         found = self.package(tmp_path, {
