@@ -219,6 +219,11 @@ class ResultStore:
                 yield labelled(known.shown.model, self._settings())
         yield self.estimate(known, "", scene)
 
+    def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
+        """Whether an analytic result is at hand; raises as `estimate`."""
+        name = estimator_name(method or self._settings().default_method, scene.restitution)
+        return self._results.get(self._key(name, known, scene)) is not None
+
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before.
 
