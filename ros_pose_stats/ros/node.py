@@ -49,7 +49,7 @@ PARTING_SECONDS = 0.1
 LAST_SECONDS = 0.2
 """Requests that wait for their turn when the node ends are refused in that time."""
 
-FIT_SECONDS = 0.2
+FIT_SECONDS = 0.8
 """A fit may be ended for so long when the node ends."""
 
 MENDING_SECONDS = 1.0
