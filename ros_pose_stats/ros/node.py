@@ -110,7 +110,7 @@ class PoseStatsNode(AnsweringNode):
             for known in self.parts.all():
                 self.results.restore(known)
             for counts in tail.counts:
-                self.counts.learn_counts(counts)
+                self.counts.learn_counts(counts, again=True)
         else:
             begin_afresh(self.state)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
