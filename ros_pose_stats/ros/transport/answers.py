@@ -44,8 +44,8 @@ PAUSE, AGAIN, MOST_TRIES = 0.3, 10.0, 5
 """Seconds before a client is tried again, and between all such tries; but a few may be made at
 once, for clients that are only slow to be discovered."""
 
-MOST_UNSENT, GIVE_UP = 20, 30.0
-"""Answers kept for a client that was not reached, and for how many seconds."""
+MOST_UNSENT, FEW_UNSENT, GIVE_UP = 1000, 20, 30.0
+"""Answers kept for a client that was not reached, at first and later, and for how many seconds."""
 
 QUIET = 60.0
 """Seconds between two warnings of a kind."""
@@ -61,10 +61,20 @@ class Client:
     service: str
     requests: deque[Callable[[], object]] = field(default_factory=deque)  # that wait
     # answers that did not reach it, and since when they wait
-    unsent: deque[tuple[float, Callable[[], object]]] = field(
-        default_factory=lambda: deque(maxlen=MOST_UNSENT))
-    tries: int = 0  # in vain, since it was reached; 0: it hears
+    unsent: deque[tuple[float, Callable[[], object]]] = field(default_factory=deque)
+    tries: int = 0  # in vain, since it was reached
     due: float = 0.0  # when it may be tried again, by the monotonic clock
+
+    @property
+    def is_deaf(self) -> bool:
+        """Whether to send nothing for the time being: once alone may be the machine's fault."""
+        return self.tries >= 2
+
+    def keep(self, since: float, send: Callable[[], object]) -> None:
+        """Keep an answer; few of them for a client that was tried again and again."""
+        self.unsent.append((since, send))
+        while len(self.unsent) > (MOST_UNSENT if self.tries < MOST_TRIES else FEW_UNSENT):
+            self.unsent.popleft()
 
 
 class Asked(NamedTuple):
@@ -107,8 +117,8 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            deaf = (one for one in alike if one.tries)
-            return Asked(client, None if client.tries else next(deaf, None))
+            deaf = (one for one in alike if one.is_deaf)
+            return Asked(client, None if client.is_deaf else next(deaf, None))
 
     def has_room(self) -> bool:
         """Whether a further request may wait."""
@@ -164,29 +174,38 @@ class Answers:
             return act
 
     def send(self, asked: Asked, send: Callable[[], object]) -> None:
-        """Send an answer, or keep it for a client that was not reached the last time."""
+        """Send an answer, or keep it for a client that was not reached the last times."""
         client, rival = asked
         begin = time.monotonic()
         with self._changed:
-            if client.tries:
-                client.unsent.append((begin, send))
+            if client.is_deaf:
+                client.keep(begin, send)
                 self._unreached += [] if client in self._unreached else [client]
                 return
         if self._reaches(send):
+            self._flush(client, send)
             return
         late = []
         with self._changed:
-            if rival is not None and rival.tries:  # the request was its, so they change places
+            if rival is not None and rival.is_deaf:  # the request was its, so they change places
                 late = [one for one in rival.unsent if one[0] >= begin]
                 client.unsent.extend(one for one in rival.unsent if one[0] < begin)
                 client.tries, client.due, rival.tries = rival.tries, rival.due, 0
                 rival.unsent.clear()
             else:
                 self._put_off(client)
-            client.unsent.append((begin, send))
-            self._unreached = [one for one in self._unreached
-                               if one not in asked] + [client]
+            client.keep(begin, send)
+            self._unreached = [one for one in self._unreached if one not in asked] + [client]
         for _, one in late:
+            one()
+
+    def _flush(self, client: Client, sent: Callable[[], object]) -> None:
+        """Send what else is kept for a client that was reached."""
+        with self._changed:
+            waiting = [one for _, one in client.unsent if one is not sent]
+            client.unsent.clear()
+            client.tries = 0
+        for one in waiting:
             one()
 
     def _reaches(self, send: Callable[[], object]) -> bool:
@@ -204,20 +223,16 @@ class Answers:
     def retry(self) -> None:
         """Try the client that was tried least, if one is due and there may be a try by now."""
         self._give_up(time.monotonic())
-        client = self._due(time.monotonic())
-        if client is None:
+        due = self._due(time.monotonic())
+        if due is None:
             return
-        _, send = client.unsent[-1]
-        reached = self._reaches(send)
-        with self._changed:
-            if not reached:
+        client, send = due
+        if self._reaches(send):
+            self._flush(client, send)
+            self._tries -= 1.0  # it held up nobody
+        else:
+            with self._changed:
                 self._put_off(client)
-                return
-            waiting = [one for _, one in client.unsent if one is not send]
-            client.unsent.clear()
-            client.tries = 0
-        for one in waiting:
-            one()
 
     def _give_up(self, now: float) -> None:
         """Let go of what is too old, and say so once in a while."""
@@ -236,15 +251,16 @@ class Answers:
                            "one that cannot be reached; check its quality of service and call "
                            "again")
 
-    def _due(self, now: float) -> Client | None:
+    def _due(self, now: float) -> tuple[Client, Callable[[], object]] | None:
         with self._changed:
             self._tries = max(0.0, self._tries - (now - self._counted) / AGAIN)
             self._counted = now
-            due = [one for one in self._unreached if one.due <= now]
+            due = [one for one in self._unreached if one.due <= now and one.unsent]
             if not due or self._tries > MOST_TRIES - 1:
                 return None
             self._tries += 1.0
-            return min(due, key=lambda one: one.tries)
+            client = min(due, key=lambda one: one.tries)
+            return client, client.unsent[-1][1]
 
     def wait_until_quiet(self, pause: float, longest: float) -> None:
         """Let whoever waits be answered, until nobody was for some seconds."""
