@@ -54,7 +54,7 @@ from .transport.answering_node import AnsweringNode
 PARTING_SECONDS = 0.1
 """Nobody has been answered for so long when the node stops answering."""
 
-LAST_SECONDS = 0.2
+LAST_SECONDS = 0.6
 """Requests that wait for their turn when the node ends are refused in that time."""
 
 FIT_SECONDS = 0.8
@@ -241,7 +241,7 @@ class PoseStatsNode(AnsweringNode):
             list(closing.map(lambda end: end(), ends))
         for action in self.actions:
             action.wait_until_told()
-        self.answers.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
+        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()
