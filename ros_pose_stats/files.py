@@ -73,6 +73,15 @@ def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
         raise NotAFileError(errno.EINVAL, f"{kind}, no file", os.fspath(file))
 
 
+def refuse_irregular(file: Path) -> None:
+    """Refuse what is there under a name if it is no file: whoever opens it may wait for ever.
+
+    Raises NotAFileError, IsADirectoryError.
+    """
+    with suppress(FileNotFoundError):
+        _refuse_others(file.stat().st_mode, file)
+
+
 def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
     """Bytes of a regular file, one more than `most` where there are more than that.
 

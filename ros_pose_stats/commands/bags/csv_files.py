@@ -1,6 +1,5 @@
 """An analysis of bags as CSV files, for spreadsheets."""
 
-import math
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path

@@ -11,7 +11,13 @@ from pathlib import Path
 from typing import Final
 
 from ...errors import RequestError
-from ...files import make_directories, read_file, replace_file
+from ...files import (
+    NotAFileError,
+    make_directories,
+    read_file,
+    refuse_irregular,
+    replace_file,
+)
 from . import tables
 from .tables import Change, Row
 
@@ -55,9 +61,12 @@ class State:
         self._using = threading.Lock()  # held while the file is written
         self._reading = threading.Lock()
         self._filing = threading.Lock()  # held while files of meshes come or go
-        tables.check_regular(file)
         try:
+            refuse_irregular(file)
             self._open()
+        except (NotAFileError, IsADirectoryError) as error:
+            raise RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
+                               "name another one") from error
         except (sqlite3.Error, OSError) as error:
             self.problem = tables.problem_of(file, error)
             say(f"NOT_RECORDED: {self.problem}")

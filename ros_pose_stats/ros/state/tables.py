@@ -7,7 +7,6 @@ import itertools
 import json
 import os
 import sqlite3
-import stat
 import time
 import zlib
 from collections.abc import Callable, Iterable, Mapping
@@ -113,17 +112,6 @@ def is_damage(error: Exception) -> bool:
     """Whether an error is of the file itself; names that are none come as UnicodeError."""
     return isinstance(error, (DamagedError, UnicodeError)) or (
         isinstance(error, sqlite3.Error) and not is_trouble(error))
-
-
-def check_regular(file: Path) -> None:
-    """Refuse to wait for a pipe or to write to a device.
-
-    Raises RequestError.
-    """
-    with suppress(OSError):
-        if not stat.S_ISREG(file.stat().st_mode):
-            raise RequestError("state_file to be a file", f"'{file}', which is none",
-                               "name another one")
 
 
 def sealed(row: Row) -> Row:
