@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUICK_DROPS = 200
-PAGE = Path("study") / "accuracy.md"
+PAGE = "accuracy.md"
 
 
 class Documents(NamedTuple):
@@ -72,7 +72,7 @@ def measure_documents(*, quick: bool = False,
 
 
 def write_documents(found: Documents, folder: Path) -> list[Path]:
-    """Write `study/accuracy.md`, `figures/` and `benchmarks/`, whole or not at all.
+    """Write `measured/accuracy.md`, its figures and numbers, whole or not at all.
 
     Parameters
     ----------
@@ -94,30 +94,30 @@ def write_documents(found: Documents, folder: Path) -> list[Path]:
          "chart": found.measured.as_dict()})
 
 
-def write_chart(found: ChartResults, stem: Path) -> list[Path]:
-    """Draw the chart to `stem.png` and `stem.svg`, its numbers to `stem.json`."""
+def write_chart(found: ChartResults, file: Path) -> list[Path]:
+    """Draw the chart to a file, and write its numbers to one that ends in .json beside it."""
     figure = draw_chart(found)
 
     def write(aside: Path) -> None:
-        save_figure(figure, aside / stem.name)
-        write_json(aside / f"{stem.name}.json", found.as_dict())
+        save_figure(figure, aside / file.name)
+        write_json(aside / f"{file.stem}.json", found.as_dict())
 
-    return write_whole(stem.parent, write)
+    return write_whole(file.parent, write)
 
 
-def write_prisms(found: PrismResults, stem: Path) -> list[Path]:
-    """Draw the square prisms to `stem.png` and `stem.svg`."""
+def write_prisms(found: PrismResults, file: Path) -> list[Path]:
+    """Draw the square prisms to a file."""
     figure = draw_prisms(found)
-    return write_whole(stem.parent, lambda aside: save_figure(figure, aside / stem.name))
+    return write_whole(file.parent, lambda aside: save_figure(figure, aside / file.name))
 
 
 INTRODUCTION = """# Accuracy
 
 Written by `python -m study figures -o docs`; edits here are lost. The numbers behind the
-tables and figures are in `table.json`, `prisms.json` and `chart.json` in `docs/benchmarks`. All of
-it holds for the drop simulation's own model: a rigid part on a rigid, frictionless, horizontal
-plate, released from rest in a random orientation. Against a real plate expect some 5 points on top
-(see the dice below).
+tables and figures are in `table.json`, `prisms.json` and `chart.json` in
+`docs/measured/numbers`. All of it holds for the drop simulation's own model: a rigid part on a
+rigid, frictionless, horizontal plate, released from rest in a random orientation. Against a real
+plate expect some 5 points on top (see the dice below).
 
 Errors are root mean squares over stable poses, the paper's σ(e, p) (Eqs. 1 to 4): the deviation
 from simulated probabilities with the noise of the finite number of drops taken off. The noise is

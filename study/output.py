@@ -65,17 +65,16 @@ def _line(row: Sequence[str], widths: Sequence[int]) -> str:
     return "| " + " | ".join(padded) + " |"
 
 
-def write_page(folder: Path, page: Path, text: str, figures: Mapping[str, Figure],
+def write_page(folder: Path, page: str, text: str, figures: Mapping[str, Figure],
                numbers: Mapping[str, Any]) -> list[Path]:
-    """Write a page, `figures/NAME.png` and `.svg`, and `benchmarks/NAME.json`: all or none.
+    """Write `measured/PAGE`, `figures/NAME.png` and `measured/numbers/NAME.json`: all or none.
 
     Parameters
     ----------
     folder : Path
         Created where it does not exist; other files in it stay.
-    page : Path
-        Relative to it, in a folder of its own.
-    text : str
+    page, text : str
+        Its name and what it says.
     figures, numbers : mapping
         By name.
 
@@ -87,11 +86,12 @@ def write_page(folder: Path, page: Path, text: str, figures: Mapping[str, Figure
     from ros_pose_stats.plots.files import save_figure
 
     def write(aside: Path) -> None:
+        measured = aside / "measured"
+        measured.mkdir()
         for name, figure in figures.items():
-            save_figure(figure, aside / "figures" / name)
+            save_figure(figure, aside / "figures" / f"{name}.png")
         for name, values in numbers.items():
-            write_json(aside / "benchmarks" / f"{name}.json", values)
-        (aside / page).parent.mkdir()
-        (aside / page).write_text(text, encoding="utf-8")
+            write_json(measured / "numbers" / f"{name}.json", values)
+        (measured / page).write_text(text, encoding="utf-8")
 
     return write_whole(folder, write)

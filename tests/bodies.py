@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull
+from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from ros_pose_stats import part_from_mesh, shapes
@@ -109,7 +110,9 @@ def fanned(surface, seed):
     hull = ConvexHull(vertices)
     random = np.random.default_rng(seed)
     triangles = []
-    for plane in np.unique(np.round(hull.equations, 7), axis=0):
+    equations = hull.equations
+    alike = cdist(equations, equations) < 1e-7 * size(surface)
+    for plane in equations[np.unique(alike.argmax(axis=1))]:
         on = np.flatnonzero(np.abs(vertices @ plane[:3] + plane[3]) < 1e-6 * size(surface))
         spokes = vertices[on] - vertices[on].mean(axis=0)
         y_axis = np.cross(plane[:3], spokes[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -31,17 +33,10 @@ def matched(poses, others, turn=None, angle=1e-6):
     return [others[i] for i in partner]
 
 
-def groups(part, tolerance=0.0):
-    """Poses by group, as sorted lists of rounded directions."""
-    found = {}
-    for pose in resting_poses(part, tolerance, 0).poses:
-        found.setdefault(pose.group, []).append(tuple(np.round(pose.down, 5) + 0.0))
-    return sorted(sorted(directions) for directions in found.values())
-
-
 def group_sizes(surface, tolerance=0.0, **properties):
-    """Numbers of poses in each group."""
-    return sorted(map(len, groups(part_from_mesh(*surface, **properties), tolerance)))
+    """Numbers of poses in each group, rising."""
+    poses = resting_poses(part_from_mesh(*surface, **properties), tolerance, 0).poses
+    return sorted(Counter(pose.group for pose in poses).values())
 
 
 def same(one, other):

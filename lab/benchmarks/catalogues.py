@@ -26,7 +26,7 @@ from ros_pose_stats.catalogue.request import CatalogueRequest, PartFile, find_pa
 from ros_pose_stats.mesh.stl import stl_bytes
 from study.random_parts import random_part
 
-from .report import DOCS, machine, table, write_page
+from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 
 SEED, PARTS, WARM, ROUNDS = 61, 1000, 60, 3
@@ -109,16 +109,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="lab.benchmarks.catalogues",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--parts", type=int, default=PARTS, help="(default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="store docs/benchmarks/"
-                        "catalogues.json and render docs/benchmarks.md")
+    parser.add_argument("--write", action="store_true", help="store numbers/"
+                        "catalogues.json and render benchmarks.md in docs/measured")
     parser.add_argument("--rounds", type=int, default=ROUNDS, help="(default: %(default)s)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         section = measure(Path(folder), options.parts, options.rounds)
     print(table(section))
     if options.write:
-        save(Results(machine(), (section,)), DOCS / "benchmarks" / "catalogues.json")
-        print(write_page(DOCS))
+        save(Results(machine(), (section,)), NUMBERS / "catalogues.json")
+        print(write_page())
 
 
 if __name__ == "__main__":

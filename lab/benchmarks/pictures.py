@@ -40,24 +40,23 @@ class Picture(NamedTuple):
 
     Attributes
     ----------
-    stem : Path
-        File relative to the page, without its suffix.
+    file : Path
+        Relative to the folder of documents.
     says : str
         Description of the figure, for those who do not see it.
     figure : callable
     """
 
-    stem: Path
+    file: Path
     says: str
     figure: Callable[[Section], Figure]
 
 
-def draw(section: Section, docs: Path) -> list[Path]:
-    """Draw a section's figure, if it has one, under the folder of the page."""
-    if section.name not in PICTURES:
-        return []
-    picture = PICTURES[section.name]
-    return save_figure(picture.figure(section), docs / picture.stem)
+def draw(section: Section, docs: Path) -> None:
+    """Draw a section's figure, if it has one, into a folder of documents."""
+    if section.name in PICTURES:
+        picture = PICTURES[section.name]
+        save_figure(picture.figure(section), docs / picture.file)
 
 
 def _stages(growth: Section) -> Figure:
@@ -178,8 +177,8 @@ def drop_cost_figure(families: Sequence[tuple[str, ArrayLike, ArrayLike]],
 
 FIGURES = Path("figures")
 PICTURES = {
-    "growth": Picture(FIGURES / "cost_against_vertices",
+    "growth": Picture(FIGURES / "cost_against_vertices.png",
                       "Time of each stage against hull vertices, log-log", _stages),
-    "drop_growth": Picture(FIGURES / "drops_against_vertices",
+    "drop_growth": Picture(FIGURES / "drops_against_vertices.png",
                            "Time of a drop against hull vertices, log-log", _families),
 }

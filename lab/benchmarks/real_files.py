@@ -19,7 +19,7 @@ from ros_pose_stats.errors import PoseStatsError
 from ros_pose_stats.mesh.content import SUFFIXES
 from ros_pose_stats.simulation.drops import DropChunk
 
-from .report import DOCS, machine, table, write_page
+from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 
 FIRST, SECONDS, CALLS = 100, 1.0, 5
@@ -113,8 +113,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
     parser.add_argument("--write", action="store_true",
-                        help="store docs/benchmarks/real_files.json, without names of "
-                             "files, and render docs/benchmarks.md")
+                        help="store numbers/real_files.json, without names of files, "
+                             "and render benchmarks.md in docs/measured")
     options = parser.parse_args(arguments)
     rows = []
     for name, part in loaded(files_in(options.folders)):
@@ -131,8 +131,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.write:
         nameless = tuple(Row(str(k + 1), row.cells) for k, row in enumerate(rows))
         each = Section(each.name, each.title, each.timed, nameless)
-        save(Results(machine(), (together, each)), DOCS / "benchmarks" / "real_files.json")
-        print(write_page(DOCS))
+        save(Results(machine(), (together, each)), NUMBERS / "real_files.json")
+        print(write_page())
 
 
 if __name__ == "__main__":

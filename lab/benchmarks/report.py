@@ -16,13 +16,12 @@ from .results import Results, Row, Section, format_cell, load, save
 from .speed import write_speed
 
 STORED = ("core", "start", "drops", "real_files", "catalogues", "expected_errors", "auto", "node")
-FIGURE = pictures.PICTURES["growth"].stem
 
 INTRODUCTION = """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
 `lab.benchmarks.drops`, `lab.training.expected_errors`, `lab.benchmarks.auto` and
-`lab.benchmarks.node`, from `docs/benchmarks/*.json`; edits here are lost.
+`lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
 what counts, and times only give an idea. Kernels were compiled before, and times are medians,
 unless said otherwise. [speed.md](speed.md) is the short page for users. The load at the start is
@@ -41,20 +40,22 @@ def collect_results(sections: Iterable[Section], say: Callable[[str], object]) -
     return Results(where, tuple(found))
 
 
-def write_page(docs: Path) -> Path:
-    """Render `benchmarks.md`, `speed.md` and the figures from what is stored under `docs`.
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+MEASURED = DOCS / "measured"
+NUMBERS = MEASURED / "numbers"
 
-    Parameters
-    ----------
-    docs : Path
-        Folder that holds `benchmarks/*.json`.
+
+def write_page(docs: Path = DOCS) -> Path:
+    """Render `measured/benchmarks.md`, `measured/speed.md` and their figures under `docs`.
+
+    From `measured/numbers/*.json` there.
     """
-    stored = [docs / "benchmarks" / f"{name}.json" for name in STORED]
+    stored = [docs / "measured" / "numbers" / f"{name}.json" for name in STORED]
     found = [load(file) for file in stored if file.exists()]
     for results in found:
         for section in results.sections:
             pictures.draw(section, docs)
-    page = docs / "benchmarks.md"
+    page = docs / "measured" / "benchmarks.md"
     page.write_text(render_page(found), encoding="utf-8")
     write_speed(docs)
     return page
@@ -70,7 +71,7 @@ def render_page(runs: Sequence[Results]) -> str:
             parts.append(f"## {section.title}\n\n{section.timed}\n\n{table(section)}\n")
             if section.name in pictures.PICTURES:
                 picture = pictures.PICTURES[section.name]
-                parts.append(f"![{picture.says}]({picture.stem.as_posix()}.png)\n")
+                parts.append(f"![{picture.says}](../{picture.file.as_posix()})\n")
     return "\n".join(parts)
 
 
@@ -100,9 +101,6 @@ def _misses(runs: Sequence[Results]) -> str:
     return f"{met}.\n" if not short else "\n".join([f"{met}; short of target:\n", *short, ""])
 
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
-
-
 def command(name: str, about: str | None, quick: str, run: Callable[[bool], Results],
             arguments: Sequence[str] | None) -> None:
     """Measure, print, and with `--write` store the results and render the page.
@@ -123,14 +121,15 @@ def command(name: str, about: str | None, quick: str, run: Callable[[bool], Resu
     parser = argparse.ArgumentParser(prog=f"lab.benchmarks.{name}", description=about)
     parser.add_argument("--quick", action="store_true", help=quick)
     parser.add_argument("--write", action="store_true",
-                        help=f"store docs/benchmarks/{name}.json and render docs/benchmarks.md")
+                        help=f"store numbers/{name}.json and render benchmarks.md in "
+                             "docs/measured")
     options = parser.parse_args(arguments)
     if options.quick and options.write:
         parser.error("--write stores full runs; leave --quick out")
     results = run(options.quick)
     if options.write:
-        save(results, DOCS / "benchmarks" / f"{name}.json")
-        print(write_page(DOCS))
+        save(results, NUMBERS / f"{name}.json")
+        print(write_page())
 
 
 LIBRARIES = ("numpy", "scipy", "numba", "trimesh")

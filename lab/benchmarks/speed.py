@@ -1,7 +1,7 @@
 """The page for users: the time that a part takes, by size, from stored results of benchmarks.
 
-`python -m lab.benchmarks.speed` writes docs/speed.md anew without measuring anything. Every
-benchmark that stores its results writes the page too.
+`python -m lab.benchmarks.speed` writes docs/measured/speed.md anew without measuring anything.
+Every benchmark that stores its results writes the page too.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TOLERANCE = ", tolerance 0.005"
 INTRODUCTION = """# What a part costs
 
 Written by `python -m lab.benchmarks.speed`, and by every benchmark that stores its results, from
-`docs/benchmarks/*.json`; edits here are lost. Times are medians on one core unless said
+`docs/measured/numbers/*.json`; edits here are lost. Times are medians on one core unless said
 otherwise, with kernels that were compiled before. The machines, named below, were shared while
 these ran, so times only give an idea. [benchmarks.md](benchmarks.md) has the details, and every
 target that was met or missed.
@@ -35,7 +35,7 @@ target that was met or missed.
 CHART = """## By size
 
 ![Time of a part on one core against the error of its probabilities, for four kinds of
-part](figures/speed_accuracy.png)
+part](../figures/speed_accuracy.png)
 
 An estimate is the first answer, and drops lower its error. Time is from the mesh arrays to the
 probabilities; the error is the root mean square over the poses in percentage points, against the
@@ -93,7 +93,7 @@ class Stored(NamedTuple):
 
 def read_stored(docs: Path) -> Stored:
     """Read the results under a folder of documents; missing ones are left out."""
-    folder = docs / "benchmarks"
+    folder = docs / "measured" / "numbers"
     files = {name: folder / f"{name}.json" for name in MEASURED}
     chart = folder / "chart.json"
     return Stored({name: load(file) for name, file in files.items() if file.exists()},
@@ -101,14 +101,8 @@ def read_stored(docs: Path) -> Stored:
 
 
 def write_speed(docs: Path) -> Path:
-    """Write `speed.md` from what is stored under `docs`.
-
-    Parameters
-    ----------
-    docs : Path
-        Folder that holds `benchmarks/*.json`.
-    """
-    page = docs / "speed.md"
+    """Write `measured/speed.md` under `docs`, from `measured/numbers/*.json` there."""
+    page = docs / "measured" / "speed.md"
     page.write_text(speed_page(read_stored(docs)), encoding="utf-8")
     return page
 
@@ -206,12 +200,12 @@ WAITS = (
 
 def _machines(stored: Stored) -> Iterable[str]:
     if stored.chart is not None:
-        yield "- `benchmarks/chart.json` (by size): not recorded"
+        yield "- `numbers/chart.json` (by size): not recorded"
     for name, run in stored.runs.items():
         told = {"processor": "{}", "cores": "{} cores", "python": "Python {}", "date": "{}"}
         where = ", ".join(words.format(run.machine[key]) for key, words in told.items()
                           if key in run.machine)
-        yield f"- `benchmarks/{name}.json`: {where}"
+        yield f"- `numbers/{name}.json`: {where}"
 
 
 def _milliseconds(value: float | int | str) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ros_pose_stats.shapes.demo_parts import write_demo_parts
 
-from .report import DOCS, machine, table, write_page
+from .report import DOCS, NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
 from .timing import Contender, Pace, Timings, race
 
@@ -159,14 +159,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="lab.benchmarks.start", description=__doc__)
     parser.add_argument("--runs", type=int, default=9, help="warm processes (default: 9)")
     parser.add_argument("--write", action="store_true",
-                        help="store docs/benchmarks/start.json and render docs/benchmarks.md")
+                        help="store numbers/start.json and render benchmarks.md in docs/measured")
     options = parser.parse_args(arguments)
     results = run(options.runs)
     for section in results.sections:
         print(f"\n{section.title}\n{table(section)}")
     if options.write:
-        save(results, DOCS / "benchmarks" / "start.json")
-        print(write_page(DOCS))
+        save(results, NUMBERS / "start.json")
+        print(write_page())
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Judges what estimates of lopsided round parts tell of their error.
 
 .venv/bin/python -m lab.training.lopsided             300 parts, some minutes
-.venv/bin/python -m lab.training.lopsided --write     writes docs/study/lopsided.md, too
+.venv/bin/python -m lab.training.lopsided --write     writes docs/measured/lopsided.md, too
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def summary(some: Sequence[Case]) -> tuple[str, str, str, str]:
 
 
 def page(cases: Sequence[Case]) -> str:
-    """The page docs/study/lopsided.md."""
+    """The page docs/measured/lopsided.md."""
     return f"""# Round parts with the centre of mass beside their axis
 
 Written by `python -m lab.training.lopsided --write`; edits here are lost. {len(cases)} discs,
@@ -156,7 +156,7 @@ def main() -> None:
     text = page([measure(number) for number in range(options.parts)])
     print(text)
     if options.write:
-        write_page(DOCS, Path("study") / "lopsided.md", text, {}, {})
+        write_page(DOCS, "lopsided.md", text, {}, {})
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from ros_pose_stats.statistics.posterior.prior import prior_fit
 
 from ..benchmarks.auto.cases import Case, drop_parts
 from ..benchmarks.auto.sharpening import bound_holds, intervals_hold
-from ..benchmarks.report import DOCS
+from ..benchmarks.report import MEASURED
 from .fit_posterior import CLOSE, LIKELY, STEP, log_likelihood
 from .posterior_samples import RESTITUTIONS, Sample, held_out, sample_of, samples
 
@@ -32,7 +32,7 @@ MANY = (0, 100, 1000, 10_000)
 PARTS, USUAL = 80, 0.5
 """Of the long references: so many parts, at this restitution."""
 NO_SCATTER = 1e-9
-PAGE = DOCS / "study" / "posterior.md"
+PAGE = MEASURED / "posterior.md"
 
 MODELS: dict[str, Callable[[Sequence[Sample]], PriorFit]] = {
     "one strength": lambda some: _simplest(some, (0.0,)),

@@ -1,7 +1,7 @@
 """What every program of trials is: trials with their outcomes, printed, judged and put on a page.
 
 A trial tries something many times and says which promises were broken. The page
-`docs/reliability.md` is rendered from what the three programs have stored with `--write`.
+`docs/measured/reliability.md` is rendered from what the three programs have stored with `--write`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from lab.benchmarks.report import machine
 
 from . import ROOT
 
-STORED = ROOT / "docs" / "benchmarks"
-PAGE = ROOT / "docs" / "reliability.md"
+STORED = ROOT / "docs" / "measured" / "numbers"
+PAGE = ROOT / "docs" / "measured" / "reliability.md"
 LONGEST = 2000
 """Characters of a broken promise that are shown of its beginning and of its end."""
 
@@ -40,8 +40,8 @@ TITLES = {
 INTRODUCTION = """# Reliability
 
 *This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak` and
-`lab.trials.attacks`, from what each of them stored in `docs/benchmarks`. `python -m lab.trials`
-runs all three in a short form.*
+`lab.trials.attacks`, from what each of them stored in `docs/measured/numbers`.
+`python -m lab.trials` runs all three in a short form.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an idea only.
 """
@@ -96,7 +96,7 @@ def program(name: str, trials: Sequence[Trial], short: float) -> int:
     parser.add_argument("--size", type=float, default=1.0, help="share of the full numbers")
     parser.add_argument("--seed", type=int, default=1, help="from which seed on")
     parser.add_argument("--write", action="store_true",
-                        help=f"store {name}.json and render docs/reliability.md")
+                        help=f"store {name}.json and render docs/measured/reliability.md")
     options = parser.parse_args()
     if options.size < 0.0 or options.seed < 0:
         parser.error("give a size and a seed from 0")

@@ -172,8 +172,8 @@ def add_pose_options(command: argparse.ArgumentParser) -> None:
                          "share of its height there; what is shallower belongs to the pose next "
                          "to it (default: %(default)s; 0 lists every stable face)")
     command.add_argument("--round-sides", type=read_count, default=DEFAULT_ROUND_SIDES,
-                         metavar="N", help="sides a turn of the polygons that round surfaces "
-                         "stand as, whatever the file has (default: %(default)s; 0 takes the "
+                         metavar="N", help="sides a turn of the polygons that stand for round "
+                         "surfaces, whatever the file has (default: %(default)s; 0 takes the "
                          "file as it is)")
 
 

@@ -35,7 +35,7 @@ NAMED = 10
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
     command = commands.add_parser(
-        "catalogue", help="tell the poses of all parts of a folder, in a table and on a page",
+        "catalogue", help="list the poses of all parts of a folder, in a table and on a page",
         description="Look at every part of some folders and files: its stable poses, their "
         "probabilities with errors, footprint and height, how well it feeds, warnings, and, where "
         "a part is refused, why. The folder of -o gets `index.html`, to sort and filter without "

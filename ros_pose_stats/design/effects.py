@@ -18,7 +18,7 @@ SCATTER_OF_CUT: Final = 0.012
 SCATTER_OF_SLOPE: Final = 0.2
 SCATTER_OF_UNEVEN: Final = 0.5
 """Root mean square difference of estimated and dropped changes by one step: of any, of a cut edge,
-as a share of the change, and as a share of its unevenness (docs/study/design.md)."""
+as a share of the change, and as a share of its unevenness (docs/measured/design.md)."""
 
 
 @dataclass(frozen=True, eq=False)

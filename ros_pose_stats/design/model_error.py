@@ -20,7 +20,7 @@ plates have shown, with single shares off by up to 9 points (tests/truth/design)
 
 EXPORTED: Final = 0.005
 """Standard deviation by which shares of two exports of one round part differ: the drops see the
-facets of the file, not the part (docs/study/exports.md)."""
+facets of the file, not the part (docs/measured/exports.md)."""
 
 
 def plate_part(difference: float, plate_error: float) -> float:

@@ -31,7 +31,7 @@ from .shares import WantedShare
 
 STEP: Final = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
-does is lost in the estimator's own unevenness (docs/study/design.md)."""
+does is lost in the estimator's own unevenness (docs/measured/design.md)."""
 
 SAME_CHANGE: Final = 1e-9
 """Changes of a share this close are a tie: by symmetry both ways change it alike."""

@@ -47,7 +47,7 @@ OUTSIDE = 0.02
 
 LOPSIDED = 50.0
 """By how much the odds of a pose may grow by rolling, over how far the centre of mass lies beside
-the axis in radii; chosen so that told errors are true (docs/study/lopsided.md)."""
+the axis in radii; chosen so that told errors are true (docs/measured/lopsided.md)."""
 
 MOST_LOPSIDED = 0.12
 """Offset in radii beyond which they grow no more."""

@@ -29,6 +29,8 @@ def unmasked(values: Any) -> NDArray[Any]:
     array = np.asarray(values)
     if array.dtype.kind in _NOT_REAL:
         raise TypeError(f"{array.dtype} is no real number")
+    if array.dtype == object and any(map(np.iscomplexobj, array.flat)):
+        raise TypeError("a complex number is no real number")
     if isinstance(values, np.ma.MaskedArray) and np.any(values.mask):
         incomplete: Any = values.astype(np.float64)
         return np.asarray(incomplete.filled(np.nan))
@@ -40,7 +42,7 @@ def real_array(values: Any) -> NDArray[np.float64]:
 
     Raises TypeError, ValueError, OverflowError if these are no real numbers.
     """
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):  # a signalling NaN becomes a quiet one
         return unmasked(values).astype(np.float64, copy=False)
 
 
@@ -64,7 +66,7 @@ def checked_mesh(
     infinite, an index is no integer or out of range, or the size is beyond what can be computed
     with.
     """
-    with np.errstate(over="ignore"):  # infinite values are refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
         places = np.ascontiguousarray(_numbers(vertices, "vertices") * unit)
     if places.ndim != 2 or places.shape[1] != 3:
         raise MeshError("vertices of shape (V, 3)", f"shape {places.shape}",

@@ -25,17 +25,15 @@ RASTER = 150
 """Dots per inch of images within vector graphics."""
 
 
-def save_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Write `stem.png` and `stem.svg`; an equal figure gives equal bytes.
+def save_figure(figure: Figure, file: Path) -> None:
+    """Write a PNG or SVG file, as its suffix says; an equal figure gives equal bytes.
 
-    `stem`: without suffix, whatever dots it holds; its folder is created.
+    Its folder is created.
     """
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    files = [stem.with_name(f"{stem.name}.{kind}") for kind in ("png", "svg")]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    metadata = {"Date": None} if file.suffix == ".svg" else None
     with matplotlib.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}):
-        figure.savefig(files[0], dpi=160)
-        figure.savefig(files[1], metadata={"Date": None})
-    return files
+        figure.savefig(file, dpi=160, metadata=metadata)
 
 
 def svg_bytes(figure: Figure) -> bytes:

@@ -61,7 +61,7 @@ class Settings:
         "", "Name of the plate, for the record; one of the file plates where that is named.")
     plates: str = _parameter(
         "", "File of plate profiles (YAML, as ~/fit_plate and the command fit write it): while "
-        "plate is named, its restitution, drop height and, where round parts told them, round "
+        "plate is named, its restitution, drop height and, where round parts gave them, round "
         "sides there take the place of the parameters, and its plate_error goes into results; "
         "empty: none.")
     default_method: str = _parameter(
@@ -78,7 +78,7 @@ class Settings:
         10_000, "Drops of a simulation that does not say how many.", 1, 10**9)
     target_error: float = _parameter(
         0.0, "Root mean square error over the poses, as a fraction, to which each new mesh is "
-        "refined in the background, until it is kept with 90 % confidence; 0: none.", 0.0,
+        "refined in the background, until it is reached with 90 % confidence; 0: none.", 0.0,
         BELOW_ONE)
     workers: int = _parameter(
         0, "Threads that simulate, at most four a core; 0: all cores but keep_cores, at least "
@@ -100,8 +100,8 @@ class Settings:
         "its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0, BELOW_ONE)
     round_sides: int = _parameter(
-        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that round surfaces stand as, whatever "
-        "the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
+        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round surfaces, "
+        "whatever the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
     flip_height: float = _parameter(
         0.0, "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
         "request's kick_height is negative; 0: none.", 0.0, 1e6)

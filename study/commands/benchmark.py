@@ -38,7 +38,7 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     prisms = _kind(kinds, "prisms", run_prisms, "Fig. 5: square prisms and Budden's dice",
                    "Drop square prisms of many proportions, as in Fig. 5 of the paper, and the "
                    "dice that Budden rolled, and show the answer of every estimator beside.",
-                   "prisms --drops 200 --dice-drops 400 -o prisms")
+                   "prisms --drops 200 --dice-drops 400 -o prisms.png")
     prisms.add_argument("--drops", type=read_count, default=1000, metavar="N",
                         help="number of drops of each prism at each restitution "
                         "(default: %(default)s)")
@@ -47,27 +47,28 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
                         "(default: %(default)s)")
     prisms.add_argument("--seed", type=read_count, default=1, metavar="S",
                         help="seed of the drops (default: %(default)s)")
-    prisms.add_argument("-o", "--output", metavar="STEM", help="draw STEM.png and STEM.svg")
+    prisms.add_argument("-o", "--output", metavar="FILE",
+                        help="draw them to a .png or .svg file (default ending: .png)")
     chart = _kind(kinds, "chart", run_chart, "speed against accuracy, for four kinds of part",
                   "Measure time and error of every method for random polyhedra of three sizes "
                   "and for machined and turned parts, and draw one "
                   "against the other. A shift or a dataset chooses the bodies of the paper's "
                   "size.",
-                  "chart --quick -o speed_accuracy")
+                  "chart --quick -o speed_accuracy.png")
     _add_dataset_options(chart, 0.0)
     chart.add_argument("--quick", action="store_true",
                        help="measure fewer bodies and drops, and two sizes of polyhedra")
-    chart.add_argument("-o", "--output", default="speed_accuracy", metavar="STEM",
-                       help="draw STEM.png and STEM.svg and write STEM.json "
-                       "(default: %(default)s)")
+    chart.add_argument("-o", "--output", default="speed_accuracy", metavar="FILE",
+                       help="draw it to a .png or .svg file (default ending: .png), and write its "
+                       "numbers to a .json file beside it (default: %(default)s)")
     stability = _kind(kinds, "stability", run_stability,
                       "every method along walks through each known trouble",
                       "Follow every method along walks through each known trouble: jumps, slopes, "
                       "and the distance from simulation.",
                       "stability --quick -o stability")
     stability.add_argument("-o", "--output", metavar="DIR",
-                           help="directory into which study/stability.md, figures/ and "
-                           "benchmarks/ are written")
+                           help="directory into which measured/stability.md, its numbers and "
+                           "its figures are written")
     stability.add_argument("--quick", action="store_true", help="measure fewer values and drops")
     plates = _kind(kinds, "plates", run_plates, "fitted plates against dice and known truths",
                    "Fit restitution and drop height to five of Budden's dice and predict the "
@@ -81,15 +82,15 @@ def register(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     plates.add_argument("--seed", type=read_count, default=1, metavar="S",
                         help="seed of splits, plates and drops (default: %(default)s)")
     plates.add_argument("-o", "--output", metavar="DIR",
-                        help="directory into which study/plates.md and benchmarks/plates.json "
-                        "are written")
+                        help="directory into which measured/plates.md and its numbers are "
+                        "written")
     figures = _kind(kinds, "figures", run_figures,
                     "table, prisms and chart, into a folder of documents",
                     "Measure table, prisms and chart, and write them into a folder of documents.",
                     "figures --quick -o measured")
     figures.add_argument("-o", "--output", default="docs", metavar="DIR",
-                         help="directory into which study/accuracy.md, figures/ and benchmarks/ "
-                         "are written (default: %(default)s)")
+                         help="directory into which measured/accuracy.md, its numbers and its "
+                         "figures are written (default: %(default)s)")
     figures.add_argument("--quick", action="store_true", help="measure fewer bodies and drops")
 
 
@@ -111,7 +112,7 @@ def _add_dataset_options(command: argparse.ArgumentParser, shift: float | None) 
                          "the package)")
 
 
-FILE_ENDINGS = (".png", ".svg", ".json")
+FIGURE_ENDINGS = (".png", ".svg")
 
 
 def run_table(options: argparse.Namespace) -> int:
@@ -135,16 +136,16 @@ def run_prisms(options: argparse.Namespace) -> int:
     with announce_slow_start(), end_on_interrupt():
         from ..prisms import prisms, prisms_text
 
-        stem = _stem(options.output) if options.output is not None else None
+        file = _figure(options.output) if options.output is not None else None
     with stop_on_interrupt() as interrupted, ProgressBar(sys.stderr) as bar:
         found = prisms(options.drops, options.dice_drops, options.seed,
                        on_progress=lambda done, total: bar.draw(
                            done / total, f"{done} of {total} drops"),
                        should_stop=interrupted)
-    if stem is not None:
+    if file is not None:
         from ..accuracy_documents import write_prisms
 
-        _say_files(write_prisms(found, stem))
+        _say_files(write_prisms(found, file))
     stopped = {"interrupted": True} if found.stopped else {}
     _print(options, {**found.as_dict(), **stopped}, prisms_text(found))
     return INTERRUPTED if found.stopped else 0
@@ -156,10 +157,10 @@ def run_chart(options: argparse.Namespace) -> int:
         from ..accuracy_documents import write_chart
         from ..chart import PLANS, QUICK, chart, chart_text
 
-        stem, dataset = _stem(options.output), _datasets(options)[0]
+        file, dataset = _figure(options.output), _datasets(options)[0]
     with end_on_interrupt():
         found = chart(dataset, QUICK if options.quick else PLANS, on_progress=_say)
-    _say_files(write_chart(found, stem))
+    _say_files(write_chart(found, file))
     _print(options, found.as_dict(), chart_text(found))
     return 0
 
@@ -230,17 +231,16 @@ def _datasets(options: argparse.Namespace) -> list[Dataset]:
     return shipped_datasets()
 
 
-def _stem(output: str) -> Path:
-    """Path of the figures without their endings; refused if nothing can be written there."""
+def _figure(output: str) -> Path:
+    """Path of a figure; refused if nothing can be written there."""
     from ros_pose_stats.files import refuse_unwritable
 
     path = Path(output)
-    stem = path.with_suffix("") if path.suffix in FILE_ENDINGS else path
-    if stem.name in ("", "..") or output.endswith("/"):
-        raise RequestError("a path and the beginning of a file name", f"{output!r}",
-                           "for instance -o figures/chart")
-    refuse_unwritable(stem.parent)
-    return stem
+    if path.name in ("", "..") or output.endswith("/"):
+        raise RequestError("the path of a .png or .svg file", f"{output!r}",
+                           "for instance -o figures/chart.png")
+    refuse_unwritable(path.parent)
+    return path if path.suffix in FIGURE_ENDINGS else path.with_name(f"{path.name}.png")
 
 
 def _bodies(bar: ProgressBar, dataset: Dataset, number: int,

@@ -9,7 +9,7 @@ from ..output import markdown_table, plain, points, write_page
 from ..prisms.dice import SOURCE
 from .runs import COUNTED, FITTED, PlateResults
 
-PAGE = Path("study") / "plates.md"
+PAGE = "plates.md"
 
 
 def plates_text(found: PlateResults) -> str:
@@ -41,7 +41,7 @@ def plates_text(found: PlateResults) -> str:
 
 
 def write_plates(found: PlateResults, folder: Path) -> list[Path]:
-    """Write `study/plates.md` and `benchmarks/plates.json` into a folder of documents."""
+    """Write `measured/plates.md` and its numbers into a folder of documents."""
     head = ("# Fitted plates\n\nWritten by `python -m study plates -o docs`; edits here "
             f"are lost. What is fitted, and how: [plates](../plates.md). Seed {found.seed}.\n\n")
     return write_page(folder, PAGE, f"{head}{plates_text(found)}\n", {}, {"plates": plain(found)})

@@ -23,11 +23,11 @@ from .walk_runs import COMBINED_DROPS, LEVEL, Curve, StabilityResults, WalkResul
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PAGE = Path("study") / "stability.md"
+PAGE = "stability.md"
 
 
 def write_stability(found: StabilityResults, folder: Path) -> list[Path]:
-    """Write `study/stability.md`, `figures/stability_*` and `benchmarks/stability.json`.
+    """Write `measured/stability.md`, its figures and numbers.
 
     Parameters
     ----------

@@ -48,10 +48,10 @@ JSON stands `"interrupted": true`. A second Ctrl-C ends it at once.
 """
 
 
-MORE = {"estimate": ("split", "hybrid", "warnings"), "simulate": ("simulation",),
-        "report": ("report",), "catalogue": ("catalogue",), "dataset": ("study/datasets",),
-        "benchmark": ("study/accuracy", "study/stability"), "fit": ("plates",),
-        "sensitivity": ("sensitivity", "study/design"), "compare": ("design",),
+MORE = {"estimate": ("measured/split", "hybrid", "warnings"), "simulate": ("simulation",),
+        "report": ("report",), "catalogue": ("catalogue",), "dataset": ("datasets",),
+        "benchmark": ("measured/accuracy", "measured/stability"), "fit": ("plates",),
+        "sensitivity": ("design", "measured/design"), "compare": ("design",),
         "bag": ("bags",), "node": ("node",)}
 """Pages that say more about a command."""
 

@@ -22,9 +22,9 @@ from tests.running import ROOT, call
 
 README = "README.md"
 COMMAND_LINE = "docs/command_line.md"
-SENSITIVITY = "docs/sensitivity.md"
+DESIGN = "docs/design.md"
 PAGES = (README, COMMAND_LINE, "docs/library.md", "docs/report.md", "docs/catalogue.md",
-         "docs/design.md", SENSITIVITY)
+         DESIGN)
 """Whose lines and code are run here; the tests of the node run those of its pages."""
 
 PROGRAMS = {"ros_pose_stats": main, "python -m study": study}
@@ -199,20 +199,37 @@ def test_documents_name_files_that_exist():
             assert (document.parent / target).exists(), f"{document.name}: {target}"
 
 
+def anchor_of(heading):
+    """The end of a link to a heading, as GitHub makes it."""
+    return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+
+
+def test_links_into_pages_name_headings_that_exist():
+    links = 0
+    for document in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        text = document.read_text(encoding="utf-8")
+        for target, anchor in re.findall(r"\]\(([^)#:\s]*)#([^)\s]+)\)", text):
+            page = (document.parent / target).read_text(encoding="utf-8") if target else text
+            headings = re.findall(r"^#+ (.*)$", page, re.MULTILINE)
+            assert anchor in map(anchor_of, headings), f"{document.name}: {target}#{anchor}"
+            links += 1
+    assert links > 20
+
+
 def test_no_two_pages_have_one_title():
     titles = [page.read_text(encoding="utf-8").splitlines()[0]
               for page in (ROOT / "docs").rglob("*.md")]
     assert len(set(titles)) == len(titles)
 
 
-def test_the_page_on_sensitivity_has_the_figures_of_the_study():
-    study = (ROOT / "docs/study/design.md").read_text(encoding="utf-8")
+def test_the_page_on_design_has_the_figures_of_the_study():
+    study = (ROOT / "docs/measured/design.md").read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in study.splitlines()
             if line.startswith("|")]
     table = {row[0]: row[1:] for row in rows}
     cases, clear, right, _, size, apart, _ = table["edge chamfered"]
     others = [int(table[name][2]) for name in ("centre of mass", "stretching", "resting face")]
-    page = " ".join(text_of(SENSITIVITY).split())
+    page = " ".join(text_of(DESIGN).split())
     for words in (f"{clear} of {cases} changes by a cut edge",
                   f"these {right} % had the right sign",
                   f"{min(others)} to {max(others)} % for all other",

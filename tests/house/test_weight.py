@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.house.weight import inner_imports, python_files, weigh
+from tests.house.weight import inner_imports, python_files, weigh, words_of_people
 
 LINES = {"ros_pose_stats": 43_400, "tests": 24_000}
 FILES = {"ros_pose_stats": 380, "tests": 220}
@@ -16,6 +16,9 @@ IMPORTS = {"ros_pose_stats": 0.098, "tests": 0.09}
 
 MOST_SIBLINGS = {"ros_pose_stats": 27, "tests": 20}
 """Files and folders in a folder."""
+
+WORDS = 25_000
+"""Of pages that people wrote; what programs write is in `docs/measured`."""
 
 INNER_IMPORTS = {"tests/contract": 0, "tests/golden": 3}
 """Imports of the product's inside by tests: users have none, golden makes its parts by three."""
@@ -42,3 +45,9 @@ def test_no_folder_is_crowded(tree):
 def test_tests_come_through_the_door(tree):
     met = inner_imports(tree)
     assert len(met) <= INNER_IMPORTS[tree], met
+
+
+def test_words_of_people():
+    words = words_of_people()
+    assert "README.md" in words and "docs/decisions.md" in words
+    assert sum(words.values()) <= WORDS, words

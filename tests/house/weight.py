@@ -1,4 +1,4 @@
-"""What the project weighs: lines, files and imports by tree, by one command.
+"""What the project weighs: lines, files and imports by tree, words of pages, by one command.
 
     python -m tests.house.weight
 
@@ -66,8 +66,20 @@ def inner_imports(tree):
     return met
 
 
+MEASURED = ROOT / "docs" / "measured"
+PRINTED = (ROOT / "docs" / "commands.md",)
+"""Pages that a program writes, beside those in `docs/measured`."""
+
+
+def words_of_people():
+    """Words of each page that a person wrote, by its path."""
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    return {str(page.relative_to(ROOT)): len(page.read_text(encoding="utf-8").split())
+            for page in sorted(pages) if page not in PRINTED and MEASURED not in page.parents}
+
+
 def main():
-    """Print the table."""
+    """Print the tables."""
     print(f"{'tree':22}{'files':>7}{'lines':>8}{'imports %':>11}")
     trees = [*sorted(
         str(folder.relative_to(ROOT)) for top in (PACKAGE, "tests", "lab", "study")
@@ -82,6 +94,10 @@ def main():
     folders = Counter("/".join(file.split("/")[:3]) for file, *_ in inner)
     for folder, count in folders.most_common():
         print(f"{folder:40}{count:6}")
+    words = words_of_people()
+    print(f"\nwords of pages that people wrote: {sum(words.values())}")
+    for page, count in sorted(words.items(), key=lambda item: -item[1]):
+        print(f"{page:40}{count:6}")
 
 
 if __name__ == "__main__":

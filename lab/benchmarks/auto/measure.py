@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from ..report import DOCS, collect_results, write_page
+from ..report import NUMBERS, collect_results, write_page
 from ..results import Section, save
 from .cases import Case, drop_parts, read_cases, write_cases
 from .choosing import choosing
@@ -45,12 +45,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--parts", type=int, default=PARTS, help="default: %(default)s")
     parser.add_argument("--cases", type=Path, help="keeps the drops for another run")
     parser.add_argument("--write", action="store_true",
-                        help="store docs/benchmarks/auto.json and render docs/benchmarks.md")
+                        help="store numbers/auto.json and render benchmarks.md in docs/measured")
     options = parser.parse_args(arguments)
     results = collect_results(sections(cases_of(options.parts, options.cases, print)), print)
     if options.write:
-        save(results, DOCS / "benchmarks" / "auto.json")
-        print(write_page(DOCS))
+        save(results, NUMBERS / "auto.json")
+        print(write_page())
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from scipy.stats import chi2_contingency
 from ros_pose_stats import PoseStatistics, estimate, simulate
 from ros_pose_stats.statistics.chi_square import LEAST_EXPECTED
 
-from ..report import DOCS, collect_results
+from ..report import NUMBERS, collect_results
 from ..results import Row, Section, Target, save
 from . import parts
 from .page import write_page
@@ -193,10 +193,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
                         help="of each export (default: %(default)s)")
     parser.add_argument("--thrown", type=int, default=10_000,
                         help="of each published part (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="store docs/benchmarks/exports.json "
-                                                             "and write docs/study/exports.md")
+    parser.add_argument("--write", action="store_true", help="store numbers/exports.json and "
+                                                             "write exports.md in docs/measured")
     options = parser.parse_args(arguments)
     results = collect_results(sections(options.drops, options.thrown), print)
     if options.write:
-        save(results, DOCS / "benchmarks" / "exports.json")
-        print(write_page(results, DOCS))
+        save(results, NUMBERS / "exports.json")
+        print(write_page(results))

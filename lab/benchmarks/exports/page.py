@@ -1,10 +1,10 @@
-"""The page `docs/study/exports.md`."""
+"""The page `docs/measured/exports.md`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from ..report import table
+from ..report import MEASURED, table
 from ..results import Results
 
 INTRODUCTION = """# One part, many exports
@@ -18,8 +18,8 @@ the tables say what is left of the difference, and how near thrown parts are.
 """
 
 
-def write_page(results: Results, docs: Path) -> Path:
-    """Write the page under `docs` and return its path."""
+def write_page(results: Results) -> Path:
+    """Write the page and return its path."""
     short = [f"- {row.name}: {target}" for row in results.rows for target in row.targets
              if not target.met]
     number = sum(len(row.targets) for row in results.rows)
@@ -31,6 +31,6 @@ def write_page(results: Results, docs: Path) -> Path:
         found.append(f"## {section.title}\n\n{section.timed}\n\n{table(section)}\n")
     where = ", ".join(f"{name} {value}" for name, value in results.machine.items())
     found.append(f"Measured on: {where}.\n")
-    page = docs / "study" / "exports.md"
+    page = MEASURED / "exports.md"
     page.write_text("\n".join(found), encoding="utf-8")
     return page

@@ -2,8 +2,8 @@
 
 .venv/bin/python -m lab.training.design               two parts of each family and the demo parts
 .venv/bin/python -m lab.training.design --each 1      one of each family
-.venv/bin/python -m lab.training.design --write       writes docs/study/design.md
-.venv/bin/python -m lab.training.design --stored      the page, from docs/benchmarks/design.json
+.venv/bin/python -m lab.training.design --write       writes docs/measured/design.md
+.venv/bin/python -m lab.training.design --stored      the page, from what is stored
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from .page import page
 from .slopes import Slope, measure_slopes
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
+STORED = DOCS / "measured" / "numbers" / "design.json"
 
 
 def measure(each: int, workers: int) -> tuple[list[Slope], list[Gain]]:
@@ -39,7 +40,7 @@ def measure(each: int, workers: int) -> tuple[list[Slope], list[Gain]]:
 
 def read_stored() -> tuple[list[Slope], list[Gain]]:
     """What was measured last."""
-    stored = json.loads((DOCS / "benchmarks" / "design.json").read_text(encoding="utf-8"))
+    stored = json.loads(STORED.read_text(encoding="utf-8"))
     return ([Slope(**one) for one in stored["slopes"]], [Gain(**one) for one in stored["gains"]])
 
 
@@ -58,7 +59,7 @@ def main() -> None:
     text = page(slopes, gains)
     print(text)
     if options.write:
-        write_page(DOCS, Path("study") / "design.md", text, {},
+        write_page(DOCS, "design.md", text, {},
                    {"design": {"slopes": plain(slopes), "gains": plain(gains)}})
 
 

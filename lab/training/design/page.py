@@ -1,4 +1,4 @@
-"""The page docs/study/design.md from what the study found."""
+"""The page docs/measured/design.md from what the study found."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def page(slopes: Sequence[Slope], gains: Sequence[Gain]) -> str:
     return f"""# How far estimated effects of changes are right
 
 Written by `python -m lab.training.design --write`; edits here are lost. What is changed and how:
-[sensitivity](../sensitivity.md). Restitution 0.3, 0.5 or 0.7, 20 radii;
+[design](../design.md). Restitution 0.3, 0.5 or 0.7, 20 radii;
 the wanted poses are one group of poses, drawn at random from those of 10 to 90 %.
 
 ## Derivatives

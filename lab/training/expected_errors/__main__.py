@@ -9,7 +9,7 @@ import argparse
 
 from ros_pose_stats.estimators.fitted_weights import ERROR_FILE
 
-from ...benchmarks.report import DOCS, collect_results, write_page
+from ...benchmarks.report import NUMBERS, collect_results, write_page
 from ...benchmarks.results import save
 from ..split.samples import FIT_SEED, JUDGE_SEED, read_samples
 from .fit import fit_errors, usual_errors, write_weights
@@ -22,7 +22,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="lab.training.expected_errors",
                                      description=__doc__.partition("\n")[0])
     parser.add_argument("--write", action="store_true",
-                        help=f"write {ERROR_FILE.name}, and the tables to docs/benchmarks.md")
+                        help=f"write {ERROR_FILE.name}, and the tables to "
+                             "docs/measured/benchmarks.md")
     write = parser.parse_args().write
     samples = read_samples()
     known = error_samples([one for one in samples if one.seed == FIT_SEED])
@@ -34,8 +35,8 @@ def main() -> None:
     new = judged([one for one in samples if one.seed == JUDGE_SEED], fits)
     results = collect_results(sections(new), print)
     if write:
-        save(results, DOCS / "benchmarks" / "expected_errors.json")
-        print(write_page(DOCS))
+        save(results, NUMBERS / "expected_errors.json")
+        print(write_page())
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 .venv/bin/python -m lab.training.split drops          counts the drops again (two hours; in parts)
 .venv/bin/python -m lab.training.split fit --write    fits, and writes the weights
-.venv/bin/python -m lab.training.split judge --write  judges, and writes docs/split.md
+.venv/bin/python -m lab.training.split judge --write  judges, and writes docs/measured/split.md
 .venv/bin/python -m lab.training.split judge --refits --write  also without folds and families
 .venv/bin/python -m lab.training.split parts --write  judges the demo parts alone, likewise
 .venv/bin/python -m lab.training.split parts FILE ... judges parts of one's own
@@ -26,7 +26,7 @@ from .page import page, part_table, plain, plain_parts
 from .real_parts import demo_parts, judge_parts, mesh_files
 from .samples import read_samples, write_samples
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
+MEASURED = Path(__file__).resolve().parents[3] / "docs" / "measured"
 PARTS = Path(gettempdir()) / "pose_stats_drops"
 
 
@@ -57,13 +57,13 @@ def main() -> None:
             parser.error("--write is for the demo parts; leave the files out, or print only")
         print(part_table(plain_parts(judge_parts(mesh_files(options.files), say))))
     else:
-        stored = DOCS / "benchmarks/split.json"
+        stored = MEASURED / "numbers" / "split.json"
         found = (json.loads(stored.read_text(encoding="utf-8")) if options.what == "parts"
                  else plain(_judged(options.refits, options.workers), machine()))
         found["parts"] = plain_parts(judge_parts(demo_parts(), say))
         print(page(found))
         if options.write:
-            (DOCS / "split.md").write_text(page(found), encoding="utf-8")
+            (MEASURED / "split.md").write_text(page(found), encoding="utf-8")
             stored.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""The page docs/split.md from what the judgement found."""
+"""The page docs/measured/split.md from what the judgement found."""
 
 from __future__ import annotations
 

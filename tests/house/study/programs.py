@@ -143,9 +143,13 @@ def first(bodies, number):
     return Bodies({**bodies.schema, "spec": {**bodies.spec, "bodies": number}}, arrays)
 
 
-def assert_drawn(stem, *words):
-    """A figure's two files are there: the picture is not blank, the drawing names these words."""
-    picture = imread(stem.with_name(stem.name + ".png"))
+def assert_drawn(file):
+    """A picture is there and not blank."""
+    picture = imread(file)
     assert min(picture.shape[:2]) > 200 and np.ptp(picture[..., :3]) > 0.5
-    drawing = stem.with_name(stem.name + ".svg").read_text(encoding="utf-8")
+
+
+def assert_written(file, *words):
+    """A drawing (SVG) is there and names these words."""
+    drawing = file.read_text(encoding="utf-8")
     assert [word for word in words if word not in drawing] == []

@@ -7,7 +7,7 @@ import pytest
 from tests.bodies import METHODS
 from tests.running import strict_json
 
-from .programs import assert_drawn, first, reference, refused, study_json, write
+from .programs import assert_written, first, reference, refused, study_json, write
 
 TITLES = ["area", "CSAE", "ADRE", "QSE", "PQSE", "NQSE", "EAE", "MEAE", "combined", "split"]
 
@@ -18,14 +18,14 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def stem(tmp_path_factory):
-    return tmp_path_factory.mktemp("chart") / "new" / "chart_0.3"
+def drawing(tmp_path_factory):
+    return tmp_path_factory.mktemp("chart") / "new" / "chart_0.3.svg"
 
 
 @pytest.fixture(scope="module")
-def sizes(file, stem):
-    results = study_json("chart", "--dataset", file, "--quick", "-o", stem)
-    assert results == strict_json(stem.with_name("chart_0.3.json").read_text())
+def sizes(file, drawing):
+    results = study_json("chart", "--dataset", file, "--quick", "-o", drawing)
+    assert results == strict_json(drawing.with_suffix(".json").read_text())
     assert results["dataset"]["bodies"] == 30
     return results["sizes"]
 
@@ -72,8 +72,8 @@ class TestChart:
             points = {point["name"]: point["error"] for point in entry["points"]}
             assert points["trimesh.poses"] == pytest.approx(points["QSE"], abs=1e-6)
 
-    def test_it_is_drawn_with_every_name(self, sizes, stem):
-        assert_drawn(stem, *TITLES, "trimesh.poses", "drop simulation", "hybrid")
+    def test_it_is_drawn_with_every_name(self, sizes, drawing):
+        assert_written(drawing, *TITLES, "trimesh.poses", "drop simulation", "hybrid")
 
 
 @pytest.mark.parametrize("kind", ["chart", "prisms", "stability", "plates", "figures"])

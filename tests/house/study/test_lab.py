@@ -14,7 +14,7 @@ from tests.running import ROOT, answer
 
 from .programs import lab
 
-DOCS = ROOT / "docs"
+MEASURED = ROOT / "docs" / "measured"
 
 
 def judged(text):
@@ -26,20 +26,20 @@ def judged(text):
 
 
 def test_the_pages_are_those_of_the_stored_numbers(tmp_path):
-    shutil.copytree(DOCS / "benchmarks", tmp_path / "benchmarks")
+    shutil.copytree(MEASURED / "numbers", tmp_path / "measured" / "numbers")
     write_page(tmp_path)
     for name in ("benchmarks.md", "speed.md"):
-        assert (tmp_path / name).read_text() == (DOCS / name).read_text(), name
+        assert (tmp_path / "measured" / name).read_text() == (MEASURED / name).read_text(), name
     for name in ("cost_against_vertices", "drops_against_vertices"):
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 10_000
-    misses = re.search(r"(\d+) of (\d+) targets are met", (DOCS / "benchmarks.md").read_text())
-    results = [met for *_, met in judged((DOCS / "benchmarks.md").read_text())]
+    misses = re.search(r"(\d+) of (\d+) targets are met", (MEASURED / "benchmarks.md").read_text())
+    results = [met for *_, met in judged((MEASURED / "benchmarks.md").read_text())]
     assert len(results) == int(misses[2]) and sum(results) == int(misses[1])
 
 
 def test_the_page_on_design_is_that_of_the_stored_numbers():
     assert lab("training.design", "--stored").strip() == (
-        DOCS / "study" / "design.md").read_text().strip()
+        MEASURED / "design.md").read_text().strip()
 
 
 def test_one_part_in_many_exports_is_one_part():

@@ -9,7 +9,7 @@ import pytest
 
 from tests.bodies import METHODS
 
-from .programs import assert_drawn, study, study_json
+from .programs import assert_written, study, study_json
 
 KNOWN_RMS = {"csae": 0.147, "qse": 0.147, "adre": 0.081, "nqse": 0.099, "eae": 0.043,
              "meae": 0.105, "combined": 0.103}
@@ -21,9 +21,10 @@ DROPS = 1000
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    stem = tmp_path_factory.mktemp("prisms") / "prisms"
-    results = study_json("prisms", "--drops", 50, "--dice-drops", DROPS, "--seed", 3, "-o", stem)
-    assert_drawn(stem, "measured dice", "MEAE", "combined", "PQSE")
+    drawing = tmp_path_factory.mktemp("prisms") / "prisms.svg"
+    results = study_json("prisms", "--drops", 50, "--dice-drops", DROPS, "--seed", 3,
+                         "-o", drawing)
+    assert_written(drawing, "measured dice", "MEAE", "combined", "PQSE")
     return results
 
 

@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def results(folder):
-    return strict_json((folder / "benchmarks" / "stability.json").read_text())
+    return strict_json((folder / "measured" / "numbers" / "stability.json").read_text())
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def walks(results):
 @pytest.fixture(scope="module")
 def sections(folder, walks):
     """What the page says of each walk."""
-    page = (folder / "study" / "stability.md").read_text(encoding="utf-8")
+    page = (folder / "measured" / "stability.md").read_text(encoding="utf-8")
     assert "nan" not in page
     return dict(zip(walks, page.split("\n## ")[1:], strict=False))
 
@@ -51,7 +51,7 @@ def test_the_page_names_the_failing_ones_of_every_walk_beside_its_figure(walks, 
     for name, walk in walks.items():
         assert sections[name].startswith(walk["title"])
         assert f"(../figures/stability_{name}.png)" in sections[name]
-        assert_drawn(folder / "figures" / f"stability_{name}")
+        assert_drawn(folder / "figures" / f"stability_{name}.png")
         assert tuple(methods(walk)) == METHODS
         rows = [line for line in sections[name].splitlines() if line.startswith("| ")]
         for entry, row in zip(walk["methods"], rows[-len(METHODS):], strict=True):
