@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 
 from ..batch.cluster import WORKER_SECONDS, ClusterWork, work_on_cluster
-from ..batch.processes import ProcessDiedError, WorkerProcess
+from ..batch.worker import ProcessDiedError, WorkerProcess
 from ..errors import PoseStatsError
 from .making import Maker, Piece
 from .processes import describe_within_limit, died

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 
-from ..batch.processes import (
-    ProcessDiedError,
-    TookLongError,
-    WorkerProcess,
-    check_workers,
-    work_in_processes,
-)
+from ..batch.processes import check_workers, work_in_processes
+from ..batch.worker import ProcessDiedError, TookLongError, WorkerProcess
 from ..errors import RequestError
 from .making import Maker, Piece
 from .request import CatalogueRequest

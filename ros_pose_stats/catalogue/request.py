@@ -14,9 +14,7 @@ from ..mesh.content import SUFFIXES
 from ..mesh.mass_properties import check_given
 from ..records import DropScene
 from ..simulation.request import drop_request
-
-FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
+from ..text import FORMULAS
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from ..errors import BatchError, reason
-from ..files import sync_directory, write_all
+from ..files import open_file, sync_directory, write_all
 from .request import PartFile
 from .rows import Described, Row
 
@@ -94,7 +94,7 @@ class RowLog:
     def _read(self) -> int:
         """Find the rows that are there; returns the end of the last whole line."""
         offset = 0
-        with self.path.open("rb") as lines:
+        with open_file(self.path) as lines:
             for line in lines:
                 if not line.endswith(b"\n"):
                     break

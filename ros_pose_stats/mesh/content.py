@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import stat
 from pathlib import Path
 from typing import Final
 
 from ..errors import MeshFileError
+from ..files import NotAFileError, read_file
 from .step import STEP_SUFFIXES
 
 SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
-
-_KINDS: Final = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
-                 stat.S_IFBLK: "a device"}
 
 
 def read_bytes(path: Path) -> bytes:
@@ -27,15 +24,13 @@ def read_bytes(path: Path) -> bytes:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
                             "export the part as STEP, STL or 3MF")
     try:
-        mode = path.stat().st_mode
-        data = path.read_bytes() if stat.S_ISREG(mode) else b""
+        data = read_file(path)
+    except NotAFileError as error:
+        raise MeshFileError("a mesh file", f"{path}, which is {error.strerror}",
+                            "write what comes from it to a file") from error
     except OSError as error:
         raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
                             "check the path and its permissions") from error
-    if not stat.S_ISREG(mode):
-        kind = _KINDS.get(stat.S_IFMT(mode), "no regular file")
-        raise MeshFileError("a mesh file", f"{path}, which is {kind}",
-                            "write what comes from it to a file")
     if not data:
         raise MeshFileError("a mesh file with content", f"{path}, which is empty",
                             "export it again")

@@ -7,6 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from ..errors import RequestError
+from ..files import read_file
 
 COLUMNS = 3
 MOST = 1 << 48
@@ -24,7 +25,7 @@ def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
     RequestError if the file cannot be read, or a row is none of counts, with its number.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_file(file).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else "not UTF-8"
         raise RequestError("a CSV file with the columns part, pose, count", f"{file} ({said})",

@@ -11,16 +11,11 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.patience import TakesLongError
-from ..records import DropScene, Part
-from .diagnostics import Diagnostics, Refusals, flip_health, job_health
-from .feeding import FeedingService
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
-from .jobs.plate_fits import PlateFits
 from .jobs.refinement import Refinement
-from .jobs.simulate_drops import SimulateDropsServer
-from .jobs.simulate_flips import SimulateFlipsServer
+from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
 from .observed_parts import ObservedSubscription
 from .parameters import Parameters
@@ -29,18 +24,24 @@ from .parts.cell_counts import count_health
 from .parts.known_part import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts.outlines import Outlines
 from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
-from .parts.part_requests import named
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .pose_counts import CountSubscription
 from .recorder import Recorder
-from .requests import Requests
+from .refusals import Refusals
 from .restore import as_of_today, begin_afresh, definitions, restore_jobs, tail_of
-from .services import Services
+from .services.diagnostics import Diagnostics, flip_health, job_health
+from .services.feeding import FeedingService
+from .services.plate_fits import PlateFits
+from .services.requests import Requests
+from .services.services import Services
+from .services.simulate_drops import SimulateDropsServer
+from .services.simulate_flips import SimulateFlipsServer
 from .settings import Settings
 from .state import State
-from .transport.late_answers import PatientNode
+from .transport.answering_node import AnsweringNode
 
 PARTING_SECONDS = 0.1
 """Nobody has been answered for so long when the node stops answering."""
@@ -61,7 +62,7 @@ LARGE_BYTES = 36 * LARGE_TRIANGLES
 """Of a part that is not built yet; it may take longer than others should wait."""
 
 
-class PoseStatsNode(PatientNode):
+class PoseStatsNode(AnsweringNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
     Nothing is computed before `start`. Raises PoseStatsError if a parameter is refused, or the
@@ -79,13 +80,13 @@ class PoseStatsNode(PatientNode):
         ended, answers = restore_jobs(self.state, tail, settings, self.recorder, log.warning)
         self.refusals = Refusals(log.warning)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
-        self.builder = PartBuilder()
+        self.builder, self.outlines = PartBuilder(), Outlines()
         mesh_log = MeshLog(self.recorder, self.state)
         self.announcer = Announcer(self, self.recorder, self.state, mesh_log.introduce,
                                    self.refusals.floods)
         self.parts = PartStore(
             self.recorder, self.state, mesh_log, lambda request: self.builder.build(
-                request, self._settings().scene(), self.mesh_queue.pace()),
+                request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
         self.results = ResultStore(self._settings, self.parts, self.announcer, self.state)
         self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
@@ -121,13 +122,13 @@ class PoseStatsNode(PatientNode):
         """Topics, services, actions and diagnostics."""
         self.requests = requests = Requests(
             self._settings, self.parts, self.refinement.take_part, self.mesh_queue, self.jobs,
-            self.refusals, self._find_poses)
+            self.refusals, self.builder.find_poses)
         MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
                           self.refusals)
         self.observed = ObservedSubscription(self, self._settings, self.counts,
                                              self.parts.current, self.recorder, self.refusals)
         Services(self, self._settings, self.parts, self.results, self.announcer, requests,
-                 self.refinement, self.jobs, self.reports)
+                 self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
         self.fits = PlateFits(self, self._settings, self.results, self.announcer,
@@ -203,11 +204,8 @@ class PoseStatsNode(PatientNode):
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _show_again(self, known: KnownPart) -> None:
-        self._find_poses(known.part, self._settings().scene())
+        self.builder.find_poses(known.part, self._settings().scene())
         self.refinement.show_again(known)
-
-    def _find_poses(self, part: Part, scene: DropScene) -> None:
-        self.builder.find_poses(part, scene, self.mesh_queue.pace())
 
     def _write_down(self) -> None:
         """Once a second: show what was counted, and have all on the disk."""
@@ -223,15 +221,15 @@ class PoseStatsNode(PatientNode):
         """
         self.requests.close()
         self.builder.close()
-        ends = [self.mesh_queue.close, partial(self.turns.close, LAST_SECONDS),
+        self.outlines.close()
+        ends = [self.mesh_queue.close, partial(self.answers.close, LAST_SECONDS),
                 partial(self.fits.close, FIT_SECONDS),
                 *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))
         for action in self.actions:
             action.wait_until_told()
-        self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
-        self.late_answers.close()
+        self.answers.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()

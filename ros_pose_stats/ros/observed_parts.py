@@ -11,13 +11,13 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..resting.observed_orientations import classify_orientations
-from .diagnostics import Refusals
 from .messages.camera_messages import ObservedPoses, observed_of_bytes
+from .messages.part_requests import shown
 from .messages.times import now, time_message
 from .parts.known_part import KnownPart
-from .parts.part_requests import shown
 from .pose_counts import CountSubscription
 from .recorder import Recorder
+from .refusals import Refusals
 from .settings import Settings
 from .transport.batches import BatchSubscription
 
@@ -41,7 +41,7 @@ class ObservedSubscription:
         self._known = known
         self._refusals = refusals
         self._batches = BatchSubscription(node, ObservedParts, TOPIC, "messages", self._take,
-                                          recorder, refusals)
+                                          recorder.count_lost, refusals)
 
     def take_waiting(self) -> None:
         """Count what the middleware still has, at the end of the node."""

@@ -10,11 +10,11 @@ from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..errors import RequestError
 from ..recording.analysis.numbering import numbering_of
-from .diagnostics import Refusals
 from .messages.camera_messages import counts_of_bytes
+from .messages.part_requests import shown
 from .parts.known_part import KnownPart
-from .parts.part_requests import shown
 from .recorder import POSE_COUNTS, Recorder
+from .refusals import Refusals
 from .transport.batches import BatchSubscription
 
 TOPIC = "~/pose_counts"
@@ -46,7 +46,7 @@ class CountSubscription:
         self._introduce = introduce
         self._learn = learn
         self._batches = BatchSubscription(node, PoseCounts, TOPIC, "counts", self._take,
-                                          recorder, refusals)
+                                          recorder.count_lost, refusals)
 
     def take_waiting(self) -> None:
         """Record what the middleware still has, at the end of the node."""

@@ -12,9 +12,9 @@ from functools import partial
 from pathlib import Path
 
 from ..recording.repair.repair import Repair, repair_bags
+from ..recording.run_log import RunLog
 from ..recording.writer.message_types import MessageType, message_type
-from ..recording.writer.run_log import RunLog
-from .diagnostics import Health
+from .refusals import Health
 from .settings import Settings
 from .state import Change, State
 

@@ -21,7 +21,7 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
     MOST_ROUND_SIDES,
 )
-from .parts.part_requests import check_name, shown
+from .messages.part_requests import check_name, shown
 
 if TYPE_CHECKING:
     from ..plates import PlateProfile

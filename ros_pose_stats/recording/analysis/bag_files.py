@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from ...errors import BagError
+from ...files import open_file
 from ..reader.raw_reader import Damage, RawMessage, files_of_bag, raw_messages
 from .decoding import CONVERT, is_ours
 
@@ -144,7 +145,7 @@ class FileMessages:
 
     def _sqlite_messages(self) -> Iterator[RawMessage]:
         """Messages of this package's types, by the time of recording."""
-        with self._file.open("rb") as stream:
+        with open_file(self._file) as stream:
             size = stream.seek(0, os.SEEK_END)
         if not size:
             self._set("cut", "is empty")

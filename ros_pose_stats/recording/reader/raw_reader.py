@@ -17,6 +17,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import breakup_chunk
 
+from ...files import open_file
 from .scan import UNREADABLE, Frame, frames
 
 _PACKED: Final = ".zstd"
@@ -64,7 +65,7 @@ def messages_after(path: Path, offset: int) -> Iterator[RawMessage]:
 
     Raises OSError: there is no such file, or it cannot be read.
     """
-    with path.open("rb") as file:
+    with open_file(path) as file:
         yield from _messages(path, file, lambda damage: None, lambda share: None, offset)
 
 
@@ -140,10 +141,10 @@ def files_of_bag(bag: Path) -> list[Path]:
 def _opened(path: Path) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
     if path.suffix != _PACKED:
-        return path.open("rb")
+        return open_file(path)
     unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
     try:
-        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(
+        with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
                 file, read_across_frames=True) as reader:
             shutil.copyfileobj(cast(Any, reader), unpacked)
     except zstandard.ZstdError:

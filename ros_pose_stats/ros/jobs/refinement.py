@@ -20,10 +20,10 @@ from ...planning.confidence import (
 )
 from ...records import DropScene, Part
 from ...resting.poses import resting_poses
+from ..messages.part_requests import PartRequest
 from ..messages.statistics_messages import with_warning
 from ..parts.announcer import Announcer
 from ..parts.known_part import KnownPart, at_hand
-from ..parts.part_requests import PartRequest
 from ..parts.result_rules import refutes
 from ..parts.result_store import ResultStore
 from ..settings import Settings

@@ -22,12 +22,12 @@ from visualization_msgs.msg import MarkerArray
 from ...mesh.decimation import visible_triangles
 from ..floods import MOST_SWAPS, Floods
 from ..messages.markers import marker_array, poses_each, triangles_each
+from ..messages.part_requests import part_line, shown
 from ..messages.statistics_messages import farewell_message, with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
 from ..state import State
 from .known_part import KnownPart
-from .part_requests import part_line, shown
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)

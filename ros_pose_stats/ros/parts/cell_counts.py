@@ -16,8 +16,8 @@ from ...records import Part
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent
-from ..diagnostics import Health
-from .part_requests import shown
+from ..messages.part_requests import shown
+from ..refusals import Health
 
 Index = NDArray[np.int64]
 

@@ -14,14 +14,14 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
-from ..diagnostics import Refusals
 from ..messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from ..messages.part_requests import PartRequest, named
+from ..refusals import Refusals
 from ..settings import Settings, mesh_topics
-from ..transport.overruns import SequenceGaps
+from ..transport.batches import SequenceGaps
 from .known_part import KnownPart
 from .mesh_queue import MeshQueue
 from .part_builder import is_large
-from .part_requests import PartRequest, named
 
 DEPTH = 100
 """Messages that wait in the middleware."""

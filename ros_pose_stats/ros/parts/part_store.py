@@ -15,6 +15,7 @@ from ...errors import MeshError, PoseStatsError, RequestError
 from ...records import Part
 from ...records.part import array_bytes, digest_name
 from ..messages.part_messages import part_message, request_of_part_bytes
+from ..messages.part_requests import PartRequest, shown
 from ..messages.times import now, time_message
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
@@ -22,7 +23,6 @@ from ..state.tables import Row
 from .known_part import KnownPart, Numbers, PartSource
 from .memory import Memory
 from .part_builder import NotBuiltError
-from .part_requests import PartRequest, shown
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""

@@ -19,6 +19,7 @@ from ...planning.observed import observe_counts
 from ...recording.analysis.numbering import Numbering, numbering_of
 from ...records import DropScene
 from ..messages import statistics_messages as messages
+from ..messages.part_requests import PartRequest, check_request, estimator_name
 from ..messages.times import now
 from ..settings import Settings
 from ..state import Change, State
@@ -26,7 +27,6 @@ from .announcer import Announcer
 from .cell_counts import CellCounts, Ground
 from .known_part import KnownPart
 from .memory import Memory
-from .part_requests import PartRequest, check_request, estimator_name
 from .part_store import PartStore
 from .result_rules import known_error, labelled, replaces, still_true
 

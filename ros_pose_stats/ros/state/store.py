@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from ...errors import RequestError
-from ...files import make_directories, replace_file
+from ...files import make_directories, read_file, replace_file
 from . import tables
 from .tables import Change, Row
 
@@ -124,7 +124,7 @@ class State:
         if row is None or not row[2]:
             return None if row is None else row[1]
         try:
-            message = (self.meshes / row[2]).read_bytes()
+            message = read_file(self.meshes / row[2])
         except OSError:
             return None
         return message if hashlib.sha256(message).hexdigest() == row[2] else None

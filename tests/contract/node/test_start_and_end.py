@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import sqlite3
@@ -81,8 +82,12 @@ def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
 
 @pytest.fixture(scope="module")
 def odd(domain, tmp_path_factory):
-    """A client of a node with parameters of every form, on simulated time."""
-    with cell_of(domain, tmp_path_factory.mktemp("bags"), "odd", use_sim_time=True,
+    """A client of a node with parameters of every form, on simulated time, and beside a pipe."""
+    bags = tmp_path_factory.mktemp("bags")
+    run = bags / "pose_stats_20260202T024000_000000_42"
+    run.mkdir()
+    os.mkfifo(run / f"{run.name}_1.mcap")
+    with cell_of(domain, bags, "odd", use_sim_time=True,
                  restitution=0, max_job_seconds=5, drop_height=1, cluster_tolerance=0, workers=1,
                  mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']") as (
             _, client):
@@ -115,6 +120,24 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
         return odd.good("estimate", part=flat(WEDGE, part_id)).statistics.header.stamp.sec
 
     until(lambda: stamp(new_id()) == 1234, "the node's clock")
+    clock.publish(Clock(clock=Time(sec=-5)))  # which rclpy cannot hold
+    assert odd.good("estimate", part_id="wedge").statistics.header.stamp.sec == 1234
+
+
+def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
+    """No pipe that nobody writes to, no device without an end, no aliases of aliases."""
+    file = tmp_path / "plates.yaml"
+    os.mkfifo(file)
+    assert "a pipe" in refused(f"plates:={file}", "plate:=glass")
+    assert "a device" in refused("plates:=/dev/zero", "plate:=glass")
+    file.unlink()
+    lines = [f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
+             for before, name in itertools.pairwise("abcdefghi")]
+    for text, said in (("\n".join(["a: &a [x]", *lines]), "values"),
+                       ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
+                       ("#" * 300_000, "262144 bytes")):
+        file.write_text(text)
+        assert said in refused(f"plates:={file}", "plate:=glass")
 
 
 ENDING = "expected a running node, got one that is ending; start it again"

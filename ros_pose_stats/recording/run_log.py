@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from ..repair.removal import SpaceBound
-from ..run_names import new_run_name
 from .bag import Bag
-from .mcap_layout import message_size, opening
-from .message_types import CdrLength, MessageType
+from .repair.removal import SpaceBound
+from .run_names import new_run_name
+from .writer.mcap_layout import message_size, opening
+from .writer.message_types import CdrLength, MessageType
 
 _FILES: Final = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""

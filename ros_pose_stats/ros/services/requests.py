@@ -9,18 +9,18 @@ from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
 from typing import Any, NamedTuple, TypeVar
 
-from ..errors import PoseStatsError, RequestError
-from ..records import DropScene, Part
-from ..resting.poses import are_found
-from .diagnostics import Refusals
-from .jobs import Job, JobRequest, Jobs
-from .messages.part_messages import is_given, let_go, mesh_size, taken_request
-from .parts.known_part import KnownPart, at_hand
-from .parts.mesh_queue import MeshQueue
-from .parts.part_builder import are_many, is_large
-from .parts.part_requests import PartRequest, check_request, shown
-from .parts.part_store import PartStore
-from .settings import Settings
+from ...errors import PoseStatsError, RequestError
+from ...records import DropScene, Part
+from ...resting.poses import are_found
+from ..jobs import Job, JobRequest, Jobs
+from ..messages.part_messages import is_given, let_go, mesh_size, taken_request
+from ..messages.part_requests import PartRequest, check_request, shown
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.mesh_queue import MeshQueue
+from ..parts.part_builder import are_many, is_large
+from ..parts.part_store import PartStore
+from ..refusals import Refusals
+from ..settings import Settings
 
 T = TypeVar("T")
 

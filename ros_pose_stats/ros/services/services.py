@@ -11,31 +11,29 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ..errors import PoseStatsError, RequestError
-from ..mesh.mass_properties import check_offset
-from ..methods import AUTO
-from ..planning.confidence import not_enough
-from ..records import DropScene
-from .jobs import Job, Jobs, State
-from .jobs.job_reports import JobReports
-from .jobs.refinement import Refinement, credible_bound
-from .messages.outline_messages import outline_messages
-from .messages.part_messages import is_given
-from .messages.statistics_messages import with_warning
-from .parts.announcer import Announcer
-from .parts.known_part import KnownPart
-from .parts.part_requests import shown
-from .parts.part_store import PartStore
-from .parts.result_store import ResultStore
-from .parts.shifted_parts import ShiftedParts, shift_warning
+from ...errors import PoseStatsError, RequestError
+from ...mesh.mass_properties import check_offset
+from ...methods import AUTO
+from ...planning.confidence import not_enough
+from ...records import DropScene
+from ..jobs import Job, Jobs, State
+from ..jobs.job_reports import JobReports
+from ..jobs.refinement import Refinement, credible_bound
+from ..messages.part_messages import is_given
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import with_warning
+from ..parts.announcer import Announcer
+from ..parts.known_part import KnownPart
+from ..parts.outlines import Outlines, outline_messages
+from ..parts.part_store import PartStore
+from ..parts.result_store import ResultStore
+from ..parts.shifted_parts import ShiftedParts, shift_warning
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
-from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -101,9 +99,10 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  results: ResultStore, announcer: Announcer, requests: Requests,
-                 refinement: Refinement, jobs: Jobs, reports: JobReports) -> None:
+                 refinement: Refinement, jobs: Jobs, reports: JobReports,
+                 outlines: Outlines) -> None:
         self._settings = settings
         self._parts = parts
         self._results = results
@@ -112,24 +111,21 @@ class Services:
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
+        self._outlines = outlines
         self._shifted = ShiftedParts()
         self.say_failure = node.get_logger().error
-        quick = ReentrantCallbackGroup()
-        # Of estimates a client may want thousands. Meshes have a queue of their own.
-        node.create_service(
-            srv.EstimatePoses, "~/estimate", self.estimate, qos_profile=SERVICE_QUALITY,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            in_turn=lambda request: not is_given(request.part))
-        for name, kind, callback, group in (
-                ("start_drop_simulation", srv.StartDropSimulation, self.start,
-                 MutuallyExclusiveCallbackGroup()),
-                ("get_statistics", srv.GetStatistics, self.get_statistics, quick),
-                ("forget_part", srv.ForgetPart, self.forget, quick),
-                ("get_drop_simulation", srv.GetDropSimulation, self.get, quick),
-                ("list_drop_simulations", srv.ListDropSimulations, self.list, quick),
-                ("cancel_drop_simulation", srv.CancelDropSimulation, self.cancel, quick)):
-            node.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QUALITY,
-                                callback_group=group)
+        for kind, name, callback in (
+                (srv.EstimatePoses, "estimate", self.estimate),
+                (srv.StartDropSimulation, "start_drop_simulation", self.start)):
+            node.serve(kind, f"~/{name}", callback,
+                       lambda request: not is_given(request.part))  # meshes have their own queue
+        for kind, name, callback in (
+                (srv.GetStatistics, "get_statistics", self.get_statistics),
+                (srv.ForgetPart, "forget_part", self.forget),
+                (srv.GetDropSimulation, "get_drop_simulation", self.get),
+                (srv.ListDropSimulations, "list_drop_simulations", self.list),
+                (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
+            node.serve(kind, f"~/{name}", callback)
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Later | None:
@@ -186,7 +182,7 @@ class Services:
             response.message = self._announcer.not_recorded()
 
     @refusing
-    def get_statistics(self, request: Any, response: Any) -> None:
+    def get_statistics(self, request: Any, response: Any) -> Later | None:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
         if request.heights and not request.part_id:
@@ -195,8 +191,15 @@ class Services:
         latched = [(known, found) for known in chosen
                    if (found := known.shown.latched) is not None]
         response.statistics = [found for _, found in latched]
-        for known, found in latched if request.heights else ():
-            response.outlines = outline_messages(known.part, found, request.heights)
+        if not (request.heights and latched):
+            return None
+        known, result = latched[0]
+        coming = self._outlines.begin(known.part, result, request.heights)
+
+        def go_on() -> None:
+            response.outlines = outline_messages(result, request.heights, wait_for(coming))
+
+        return Later(coming, go_on)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:

@@ -9,14 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ...files import DirectoryLock, make_directories, replace_file, sync_directory
-from ..repair.removal import remove_empty
-from ..repair.repair import mend
-from ..run_names import METADATA, bag_file, being_made
-from .bag_file import BagFile
-from .contents import Contents, metadata_yaml
-from .mcap_layout import message_size
-from .message_types import MessageType
+from ..files import DirectoryLock, make_directories, replace_file, sync_directory
+from .repair.removal import remove_empty
+from .repair.repair import mend
+from .run_names import METADATA, bag_file, being_made
+from .writer.bag_file import BagFile
+from .writer.contents import Contents, metadata_yaml
+from .writer.mcap_layout import message_size
+from .writer.message_types import MessageType
 
 
 class ClosedFile(NamedTuple):

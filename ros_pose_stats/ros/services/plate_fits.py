@@ -10,21 +10,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.srv import FitPlate
 
 from ...errors import RequestError
 from ...text import several
+from ..messages.part_requests import shown
 from ..parts.announcer import Announcer
 from ..parts.cell_counts import CellCounts
 from ..parts.known_part import KnownPart
-from ..parts.part_requests import shown
 from ..parts.result_store import ResultStore
-from ..requests import ending
-from ..services import Later, refusing
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
-from ..transport.overruns import SERVICE_QUALITY
+from ..transport.answering_node import AnsweringNode
+from .requests import ending
+from .services import Later, refusing
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PlateFit
@@ -39,8 +37,9 @@ class PlateFits:
     `use_plate`: makes the node work with a plate of its file as the file now has it.
     """
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
-                 announcer: Announcer, use_plate: Callable[[str], object]) -> None:
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 results: ResultStore, announcer: Announcer,
+                 use_plate: Callable[[str], object]) -> None:
         self._settings = settings
         self._results = results
         self._announcer = announcer
@@ -51,8 +50,7 @@ class PlateFits:
         self._closed = False
         self._done: float | None = None
         self._thread = threading.Thread()
-        node.create_service(FitPlate, "~/fit_plate", self.answer, qos_profile=SERVICE_QUALITY,
-                            callback_group=ReentrantCallbackGroup())
+        node.serve(FitPlate, "~/fit_plate", self.answer)
 
     @refusing
     def answer(self, request: Any, response: Any) -> Later:

@@ -9,13 +9,12 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
-from ..errors import RequestError
-from ..records import DropScene, FlipStatistics
-from ..statistics.feeding import (
+from ...errors import RequestError
+from ...records import DropScene, FlipStatistics
+from ...statistics.feeding import (
     Feeding,
     check_cycle_time,
     check_rate,
@@ -23,19 +22,18 @@ from ..statistics.feeding import (
     drop_afresh,
     flip_wrong_ones,
 )
-from ..statistics.pose_shares import pose_shares
-from .jobs import FlipRequest, Job, Jobs
-from .jobs.flips import FlipReports, flip_key, flips_in_all
-from .jobs.simulate_flips import flat
-from .messages.statistics_messages import statistics_of_message
-from .parts.known_part import KnownPart, at_hand
-from .parts.part_requests import shown
-from .parts.part_store import PartStore
+from ...statistics.pose_shares import pose_shares
+from ..jobs import FlipRequest, Job, Jobs
+from ..jobs.flips import FlipReports, flip_key, flips_in_all
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import statistics_of_message
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.part_store import PartStore
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import ending
 from .services import Later, refusing
-from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
+from .simulate_flips import flat
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -51,7 +49,7 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -62,9 +60,7 @@ class FeedingService:
         self._lock = threading.Lock()
         self.say_failure = node.get_logger().error
         reports.on_end = self._tell
-        node.create_service(FeedingAnswer, "~/feeding", self.answer,
-                            qos_profile=SERVICE_QUALITY,
-                            callback_group=ReentrantCallbackGroup())
+        node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @refusing
     def answer(self, request: Any, response: Any) -> Later | None:

@@ -12,21 +12,21 @@ from ros_pose_stats_msgs.action import SimulateFlips
 
 from ...errors import RequestError
 from ...resting.poses import are_found
+from ..jobs.flips import FlipReports, flips_in_all, pose_count
+from ..jobs.job import FlipRequest, Job
+from ..jobs.queue import Jobs
 from ..parts.known_part import at_hand
 from ..parts.part_builder import is_large
 from ..parts.part_store import PartStore
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
-from .flips import FlipReports, flips_in_all, pose_count
+from ..transport.answering_node import AnsweringNode
 from .goals import GoalServer
-from .job import FlipRequest, Job
-from .queue import Jobs
 
 
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
