@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .design.sensitivity import sensitivity
     from .design.suggest import suggest
     from .errors import PoseStatsError
-    from .estimators import estimate, estimate_all
+    from .estimators.estimate import estimate, estimate_all
     from .mesh.parts import load_part, part_from_mesh, shift_center
     from .planning.auto import auto
     from .planning.hybrid import hybrid

@@ -4,8 +4,6 @@ Commands, their helps and the node take the names from here, and `estimators.reg
 functions. This module imports nothing heavy, so that helps are quick.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 
@@ -38,20 +36,20 @@ class Method:
 
 METHODS = (
     Method("area", "area", "surface area of the stable faces",
-           "section 4.B, [24]", "solid_angles"),
-    Method("csae", "CSAE", "their centroid solid angle", "Eq. 5, [27]", "solid_angles"),
+           "section 4.B, [24]", "published"),
+    Method("csae", "CSAE", "their centroid solid angle", "Eq. 5, [27]", "published"),
     Method("adre", "ADRE", "centroid solid angle over height",
-           "section 4.B, [28], [29]", "solid_angles"),
+           "section 4.B, [28], [29]", "published"),
     Method("qse", "QSE", "centroid solid angle of every face, toppling until a face is stable",
-           "section 4.B, [26]", "quasi_static"),
+           "section 4.B, [26]", "published"),
     Method("pqse", "PQSE", "the same, after moving probability to larger neighbours (our reading)",
-           "section 4.B, [25] in our reading", "quasi_static"),
-    Method("nqse", "NQSE", "the fitted curve of Eq. 6 on `qse`", "Eq. 6", "quasi_static"),
+           "section 4.B, [25] in our reading", "published"),
+    Method("nqse", "NQSE", "the fitted curve of Eq. 6 on `qse`", "Eq. 6", "published"),
     Method("eae", "EAE", "a walk down the splitting graph of the energy, R",
-           "Eqs. 7, 8", "energy_absorption"),
+           "Eqs. 7, 8", "published"),
     Method("meae", "MEAE", "the same with r, the distance to the surface",
-           "Eq. 8 with r, Appendix C", "energy_absorption"),
-    Method("combined", "combined", "0.75 `meae` + 0.25 `nqse`", "Eq. 9", "energy_absorption"),
+           "Eq. 8 with r, Appendix C", "published"),
+    Method("combined", "combined", "0.75 `meae` + 0.25 `nqse`", "Eq. 9", "published"),
     Method("split", "split", "the walk of `meae` with fitted weights; knows restitution, drop "
            "height and inertia", "section 4.D, weights fitted to simulations", "split", True),
     Method(HYBRID, "hybrid", "an estimate combined with drops until its expected error is down "

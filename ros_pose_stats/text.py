@@ -1,6 +1,4 @@
-"""Numbers, units, plurals, lists and tables as text."""
-
-from __future__ import annotations
+"""Numbers, units, plurals, lists and tables as text, and what a warning's code says."""
 
 import csv
 import io
@@ -8,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime, timezone
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 SECOND = 1_000_000_000
 GAP = "  "
@@ -19,6 +17,13 @@ WIDTH = 100
 """Width of a report, in characters."""
 MOST_POSES = 40
 """Poses that a report lists; the others are summed up in one line."""
+
+SERIOUS: Final = frozenset({
+    "UNIT_SUSPECT", "UNIT_OVERRIDDEN", "OPEN_MESH", "BODIES_OVERLAP", "INERTIA_SUSPECT",
+    "COARSE_CURVE", "OUTSIDE_FIT", "CONFLICT", "LOW_DROP", "HEIGHT_SUSPECT", "UNITS_DIFFER"})
+"""Codes of warnings to be looked at before the numbers are used: lengths or shares may be off by
+more than the errors beside them, or drops and estimate contradict each other. docs/warnings.md
+marks the same ones."""
 
 
 class Column(NamedTuple):
@@ -135,3 +140,18 @@ def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return repr(float(value)) if math.isfinite(value) else ""
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
+
+
+def code_of(warning: str) -> str:
+    """The code of a warning `CODE: sentence`."""
+    return warning.partition(":")[0]
+
+
+def is_serious(warning: str) -> bool:
+    """Whether a warning `CODE: sentence` is to be looked at before the numbers are used."""
+    return code_of(warning) in SERIOUS
+
+
+def serious_first(warnings: Iterable[str]) -> list[str]:
+    """Warnings with the serious ones before all others, else in their order."""
+    return sorted(warnings, key=lambda one: not is_serious(one))

@@ -4,8 +4,6 @@ Unless said otherwise a tolerance is relative to the part's radius (the largest 
 from the centre of mass to a vertex), so that no answer depends on units.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

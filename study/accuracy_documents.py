@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ros_pose_stats.estimators.quasi_static import nonlinear
+from ros_pose_stats.estimators.published import nonlinear
 from ros_pose_stats.files import write_json, write_whole
 from ros_pose_stats.plots.files import save_figure
 

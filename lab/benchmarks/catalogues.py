@@ -23,7 +23,7 @@ from ros_pose_stats.catalogue.cluster import on_cluster
 from ros_pose_stats.catalogue.making import Maker, make_catalogue
 from ros_pose_stats.catalogue.processes import on_processes
 from ros_pose_stats.catalogue.request import CatalogueRequest, PartFile, find_parts
-from ros_pose_stats.mesh.stl import stl_bytes
+from ros_pose_stats.mesh.files import stl_bytes
 from study.random_parts import random_part
 
 from .report import NUMBERS, machine, table, write_page

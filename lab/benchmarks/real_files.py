@@ -16,7 +16,7 @@ import numpy as np
 
 from ros_pose_stats import Part, estimate, load_part, part_from_mesh, resting_poses, simulate
 from ros_pose_stats.errors import PoseStatsError
-from ros_pose_stats.mesh.content import SUFFIXES
+from ros_pose_stats.mesh.files import SUFFIXES
 from ros_pose_stats.simulation.drops import DropChunk
 
 from .report import NUMBERS, machine, table, write_page

@@ -1,4 +1,4 @@
-"""Fits the prior of `hybrid`, how estimates err, for `statistics/posterior/fitted.py`.
+"""Fits the prior of `hybrid`, how estimates err, for `statistics/fitted_prior.py`.
 
     .venv/bin/python -m lab.training.fit_posterior [--method NAME] [--every N] [--write]
 
@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.statistics.posterior import PriorFit
-from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
+from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.statistics.prior import PriorFit
 
 from .posterior_samples import RESTITUTIONS, Sample, samples
 
 Array = NDArray[np.float64]
 
-MODULE = Path(__file__).resolve().parents[2] / "ros_pose_stats/statistics/posterior/fitted.py"
+MODULE = Path(__file__).resolve().parents[2] / "ros_pose_stats/statistics/fitted_prior.py"
 
 BEGIN = (0.0, math.log(0.5), math.log(5e-4), math.log(0.03), math.log(0.25))
 MOST = (0.0, 0.0, 0.0, math.log(0.9))

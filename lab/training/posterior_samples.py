@@ -13,7 +13,7 @@ from ros_pose_stats.estimators.expected import expected_error
 from ros_pose_stats.planning.confidence import estimated
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
-from ros_pose_stats.statistics.posterior import PosePrior, PriorFit
+from ros_pose_stats.statistics.prior import PosePrior, PriorFit
 from study.dataset import Dataset, shipped_datasets
 
 from .families import FAMILIES, family_part, family_poses

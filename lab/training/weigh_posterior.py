@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from ros_pose_stats.statistics.posterior import PriorFit
-from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
-from ros_pose_stats.statistics.posterior.prior import prior_fit
+from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.statistics.prior import PriorFit, prior_fit
 
 from ..benchmarks.auto.cases import Case, drop_parts
 from ..benchmarks.auto.sharpening import bound_holds, intervals_hold

@@ -21,8 +21,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from ..errors import BatchError, reason
 from ..files import read_file, write_file
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..records.warnings import SERIOUS
-from ..text import percent, ranges, several
+from ..text import SERIOUS, percent, ranges, several
 from ..version import VERSION
 from .request import CatalogueRequest
 from .rows import Row

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ..errors import RequestError, reason
-from ..mesh.content import SUFFIXES
+from ..mesh.files import SUFFIXES
 from ..mesh.mass_properties import check_given
 from ..records import DropScene
 from ..simulation.request import drop_request

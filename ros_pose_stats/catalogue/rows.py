@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
-from ..mesh.content import read_bytes
-from ..mesh.files import parse_mesh
+from ..mesh.files import parse_mesh, read_bytes
 from ..mesh.mass_properties import check_given
 from ..mesh.parts import part_of_file
 from ..planning.auto import auto
@@ -21,11 +20,11 @@ from ..planning.confidence import estimate_bound, prior_of
 from ..plots.thumbnail import pose_thumbnail
 from ..records import Part, PoseStatistics
 from ..records.statistics import plain_number
-from ..records.warnings import serious_first
-from ..resting.poses import resting_poses
+from ..resting.poses import poses_in
 from ..statistics.feeding import Bounded, drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups
 from ..statistics.pose_shares import pose_shares
+from ..text import serious_first
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
@@ -101,7 +100,7 @@ def _too_unsure(part: Part, found: PoseStatistics, request: CatalogueRequest) ->
     scene = request.scene
     if not request.target_error:
         return False
-    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
+    resting = poses_in(part, scene)
     return estimate_bound(prior_of(found, resting, scene)) > request.target_error
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from ..records.warnings import code_of, is_serious
+from ..text import code_of, is_serious
 from .rows import Row
 
 ONE_WAY = 0.9

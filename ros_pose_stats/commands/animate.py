@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .arguments import add_part_options, add_scene_options, load_named_part, read_count
+from .arguments import add_part_options, add_scene_options, load_named_part, read_count, scene_of
 from .running import announce_slow_start, end_on_interrupt, output_file
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     """Record the drop, draw it and say how it ended."""
     file = output_file(options.output, ENDINGS)
     with announce_slow_start(), end_on_interrupt():
-        from ..resting.poses import resting_poses
+        from ..resting.poses import poses_in
         from ..resting.splitting_graph import splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
 
@@ -51,10 +51,9 @@ def run(options: argparse.Namespace) -> int:
 
             ffmpeg()
         part = load_named_part(options)
-        found = watchable_drop(part, options.drop, options.restitution, options.seed,
-                               options.drop_height, options.cluster_tolerance,
-                               options.round_sides)
-        resting = resting_poses(part, options.cluster_tolerance, options.round_sides)
+        scene = scene_of(options)
+        found = watchable_drop(part, scene, options.seed, options.drop)
+        resting = poses_in(part, scene)
         frames = drop_frames(part, found, resting)
         _write(file, part, found, frames, splitting_graph(resting))
     print(f"{part.part_id}: {found.scene}\n"

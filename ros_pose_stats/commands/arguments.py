@@ -12,7 +12,12 @@ from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records.scene import (
+    DEFAULT_CLUSTER_TOLERANCE,
+    DEFAULT_RESTITUTION,
+    DEFAULT_ROUND_SIDES,
+    DropScene,
+)
 
 if TYPE_CHECKING:
     from ..records import Part
@@ -186,6 +191,12 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
                          help="height of the centre of mass at release, in metres whatever the "
                          "unit of the file (default: 20 part radii); a part too large for it is "
                          "released touching the plate")
+
+
+def scene_of(options: argparse.Namespace) -> DropScene:
+    """The scene that the options name."""
+    return DropScene(options.restitution, options.drop_height, options.cluster_tolerance,
+                     options.round_sides)
 
 
 def load_named_part(options: argparse.Namespace) -> Part:

@@ -14,6 +14,7 @@ from .arguments import (
     add_scene_options,
     add_shared_unit_option,
     read_count,
+    scene_of,
 )
 from .progress_bar import ProgressBar, duration
 from .running import (
@@ -78,11 +79,9 @@ def run(options: argparse.Namespace) -> int:
         from ..catalogue.request import CatalogueRequest, find_parts
         from ..catalogue.tables import load_parquet
         from ..kernels.compilation import prepare_kernels
-        from ..records import DropScene
 
-        scene = DropScene(options.restitution, options.drop_height, options.cluster_tolerance,
-                          options.round_sides)
-        request = CatalogueRequest(scene, options.unit, options.density, options.target_error)
+        request = CatalogueRequest(scene_of(options), options.unit, options.density,
+                                   options.target_error)
         maker = _maker(options)
         if options.parquet:
             with needing("pyarrow"):

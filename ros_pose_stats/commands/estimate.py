@@ -10,7 +10,7 @@ from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
-from .arguments import add_part_options, add_scene_options, load_named_part
+from .arguments import add_part_options, add_scene_options, load_named_part, scene_of
 from .drop_runs import (
     RunCallbacks,
     add_drop_options,
@@ -55,18 +55,16 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
-    if options.method in BESIDE_DROPS:
+    if options.method in BESIDE_DROPS and (options.method != AUTO or options.target_error):
         return _estimate_with_drops(options)
-    _refuse_drops(options)
     with announce_slow_start():
-        from ..estimators import ESTIMATORS, estimate
+        from ..estimators.estimate import estimate_in
+        from ..estimators.registry import ESTIMATORS
 
-        part = load_named_part(options)
-        methods = list(ESTIMATORS) if options.method == ALL else [options.method]
-        found = [estimate(part, method, restitution=options.restitution,
-                          drop_height=options.drop_height,
-                          cluster_tolerance=options.cluster_tolerance,
-                          round_sides=options.round_sides) for method in methods]
+        _check_drops(options)
+        part, scene = load_named_part(options), scene_of(options)
+        found = [estimate_in(part, scene, method) for method in (
+            ESTIMATORS if options.method == ALL else [options.method])]
     if options.json:
         plain = [statistics.as_dict() for statistics in found]
         print_json(plain if options.method == ALL else plain[0])
@@ -79,8 +77,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _estimate_with_drops(options: argparse.Namespace) -> int:
-    dropped = options.method != AUTO or bool(options.target_error)
-    part = load_part_and_kernels(options, drops=dropped)
+    part = load_part_and_kernels(options)
     method, bound = _choose_method(options)
 
     def start(callbacks: RunCallbacks) -> PoseStatistics:
@@ -105,7 +102,13 @@ def _choose_method(options: argparse.Namespace) -> tuple[Callable[..., PoseStati
     return hybrid, DEFAULT_DROPS if options.drops is None else options.drops
 
 
-def _refuse_drops(options: argparse.Namespace) -> None:
+def _check_drops(options: argparse.Namespace) -> None:
+    """Refuse options of drops to a method that makes none; `auto` may make some."""
+    if options.method == AUTO:
+        from ..simulation.request import drop_request
+
+        drop_request(options.drops, options.seed, workers=options.workers)
+        return
     for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",

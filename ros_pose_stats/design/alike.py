@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache, partial
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,16 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..resting.rotations import proper_rotations
+from ..records import Part
+from ..resting.equilibria import Equilibria
+from ..resting.symmetry import (
+    MOST_EFFORT,
+    MOST_FACES,
+    SurfaceTrial,
+    candidates,
+    frame_of,
+    kinds_of,
+)
 from .changes import DesignSpace
 from .features import EDGE, FACE
 
@@ -70,3 +80,28 @@ def first_of_orbits(images: Index) -> Index:
     graph = coo_array((np.ones(rows.size), (rows, images.ravel())), shape=(count, count))
     _, orbit = connected_components(graph, directed=False)
     return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)
+
+
+def proper_rotations(part: Part, found: Equilibria) -> Array:
+    """Rotation group of a part.
+
+    Each rotation takes a stable face to one of its kind, so that those of the rarest kind tell
+    them all. In doubt, and where there are too many to try, there is the identity alone.
+
+    Returns (k, 3, 3): the identity first.
+    """
+    identity = np.eye(3)[None]
+    if found.order.shape[0] > MOST_FACES:
+        return identity
+    kind = kinds_of(found)
+    frames = lru_cache(maxsize=None)(partial(frame_of, found))
+    trial = SurfaceTrial(part, found.body)
+    rarest = np.flatnonzero(kind == np.bincount(kind).argmin())
+    held = []
+    for other in rarest.tolist():
+        for rotation in candidates(frames, int(rarest[0]), other):
+            if trial.effort > MOST_EFFORT:
+                return identity
+            if trial.holds(rotation):
+                held.append(rotation)
+    return np.concatenate((identity, np.array(held).reshape(-1, 3, 3)))

@@ -15,12 +15,16 @@ from numpy.typing import NDArray
 from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, Part
-from ..resting.poses import RestingPoses, resting_poses
+from ..resting.poses import RestingPoses, poses_in
 from ..simulation.chunks import DropWorkers
 from ..simulation.drop_body import drop_body
-from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, release_height
+from ..simulation.drops import (
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    random_starts,
+)
 from ..simulation.request import drop_request
-from ..simulation.starts import random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
 
 Array = NDArray[np.float64]
@@ -82,9 +86,8 @@ def begin_pairs(parts: Sequence[Part], scene: DropScene, seed: int) -> PairedDro
     """
     if not parts:
         raise RequestError("at least one part to drop", "none", "give a part")
-    resting = tuple(resting_poses(part, scene.cluster_tolerance, scene.round_sides)
-                    for part in parts)
-    common = replace(scene, drop_height=release_height(scene, resting[0].body.radius))
+    resting = tuple(poses_in(part, scene) for part in parts)
+    common = replace(scene, drop_height=scene.release_height(resting[0].body.radius))
     return PairedDrops(common, seed, resting, np.zeros((len(parts), 0), dtype=np.int64))
 
 
@@ -135,7 +138,7 @@ def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
               should_stop: Callable[[], bool] | None,
               on_drops: Callable[[int], object] | None) -> tuple[Index, NDArray[np.bool_]]:
     """Pose (n,) from each direction, and whether it was released touching; fewer after a stop."""
-    body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
+    body = drop_body(part, scene)
     rules = drop_rules(scene, body.radius)
 
     def drop(first: int, count: int) -> DropOutcomes:

@@ -20,8 +20,8 @@ from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import drop_request
 from ..statistics.feeding import drop_afresh
+from ..statistics.pose_groups import warn_of_alike
 from ..statistics.pose_shares import pose_shares
-from ..statistics.wanted_poses import warn_of_alike
 from ..tolerances import number_equal
 from .alike import alike
 from .changes import DesignSpace

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from ..estimators.expected import best_method
 from ..estimators.registry import ESTIMATORS
 from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics.feeding import check_wanted
 from .changes import ChangedPart, DesignSpace
@@ -28,9 +28,7 @@ class WantedShare:
     """
 
     def __init__(self, space: DesignSpace, wanted: Sequence[int], scene: DropScene) -> None:
-        height = scene.drop_height or DEFAULT_DROP_RADII * space.body.radius
-        self.scene = DropScene(scene.restitution, height, scene.cluster_tolerance,
-                               scene.round_sides)
+        self.scene = replace(scene, drop_height=scene.release_height(space.body.radius))
         self._function = ESTIMATORS[best_method(scene.restitution)].function
         self.kept = check_wanted(wanted, len(space.resting.poses))
         self._pose, self._rests = pose_of_faces(space.resting)
@@ -38,13 +36,13 @@ class WantedShare:
 
     def estimate(self, changed: ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
-        resting = bare_poses(changed.part, self.scene.cluster_tolerance, self.scene.round_sides)
+        resting = bare_poses(changed.part, self.scene)
         share = self._function(resting, self.scene)
         return float(share[self.accepted(resting, changed.origin)].sum())
 
     def lost(self, changed: ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
-        resting = bare_poses(changed.part, self.scene.cluster_tolerance, self.scene.round_sides)
+        resting = bare_poses(changed.part, self.scene)
         there = self.poses_before(resting, changed.origin)
         return tuple(np.setdiff1d(np.flatnonzero(self.kept), there).tolist())
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ..records import DropScene, Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
 from ..simulation.request import SEEDS, DropRequest, drop_request
+from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded
-from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import PairedDifference
 from ..version import VERSION
 from .changes import ChangedPart, DesignSpace

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.vectors import lengths
 from ..resting.poses import RestingPoses
-from ..simulation.starts import random_starts
+from ..simulation.drops import random_starts
 
 Array = NDArray[np.float64]
 

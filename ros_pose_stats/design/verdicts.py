@@ -16,16 +16,15 @@ import numpy as np
 
 from ..methods import SIMULATION
 from ..records import Part, PoseStatistics
-from ..records.statistics import ranked
+from ..records.statistics import pose_statistics
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
+from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded, Feeding, drop_afresh
-from ..statistics.intervals import jeffreys_interval
 from ..statistics.paired_counts import adjust_together
+from ..statistics.pose_groups import warn_of_alike
 from ..statistics.pose_shares import pose_shares
 from ..statistics.prefix import Prefix
-from ..statistics.wanted_poses import warn_of_alike
-from ..version import VERSION
 from .comparison import (
     Comparison,
     FeederComparison,
@@ -63,25 +62,17 @@ def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
     resting, scene = pairs.resting[variant], pairs.scene
     counted = Prefix(len(resting.poses), max(pairs.drops, 1), 0.0)
     counted.add(np.where(pairs.settled, pairs.outcome[variant], UNSETTLED))
-    settled, (low, high) = counted.settled, counted.interval()
-    shares = counted.counts / settled if settled else np.full(low.shape, math.nan)
-    rows = zip(resting.poses, shares.tolist(), low.tolist(), high.tolist(),
-               counted.standard_errors().tolist(), counted.counts.tolist(), strict=True)
-    unsettled = pairs.drops - settled
+    unsettled = pairs.drops - counted.settled
     told = height_warnings(scene, resting.body.radius)
     if pairs.touched:
         told += touching_warnings(scene, pairs.touched[variant], pairs.drops)
     told += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {pairs.drops} drops were given up before the pose of every "
         f"variant was certain; they are left out of the probabilities."]
-    return PoseStatistics(
-        part_id=part.part_id, part_digest=part.digest, radius=resting.body.radius,
-        method=SIMULATION, restitution=scene.restitution, drop_height=scene.drop_height or 0.0,
-        cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides,
-        poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
+    return pose_statistics(
+        part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, scene,
         drops=pairs.drops, unsettled=unsettled, seed=pairs.seed,
-        expected_error=counted.expected_error(), largest_error=counted.largest_error(),
-        warnings=(*part.warnings, *pose_warnings(resting), *told), version=VERSION)
+        warnings=(*pose_warnings(resting), *told))
 
 
 def _compare(pairs: PairedDrops, found: Sequence[PoseStatistics], second: int,

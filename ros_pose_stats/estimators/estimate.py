@@ -1,35 +1,23 @@
 """From a part to its pose statistics by an estimator."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace
 
-import numpy as np
-
 from ..methods import AUTO, DEFAULT_METHOD
-from ..records import DropScene, Part, PoseStatistics, StablePose
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_DROP_RADII,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    LOW_DROP_RADII,
-)
-from ..records.statistics import ranked
-from ..resting.poses import RestingPoses, resting_poses
+from ..records import DropScene, Part, PoseStatistics
+from ..records import scene as scenes
+from ..records.statistics import pose_statistics
+from ..resting.poses import RestingPoses, poses_in
 from ..resting.trust import pose_warnings
-from ..version import VERSION
 from .expected import ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator
-from .solid_angles import Array
 
 
 def estimate(part: Part, method: str = DEFAULT_METHOD, *,
-             restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
+             restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Estimate the resting probabilities of a part's stable poses.
 
     Parameters
@@ -61,63 +49,38 @@ def estimate(part: Part, method: str = DEFAULT_METHOD, *,
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
+    return estimate_in(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
+                       method)
+
+
+def estimate_in(part: Part, scene: DropScene, method: str = DEFAULT_METHOD) -> PoseStatistics:
+    """Estimate the probabilities of a part in a scene; see `estimate`."""
     begin = time.perf_counter()
-    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
-    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
-    found = _statistics(part, resting, chosen, scene, begin)
+    resting = poses_in(part, scene)
+    probability = chosen.function(resting, scene)
+    expected = expected_error(chosen.name, resting, probability, scene)
+    found = pose_statistics(
+        part, resting.body.radius, resting.poses, expected.shares(probability), chosen.name, scene,
+        knows_scene=chosen.knows_scene, seconds=time.perf_counter() - begin,
+        warnings=_warnings(resting, chosen, scene, expected))
     return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
 
 
-def estimate_all(part: Part, *, restitution: float = DEFAULT_RESTITUTION,
+def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,
                  drop_height: float | None = None,
-                 cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                 round_sides: int = DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
+                 cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                 round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
     """Estimate by every registered method, in the registry's order; see `estimate`."""
-    return [estimate(part, name, restitution=restitution, drop_height=drop_height,
-                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-            for name in ESTIMATORS]
-
-
-def _statistics(part: Part, resting: RestingPoses, chosen: Estimator, scene: DropScene,
-                begin: float) -> PoseStatistics:
-    probability = chosen.function(resting, scene)
-    expected = expected_error(chosen.name, resting, probability, scene)
-    height = scene.drop_height or DEFAULT_DROP_RADII * resting.body.radius
-    return PoseStatistics(
-        part_id=part.part_id,
-        part_digest=part.digest,
-        radius=resting.body.radius,
-        method=chosen.name,
-        restitution=scene.restitution,
-        drop_height=height if chosen.knows_scene else math.nan,
-        cluster_tolerance=scene.cluster_tolerance,
-        round_sides=scene.round_sides,
-        poses=ranked(_poses(resting, probability, expected)),
-        expected_error=expected.here,
-        largest_error=expected.largest,
-        seconds=time.perf_counter() - begin,
-        warnings=(*part.warnings, *_warnings(resting, chosen, scene, expected)),
-        version=VERSION,
-    )
-
-
-def _poses(resting: RestingPoses, probability: Array, expected: ExpectedError
-           ) -> list[StablePose]:
-    """Each pose with its standard error, and its 90 % interval cut at 0 and 1."""
-    errors = expected.each
-    low = np.maximum(probability - expected.reach * errors, 0.0)
-    high = np.minimum(probability + expected.reach * errors, 1.0)
-    return [pose.with_probability(*told) for pose, *told in
-            zip(resting.poses, probability.tolist(), low.tolist(), high.tolist(),
-                errors.tolist(), strict=True)]
+    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
+    return [estimate_in(part, scene, name) for name in ESTIMATORS]
 
 
 def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
               expected: ExpectedError) -> list[str]:
     warnings = pose_warnings(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
-    if radii < LOW_DROP_RADII and not chosen.knows_scene:
+    if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(
             f"LOW_DROP: released {radii:.2g} radii above the plate, but {chosen.name} does not "
             f"know the drop height; expect the pose at release to be more frequent.")

@@ -10,8 +10,6 @@ Of parts of which the same is expected some are estimated better than others. Th
 fitted too, and gives the intervals of poses and the bound that all of them keep together.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from functools import cache
@@ -21,13 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..records import DropScene
+from ..records.statistics import Shares
 from ..resting.poses import RestingPoses
-from ..statistics.errors import root_mean_square
-from ..statistics.intervals import DEFAULT_LEVEL
-from ..statistics.largest import largest_error
-from .fitted_inputs import error_inputs, error_scale, known_answers, single_drop
-from .fitted_weights import ERROR_FITS, USUAL_AT, USUAL_ERRORS, ErrorFit
-from .solid_angles import Array, normalized
+from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
+from . import fitted
+from .published import Array, normalized
 
 UNUSUAL = 2.0
 """Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
@@ -77,6 +73,12 @@ class ExpectedError(NamedTuple):
     # root mean square of what lopsided parts may gain by rolling; `here` has it
     rolled: float = 0.0
 
+    def shares(self, probability: Array) -> Shares:
+        """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
+        return Shares(probability, np.maximum(probability - self.reach * self.each, 0.0),
+                      np.minimum(probability + self.reach * self.each, 1.0), self.each,
+                      np.zeros(probability.shape, dtype=np.int64), self.here, self.largest)
+
     @property
     def unknown(self) -> bool:
         """Whether nobody has measured how right the method is on such a part or scene."""
@@ -94,7 +96,7 @@ class ExpectedError(NamedTuple):
 
 
 def expected_error(name: str, resting: RestingPoses, probability: Array, scene: DropScene,
-                   fits: Mapping[str, ErrorFit] = ERROR_FITS) -> ExpectedError:
+                   fits: Mapping[str, fitted.ErrorFit] = fitted.ERROR_FITS) -> ExpectedError:
     """Expected error of one estimate.
 
     `probability` (P,): its estimate, in the order of `index`; `fits`: by method; default: the
@@ -102,11 +104,11 @@ def expected_error(name: str, resting: RestingPoses, probability: Array, scene: 
     """
     if name not in fits:
         return ExpectedError(math.nan, math.nan, math.nan, np.full(probability.shape, math.nan))
-    fit, known = fits[name], known_answers(resting)
-    scale = error_scale(resting, probability, known)
+    fit, known = fits[name], fitted.known_answers(resting)
+    scale = fitted.error_scale(resting, probability, known)
     mean_scale, square, outside = float(scale.mean()), 0.0, 0.0
     if mean_scale > DECIDED:
-        inputs = error_inputs(resting, probability, scene, known, scale)
+        inputs = fitted.error_inputs(resting, probability, scene, known, scale)
         outside = fit.outside(inputs)
         square = max(mean_scale * math.exp(float(fit(inputs))),
                      LEAST_SHARE * float(np.mean(np.square(probability - known[1]))))
@@ -135,7 +137,7 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     return np.asarray(np.abs(normalized(probability + gain) - probability))
 
 
-def largest_of(errors: Array, group: NDArray[np.int64], fit: ErrorFit,
+def largest_of(errors: Array, group: NDArray[np.int64], fit: fitted.ErrorFit,
                noise: Array | None = None) -> float:
     """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
 
@@ -173,7 +175,7 @@ def scatter(width: float) -> tuple[Array, Array]:
 
 def best_method(restitution: float) -> str:
     """The estimator that errs least on the reference parts at a restitution."""
-    return min(USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
+    return min(fitted.USUAL_ERRORS, key=lambda name: _usual_square(name, restitution))
 
 
 def explain_best(method: str) -> str:
@@ -183,7 +185,7 @@ def explain_best(method: str) -> str:
 
 
 def _usual_square(name: str, restitution: float) -> float:
-    return float(np.interp(restitution, USUAL_AT, np.square(USUAL_ERRORS[name])))
+    return float(np.interp(restitution, fitted.USUAL_AT, np.square(fitted.USUAL_ERRORS[name])))
 
 
 def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> Array:
@@ -193,7 +195,7 @@ def pose_errors(resting: RestingPoses, probability: Array, expected: float) -> A
     symmetry makes equal share the error of their sum. Where symmetry decides all, no pose has an
     error; where an estimate is certain and may be wrong, all poses have the same.
     """
-    spread = single_drop(resting, probability)
+    spread = fitted.single_drop(resting, probability)
     total = float(spread.sum())
     if not total > DECIDED:
         return np.full(spread.shape, expected)

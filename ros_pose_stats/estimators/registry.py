@@ -1,7 +1,5 @@
 """The registry of estimators: rows of `methods` with the functions that they name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -10,7 +8,7 @@ from ..errors import RequestError
 from ..methods import AT_ONCE, METHODS, Method
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .solid_angles import Array
+from .published import Array
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,8 @@ split by split. But the probabilities at a split are not the ratio of two solid 
 component has a weight, the sum of two terms. One is the area of {r < E}, the other the solid angle
 of the faces that hold what lands on them, each times the exponential of a small neural network of
 the component's features (`kernels.split_features`), the body and the scene. The networks were
-fitted to drop simulations of many kinds of bodies (`fitted_weights`).
+fitted to drop simulations of many kinds of bodies (`fitted`).
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 
@@ -19,9 +17,8 @@ from ..kernels.features.component_features import DEPTH, LEVEL, LOG_AREA, LOG_HE
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .fitted_inputs import corner_inputs, rolling_inputs, scene_inputs
-from .fitted_weights import SPLIT_FITS, SplitFit
-from .solid_angles import Array, normalized
+from .fitted import SPLIT_FITS, SplitFit, corner_inputs, rolling_inputs, scene_inputs
+from .published import Array, normalized
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
@@ -41,7 +38,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
     absorption estimator is. Beyond the range of restitutions and drop heights of the fit
-    (`fitted_weights`) they are those of the nearest scene.
+    (`fitted`) they are those of the nearest scene.
     """
     rows = split_inputs(resting, scene)
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split

@@ -1,7 +1,5 @@
 """Checks of the numbers and triangle meshes that callers pass to the library."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A part's surface in fewer triangles, for pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

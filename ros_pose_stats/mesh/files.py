@@ -1,4 +1,4 @@
-"""Files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays.
+"""Mesh files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays, and arrays to binary STL.
 
 trimesh parses all but binary STL, which is the most common and only a table of numbers, and 3MF,
 which is read in a process of its own, as cascadio tessellates STEP. This module does the rest.
@@ -20,13 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
-from .content import read_bytes
+from ..files import NotAFileError, read_file
 from .step import STEP_SUFFIXES, Placed, declared_step_unit, tessellate_step, unpack_3mf
 from .units import UnitSource, asked_unit, unit_that_counts
 from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
+
+SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -221,3 +223,36 @@ def _announced_faces(suffix: str, data: bytes) -> int:
 def _is_binary_stl(data: bytes) -> bool:
     """Whether the length fits the count in the header; `solid` may open either kind."""
     return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a whole mesh file.
+
+    Raises MeshFileError if it is missing, empty, of an unknown format, or no regular file: reading
+    a pipe or a device may never end.
+    """
+    if path.is_dir():
+        raise MeshFileError("a mesh file", f"the directory {path}", "name a file in it")
+    if path.suffix.lower() not in SUFFIXES:
+        raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
+                            "export the part as STEP, STL or 3MF")
+    try:
+        data = read_file(path)
+    except NotAFileError as error:
+        raise MeshFileError("a mesh file", f"{path}, which is {error.strerror}",
+                            "write what comes from it to a file") from error
+    except OSError as error:
+        raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
+                            "check the path and its permissions") from error
+    if not data:
+        raise MeshFileError("a mesh file with content", f"{path}, which is empty",
+                            "export it again")
+    return data
+
+
+def stl_bytes(vertices: NDArray[np.float64], triangles: NDArray[np.integer]) -> bytes:
+    """Binary STL of a surface: vertices (V, 3) as they are, in float32, and triangles (T, 3)."""
+    from trimesh import Trimesh
+    from trimesh.exchange.stl import export_stl
+
+    return bytes(export_stl(Trimesh(vertices, triangles, process=False)))

@@ -8,8 +8,6 @@ ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen 
 the points: many of the sample's corners share a face too.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ neither the place of the part nor its unit costs digits. Powers are written as
 products, for the C library's round differently on other processors.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -11,15 +11,18 @@ counts when a point next to it, just inside the first body, is inside the second
 
 from __future__ import annotations
 
+import math
+import threading
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import OVERLAP
-from .crossings import crossings
-from .patience import check_patience
+from .winding import crossings
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
 _AT_ONCE: Final = 40_000
@@ -234,3 +237,29 @@ def _meets_inside(
     x, y, z = passages.place[k] + step + OVERLAP * (4.0 * across + into)
     _, height, sign = crossings(points, other, x, y)
     return bool(sign[height > z].sum() != 0)
+
+
+_of_thread = threading.local()
+
+
+class TakesLongError(Exception):
+    """The time is over; nothing is known of the mesh yet."""
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Have `check_patience` raise in this thread once so many seconds have passed."""
+    _of_thread.until = time.monotonic() + seconds
+    try:
+        yield
+    finally:
+        _of_thread.until = math.inf
+
+
+def check_patience() -> None:
+    """Go on only while there is time.
+
+    Raises TakesLongError.
+    """
+    if time.monotonic() > getattr(_of_thread, "until", math.inf):
+        raise TakesLongError

@@ -1,7 +1,5 @@
 """From a mesh to a part: arrays are checked, welded, repaired, oriented and integrated."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -7,8 +7,6 @@ in nothing it was exported inverted and is turned, and from there on down the wi
 nothing: the shells in it are voids and bodies in turn.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +15,8 @@ from numpy.typing import NDArray
 from ..kernels.extents import bounds, boxes_around
 from ..kernels.mesh.measures import tetrahedra
 from ..tolerances import OVERLAP
-from .crossings import crossings
-from .overlap import reach_into_each_other
-from .patience import check_patience
-from .winding import Shells
+from .overlap import check_patience, reach_into_each_other
+from .winding import Shells, crossings
 
 # Rounding of a sum of volumes of order one; a folded sheet encloses no more.
 _NO_VOLUME = 1e-14

@@ -1,7 +1,5 @@
 """STEP and 3MF files, read in a process of their own; STEP by OpenCASCADE (cascadio)."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

@@ -1,7 +1,5 @@
 """From a mesh to the surface of a solid: welded, closed, oriented and integrated."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

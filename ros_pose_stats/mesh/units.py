@@ -1,7 +1,5 @@
 """Units of mesh files: their names, which one counts, and doubts about it."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, Literal
 

@@ -4,10 +4,10 @@ A matrix product rounds differently from one processor to the next, and with the
 rows; single additions and multiplications do not.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from ..kernels.body.standing import matrices_of, quaternions_down
 
 Array = NDArray[np.float64]
 
@@ -30,3 +30,22 @@ def scatter(points: Array) -> Array:
     xx, yy, zz, xy, xz, yz = (float((a * b).sum()) / len(points) for a, b in (
         (x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def resting_quaternions(downs: ArrayLike) -> Array:
+    """Smallest rotations that take each `down` to -z.
+
+    `downs` (P, 3): unit vectors in the part frame. Returns (P, 4): quaternions x y z w of the part
+    frame in the plate frame. At +z the half turn about the part's x axis is taken.
+    """
+    return quaternions_down(_plain(downs))
+
+
+def rotation_matrices(quaternions: ArrayLike) -> Array:
+    """Rotation matrices (P, 3, 3) of unit quaternions (P, 4), x y z w."""
+    return matrices_of(_plain(quaternions))
+
+
+def _plain(rows: ArrayLike) -> Array:
+    """Copy to the layout that the kernels were compiled for; views and constants differ."""
+    return np.array(rows, dtype=np.float64, order="C")

@@ -1,7 +1,5 @@
 """Welding: coincident vertices are merged, and collapsed or repeated triangles removed."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,18 +1,16 @@
 """The cheapest method that reaches a target error."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 from ..errors import RequestError
-from ..estimators import estimate
+from ..estimators.estimate import estimate_in
 from ..methods import AUTO
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
-from ..simulation.request import drop_request
+from ..simulation.request import Watch, drop_request
 
 MOST_DROPS = 10_000_000
 """Drops that a target may cost where the caller sets no bound."""
@@ -63,17 +61,14 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     """
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    most = MOST_DROPS if drops is None else drops
-    drop_request(most, seed, target_error, workers, None)  # refused at once
+    request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    found = estimate(part, AUTO, restitution=restitution, drop_height=drop_height,
-                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    found = estimate_in(part, scene, AUTO)
     choice = found.choice
     if target_error > 0.0:
-        from .targeted import Asked, keep_target  # with all that drops the part
+        from .hybrid import keep_target  # with all that drops the part
 
-        asked = Asked(target_error, most, seed, workers)
-        found, choice = keep_target(found, part, scene, asked, on_progress, in_time.over)
+        found, choice = keep_target(found, part, scene, request, Watch(on_progress, in_time.over))
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
 

@@ -3,8 +3,6 @@
 Sentences about it are here, too; those of commands, library and node are the same.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -17,9 +15,9 @@ from ..estimators.registry import estimator
 from ..records import DropScene
 from ..records.scene import LOW_DROP_RADII
 from ..resting.poses import RestingPoses
-from ..statistics.error_bound import Judged, judge_counts, judge_posterior
-from ..statistics.posterior import PosePrior
-from ..statistics.posterior.fitted import FITTED_METHOD
+from ..statistics.errors import AT_A_LOOK, Judged, judge_counts
+from ..statistics.fitted_prior import FITTED_METHOD
+from ..statistics.prior import PosePrior
 
 Counts = NDArray[np.int64]
 
@@ -124,7 +122,8 @@ def judge_drops(prior: PosePrior | None, counts: Counts) -> Judged:
     """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
     if prior is None or prior.contradicted(counts).any():
         return judge_counts(counts)
-    return judge_posterior(prior.updated(counts))
+    posterior = prior.updated(counts)
+    return Judged(posterior.expected_error, posterior.error_quantile(AT_A_LOOK))
 
 
 def points(error: float) -> str:

@@ -1,7 +1,6 @@
 """An estimate and drops combined: fewer drops for the same error."""
 
-from __future__ import annotations
-
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,13 +12,14 @@ from numpy.typing import NDArray
 from ..methods import HYBRID
 from ..records import DropProgress, DropScene, Part, PoseStatistics
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
-from ..records.statistics import ranked
-from ..resting.poses import resting_poses
-from ..simulation.simulate import simulate
-from ..statistics.posterior import PosePrior
+from ..records.statistics import with_shares
+from ..resting.poses import poses_in
+from ..simulation.request import DropRequest, Watch, drop_request
+from ..simulation.simulate import count_drops
 from ..statistics.prefix import Judge
+from ..statistics.prior import PosePrior
 from ..text import percent, ranges, several
-from .confidence import FIRST_LOOK, judge_drops, pose_prior
+from . import confidence
 
 
 def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
@@ -75,15 +75,25 @@ def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RE
     MeshError
         If the part's hull does not enclose its centre of mass.
     """
-    begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    prior = pose_prior(resting_poses(part, scene.cluster_tolerance, scene.round_sides), scene)
-    judge = Judge(partial(judge_drops, prior), FIRST_LOOK)
-    counted = simulate(part, drops, restitution, seed, drop_height, target_error, workers,
-                       on_progress=combined_progress(prior, on_progress),
-                       should_stop=should_stop, cluster_tolerance=cluster_tolerance,
-                       round_sides=round_sides, judge=judge)
-    return replace(hybrid_statistics(counted, prior), seconds=time.perf_counter() - begin)
+    begin, request = time.perf_counter(), drop_request(drops, seed, target_error, workers)
+    prior = confidence.pose_prior(poses_in(part, scene), scene)
+    found = drop_with(prior, part, scene, request, Watch.of(on_progress, should_stop),
+                      confidence.FIRST_LOOK)
+    return replace(found, seconds=time.perf_counter() - begin)
+
+
+def drop_with(prior: PosePrior, part: Part, scene: DropScene, request: DropRequest, watch: Watch,
+              look: int) -> PoseStatistics:
+    """Drop a part, and combine the drops with an estimate.
+
+    `look`: drops before the error is looked at for the first time.
+    """
+    counted = count_drops(
+        part, scene, request,
+        watch._replace(on_progress=combined_progress(prior, watch.on_progress)),
+        Judge(partial(confidence.judge_drops, prior), look))
+    return hybrid_statistics(counted, prior)
 
 
 def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatistics:
@@ -103,13 +113,7 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     if refuted.size:
         return replace(counted, warnings=(*counted.warnings, describe_conflict(counts, prior,
                                                                                refuted)))
-    posterior = prior.updated(counts)
-    low, high = posterior.interval()
-    rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
-               posterior.standard_error.tolist(), counts.tolist(), strict=True)
-    return replace(counted, method=HYBRID, expected_error=posterior.expected_error,
-                   largest_error=posterior.largest_error(),
-                   poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
+    return with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
 def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
@@ -140,3 +144,32 @@ def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] |
                      statistics=lambda: hybrid_statistics(progress.statistics(), prior)))
 
     return tell
+
+
+def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
+                watch: Watch) -> tuple[PoseStatistics, str]:
+    """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""
+    target = request.target_error
+    prior = confidence.prior_of(best, poses_in(part, scene), scene)
+    bound = confidence.estimate_bound(prior)
+    if bound <= target:
+        return best, confidence.enough(f"{best.method} alone", bound, target)
+    helped = confidence.worthwhile(prior, target)
+    look = confidence.first_look(prior, target, helped)
+    if helped:
+        found = drop_with(prior, part, scene, request, watch, look)
+    else:
+        found = count_drops(part, scene, request, watch,
+                            Judge(partial(confidence.judge_drops, None), look))
+    return found, _why_drops(found, best.method, bound, target)
+
+
+def _why_drops(found: PoseStatistics, method: str, bound: float, target_error: float) -> str:
+    if math.isinf(bound):
+        return f"Estimates do not know so low a drop; so {found.drops} drops were counted."
+    alone = confidence.not_enough(f"{method} alone", bound, target_error)
+    if found.method == HYBRID:
+        return f"{alone}; so {found.drops} drops were added."
+    if any(line.startswith("CONFLICT:") for line in found.warnings):
+        return f"{alone}, and drops contradict it; so {found.drops} drops were counted."
+    return f"{alone}, and worth too few drops to matter; so {found.drops} drops were counted."

@@ -1,15 +1,13 @@
 """The kick that feeds fastest: flips at several kick heights."""
 
-from __future__ import annotations
-
-import secrets
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics
-from ..simulation.flips import check_kick, simulate_flips
+from ..simulation.flips import check_kick, count_flips
+from ..simulation.request import Watch, drop_request
 from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones
 from ..statistics.pose_shares import pose_shares
 
@@ -79,7 +77,7 @@ def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate
     afresh = drop_afresh(shares, wanted, rate)
     scene = DropScene(dropped.restitution, None, dropped.cluster_tolerance, dropped.round_sides)
     heights = sorted({check_kick(one) for one in kicks or usual_kicks(dropped.radius)})
-    chosen = secrets.randbits(32) if seed is None else seed
+    request, watch = drop_request(drops, seed, 0.0, workers), Watch.of(None, should_stop)
     each = drops * len(dropped.poses)
     found: list[KickFeeding] = []
     for place, height in enumerate(heights):
@@ -87,9 +85,7 @@ def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate
             if on_progress is not None:
                 on_progress(before + done, each * len(heights))
 
-        flips = simulate_flips(part, height, drops, scene.restitution, chosen, workers, tell,
-                               should_stop, cluster_tolerance=scene.cluster_tolerance,
-                               round_sides=scene.round_sides)
+        flips = count_flips(part, scene, height, request, watch, tell)
         if flips.flips < each:
             break
         found.append(KickFeeding(height, flips, flip_wrong_ones(

@@ -1,7 +1,5 @@
 """A model's answer combined with what cameras counted on the plate itself."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import RequestError
 from ..methods import OBSERVED
 from ..records import PoseStatistics, StablePose
-from ..records.statistics import ranked
-from ..statistics.posterior import PosePrior, Posterior, PriorFit
+from ..records.statistics import with_shares
+from ..statistics.prior import PosePrior, PriorFit
 from ..text import percent, ranges, several
 
 Index = NDArray[np.int64]
@@ -52,7 +50,9 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
     if refuted.size:
         warnings = (*warnings, _describe_conflict(prior, counted, refuted))
         prior = plate_prior(replace(model, expected_error=math.nan))
-    return _with_posterior(replace(model, warnings=warnings), prior.updated(counted), counted)
+    shares = prior.updated(counted).shares(counted)
+    return with_shares(model, OBSERVED, shares, plate_error=shares.expected_error, drops=0,
+                       unsettled=0, seed=0, observed=total, warnings=warnings)
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:
@@ -77,19 +77,6 @@ def _of_poses(poses: Sequence[StablePose]) -> float:
     single = share * (1.0 - share)
     return float(np.sqrt((single / size).sum() / size.sum() / single.mean())) if (
         single.any()) else 1.0
-
-
-def _with_posterior(model: PoseStatistics, posterior: Posterior,
-                    counted: Index) -> PoseStatistics:
-    low, high = posterior.interval()
-    poses = sorted(model.poses, key=lambda pose: pose.index)
-    rows = zip(poses, posterior.probability.tolist(), low.tolist(), high.tolist(),
-               posterior.standard_error.tolist(), counted.tolist(), strict=True)
-    error = posterior.expected_error
-    return replace(
-        model, method=OBSERVED, drops=0, unsettled=0, seed=0, observed=int(counted.sum()),
-        expected_error=error, plate_error=error, largest_error=posterior.largest_error(),
-        poses=ranked([pose.with_probability(*known) for pose, *known in rows]))
 
 
 def _describe_conflict(prior: PosePrior, counted: Index, refuted: Index) -> str:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..estimators.split import split
 from ..records import DropScene
-from ..simulation.simulate import simulate
+from ..simulation.request import Watch, drop_request
+from ..simulation.simulate import count_drops
 from .counts import CountedPart
 from .gaussian_process import BinomialProcess, Kernel
 from .scenes import SceneGrid, SceneRange
@@ -70,12 +71,10 @@ class Response:
         """
         for point in points:
             seed = np.random.SeedSequence((*self._seed, len(self._points)))
-            found = simulate(
-                self._counted.part, drops, float(point[0]),
-                int(seed.generate_state(1, np.uint64)[0]), math.exp(point[1]), workers=workers,
-                should_stop=should_stop, background=background,
-                cluster_tolerance=self._counted.cluster_tolerance,
-                round_sides=self._counted.round_sides)
+            found = count_drops(
+                self._counted.part, self._scene(point),
+                drop_request(drops, int(seed.generate_state(1, np.uint64)[0]), workers=workers),
+                Watch.of(None, should_stop, None, background))
             if found.drops < drops:
                 break
             count = np.zeros(len(found.poses))
@@ -116,10 +115,12 @@ class Response:
         rise = np.maximum(radii - TOUCHING, 0.02)
         return np.stack((points[:, 0], np.log(rise) + STEEPNESS * points[:, 0]), axis=1)
 
+    def _scene(self, point: Array) -> DropScene:
+        return DropScene(float(point[0]), math.exp(point[1]), self._counted.cluster_tolerance,
+                         self._counted.round_sides)
+
     def _split_logit(self, point: Array) -> Array:
-        scene = DropScene(float(point[0]), math.exp(point[1]), self._counted.cluster_tolerance,
-                          self._counted.round_sides)
-        share = np.bincount(self._group, split(self._counted.resting, scene))
+        share = np.bincount(self._group, split(self._counted.resting, self._scene(point)))
         share = np.clip(share, RAREST, 1.0 - RAREST)
         return np.log(share / (1.0 - share))
 

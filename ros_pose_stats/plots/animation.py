@@ -13,8 +13,8 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from ..mesh.decimation import visible_triangles
+from ..mesh.vectors import rotation_matrices
 from ..records import Part, Trajectory
-from ..resting.orientation import rotation_matrices
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
 from .rendering import View, rendered

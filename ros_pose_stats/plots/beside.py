@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh.decimation import visible_triangles
+from ..mesh.vectors import rotation_matrices
 from ..records import Part, StablePose
-from ..resting.orientation import rotation_matrices
 from .poses import resting_view
 from .rendering import rendered
 

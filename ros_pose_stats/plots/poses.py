@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ..mesh.decimation import visible_triangles
+from ..mesh.vectors import rotation_matrices
 from ..records import Part, PoseStatistics, StablePose
-from ..resting.orientation import rotation_matrices
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, in_digits, new_figure
 

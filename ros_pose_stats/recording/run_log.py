@@ -53,14 +53,14 @@ class RunLog:
     most an eighth of the bound; `name`: of the directory, in place of one made from time and
     process; `node`: name of the node that records; several may share a log directory. Attributes
     `directory`: where the bag is, or will be once something is written. It changes when the bag is
-    lost; `times_lost`: how often the bag was found deleted or moved away; `space`: the bound.
+    lost; `space`: the bound.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
                  max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None,
                  node: str = "") -> None:
         self.directory = log_directory / (name or new_run_name(log_directory))
-        self.times_lost = 0
+        self._times_lost = 0
         self._types = dict(types)
         self._node = node
         self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
@@ -117,6 +117,16 @@ class RunLog:
                 raise RecordingError(self.directory, error) from error
 
     @property
+    def times_lost(self) -> int:
+        """How often the bag was found deleted or moved away; also by this look.
+
+        Raises OSError: nobody knows whether it is there.
+        """
+        with self._lock:
+            self._leave_lost_bag()
+            return self._times_lost
+
+    @property
     def place(self) -> tuple[Path, int] | None:
         """The file that is being written, and its bytes; None before the first record."""
         with self._lock:
@@ -138,17 +148,20 @@ class RunLog:
         """The bag for a record of so many bytes."""
         if self._closed:
             raise OSError("the log is closed")
-        if self._bag is not None and self._bag.is_gone():
-            self._bag.abandon()
-            self._bag = None
-            self.times_lost += 1
-            self.directory = self.directory.with_name(new_run_name(self.directory.parent))
+        self._leave_lost_bag()
         self._make_room(record)
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name(self.directory.parent))
             self._bag = Bag(self.directory, self._types, self._max_bytes, self._node)
         return self._bag
+
+    def _leave_lost_bag(self) -> None:
+        if self._bag is not None and self._bag.is_gone():
+            self._bag.abandon()
+            self._bag = None
+            self._times_lost += 1
+            self.directory = self.directory.with_name(new_run_name(self.directory.parent))
 
     def _make_room(self, record: int) -> None:
         """Delete what must go before a record of so many bytes is written.

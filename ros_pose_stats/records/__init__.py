@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from .flips import FlipStatistics
     from .part import Part
     from .scene import DropScene
-    from .statistics import DropProgress, PoseStatistics, RestingShape, StablePose
-    from .trajectory import DropEvent, Trajectory
+    from .statistics import PoseStatistics, RestingShape, StablePose
+    from .trajectory import DropEvent, DropProgress, Trajectory
 
-_HOMES = {"DropEvent": "trajectory", "DropProgress": "statistics", "DropScene": "scene",
+_HOMES = {"DropEvent": "trajectory", "DropProgress": "trajectory", "DropScene": "scene",
           "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics",
           "RestingShape": "statistics", "StablePose": "statistics", "Trajectory": "trajectory"}
 

@@ -1,7 +1,5 @@
 """Where a kicked part comes to rest: pose to pose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

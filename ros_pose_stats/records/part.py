@@ -1,7 +1,5 @@
 """A rigid part: the mesh as received, the repaired surface and the mass properties."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import RequestError
 from ..text import length_in_words, listed
@@ -25,6 +25,23 @@ HIGH_DROP_RADII = 1000.0
 DEFAULT_DROPS = 10_000
 DEFAULT_PLATE_ERROR = 0.05
 """Of a plate that nobody has counted on."""
+
+
+class Numbering(NamedTuple):
+    """What numbers a part's poses: with equal ones, and an equal digest, an index is one pose."""
+
+    cluster_tolerance: float  # share of the centre of mass's height; NaN where it is not known
+    round_sides: int  # 0: round surfaces as the file has them
+
+    def __str__(self) -> str:
+        """For people."""
+        tolerance = self.cluster_tolerance
+        shown = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
+        return f"cluster_tolerance {shown} and round_sides {self.round_sides}"
+
+    def agrees(self, other: Numbering) -> bool:
+        """Whether both are known and equal."""
+        return self == other and not math.isnan(self.cluster_tolerance)
 
 
 @dataclass(frozen=True)
@@ -76,6 +93,15 @@ class DropScene:
         if not whole or (sides and not FEWEST_ROUND_SIDES <= sides <= MOST_ROUND_SIDES):
             raise RequestError(f"round_sides of 0, or {FEWEST_ROUND_SIDES} to {MOST_ROUND_SIDES}",
                                f"{sides!r}", "0 takes round surfaces as the file has them")
+
+    @property
+    def numbering(self) -> Numbering:
+        """What numbers the poses; the rest of the scene has no say in that."""
+        return Numbering(self.cluster_tolerance, self.round_sides)
+
+    def release_height(self, radius: float) -> float:
+        """Height of the centre of mass at release, metres, of a part of this radius, metres."""
+        return DEFAULT_DROP_RADII * radius if self.drop_height is None else float(self.drop_height)
 
 
 def describe_scene(restitution: float | Sequence[float], drop_height: float | None,

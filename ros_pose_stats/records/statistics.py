@@ -1,21 +1,41 @@
-"""Stable poses and their probabilities, as every method answers, and a simulation's progress."""
+"""Stable poses and their probabilities, as every method answers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..tolerances import SAME_SHARE, number_equal
-from .scene import DEFAULT_PLATE_ERROR, describe_scene
+from ..version import VERSION
+from .part import Part
+from .scene import DEFAULT_PLATE_ERROR, DropScene, describe_scene
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
+
+
+POSE_FIELDS: Final = (
+    "index", "group", "group_size", "height", "top", "margin", "barrier", "spread", "rolls",
+    "yaw_symmetry", "probability", "probability_low", "probability_high", "standard_error",
+    "count", "group_probability")
+"""Single values of a pose; JSON and messages have them under the same names."""
+
+POSE_VECTORS: Final = ("down", "roll_axis", "orientation")
+
+STATISTICS_FIELDS: Final = (
+    "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
+    "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "observed",
+    "expected_error", "largest_error", "plate_error", "version")
+"""Single values of statistics, as in JSON and in messages."""
 
 
 class RestingShape(Protocol):
@@ -128,15 +148,9 @@ class StablePose:
 
     def as_dict(self) -> dict[str, Any]:
         """The pose as plain values under the keys of the JSON contract."""
-        plain = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
-                 "rolls", "yaw_symmetry", "probability", "probability_low", "probability_high",
-                 "standard_error", "count", "group_probability")
-        entry: dict[str, Any] = {name: plain_number(getattr(self, name)) for name in plain}
-        entry["down"] = self.down.tolist()
-        entry["roll_axis"] = self.roll_axis.tolist()
-        entry["orientation"] = self.orientation.tolist()
-        entry["members"] = list(self.members)
-        return entry
+        return {**{name: plain_number(getattr(self, name)) for name in POSE_FIELDS},
+                **{name: getattr(self, name).tolist() for name in POSE_VECTORS},
+                "members": list(self.members)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,32 +223,67 @@ class PoseStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
-        plain = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-                 "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
-                 "observed", "expected_error", "largest_error", "plate_error", "seconds",
-                 "version", "choice")
-        entry: dict[str, Any] = {name: plain_number(getattr(self, name)) for name in plain}
-        entry["scene"] = self.scene
-        entry["warnings"] = list(self.warnings)
-        entry["poses"] = [pose.as_dict() for pose in self.poses]
-        return entry
+        return {**{name: plain_number(getattr(self, name))
+                   for name in (*STATISTICS_FIELDS, "seconds", "choice", "scene")},
+                "warnings": list(self.warnings),
+                "poses": [pose.as_dict() for pose in self.poses]}
 
 
-def ranked(poses: Sequence[StablePose]) -> tuple[StablePose, ...]:
-    """Sort poses, the most probable first; those equal but for rounding by their index.
+class Shares(NamedTuple):
+    """What a method says of all poses (P,), by their index, and how sure it is."""
 
-    Each is told the probability of its group.
+    probability: Array
+    low: Array  # bounds of the 90 % intervals
+    high: Array
+    standard_error: Array
+    counts: Index  # drops that came to rest, or parts that were seen; 0 for an estimate
+    expected_error: float
+    largest_error: float
+
+
+def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shares: Shares,
+                    method: str, scene: DropScene, *, knows_scene: bool = True,
+                    drops: int = 0, unsettled: int = 0, seed: int = 0,
+                    seconds: float = math.nan, warnings: Iterable[str] = ()) -> PoseStatistics:
+    """Statistics of a part by a method.
+
+    `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
+    method knows the drop height; `warnings`: beside those of the part.
     """
+    return PoseStatistics(
+        part_id=part.part_id, part_digest=part.digest, radius=radius, method=method,
+        restitution=scene.restitution, cluster_tolerance=scene.cluster_tolerance,
+        drop_height=scene.release_height(radius) if knows_scene else math.nan,
+        round_sides=scene.round_sides, poses=ranked(poses, shares), drops=drops,
+        unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
+        largest_error=shares.largest_error, seconds=seconds,
+        warnings=(*part.warnings, *warnings), version=VERSION)
+
+
+def with_shares(model: PoseStatistics, method: str, shares: Shares,
+                **changes: Any) -> PoseStatistics:
+    """The same part and scene by another method; `changes`: other fields that differ."""
+    poses = sorted(model.poses, key=lambda pose: pose.index)
+    return replace(model, method=method, poses=ranked(poses, shares),
+                   expected_error=shares.expected_error, largest_error=shares.largest_error,
+                   **changes)
+
+
+def ranked(poses: Iterable[StablePose], shares: Shares) -> tuple[StablePose, ...]:
+    """Poses by their index with their shares and those of their groups, the most probable first.
+
+    Those equal but for rounding stay in the order of their index.
+    """
+    columns = (column.tolist() for column in shares[:5])
+    found = [pose.with_probability(*values)
+             for pose, *values in zip(poses, *columns, strict=True)]
     together: dict[int, float] = {}
-    for pose in sorted(poses, key=lambda pose: pose.index):
+    for pose in found:
         together[pose.group] = together.get(pose.group, 0.0) + pose.probability
-    rank = number_equal([-_number(pose.probability) for pose in poses], SAME_SHARE)
-    order = sorted(range(len(poses)), key=lambda k: (rank[k], poses[k].index))
-    return tuple(poses[k].with_group(together[poses[k].group]) for k in order)
-
-
-def _number(value: float) -> float:
-    return 0.0 if math.isnan(value) else value
+    rank = number_equal([0.0 if math.isnan(pose.probability) else -pose.probability
+                         for pose in found], SAME_SHARE)
+    order = sorted(range(len(found)), key=rank.__getitem__)
+    return tuple(found[k].with_group(together[found[k].group]) for k in order)
 
 
 def plain_number(value: Any) -> Any:
@@ -242,51 +291,3 @@ def plain_number(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-@dataclass(frozen=True, eq=False)
-class DropProgress:
-    """State of a simulation, as `on_progress` receives it.
-
-    Attributes
-    ----------
-    drops : int
-        Drops that are counted.
-    bound : int
-        Most drops that are wanted.
-    unsettled : int
-        Of those done.
-    expected_error : float
-        Of the drops so far, a fraction; NaN before one has settled.
-    error_bound : float
-        That the error over the poses keeps with 90 % confidence; infinite before one has settled.
-    target_error : float
-        0 where all drops are wanted.
-    seconds : float
-        Since the simulation began.
-    statistics : callable
-        Makes the `PoseStatistics` so far.
-    """
-
-    drops: int
-    bound: int
-    unsettled: int
-    expected_error: float
-    error_bound: float
-    target_error: float
-    seconds: float
-    statistics: Callable[[], PoseStatistics]
-
-    @property
-    def rate(self) -> float:
-        """Drops a second; NaN before the first."""
-        return self.drops / self.seconds if self.drops and self.seconds > 0.0 else math.nan
-
-    @property
-    def seconds_left(self) -> float:
-        """Expected time; the error falls as one over the root of the drops."""
-        wanted = float(self.bound)
-        if self.target_error > 0.0 and math.isfinite(self.error_bound):
-            more = (self.error_bound / self.target_error) ** 2
-            wanted = min(wanted, self.drops * more)
-        return max(0.0, wanted - self.drops) / self.rate if self.drops else math.nan

@@ -1,13 +1,14 @@
-"""The recorded motion of one drop."""
+"""The recorded motion of one drop, and the state of a simulation of many."""
 
-from __future__ import annotations
-
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .scene import describe_scene
+from .statistics import PoseStatistics
 
 Array = NDArray[np.float64]
 
@@ -112,3 +113,51 @@ class Trajectory:
     def __repr__(self) -> str:
         return (f"Trajectory({self.part_id!r}, {len(self.events)} events, "
                 f"{len(self.times)} samples, {self.times[-1]:.4g} s, pose {self.pose})")
+
+
+@dataclass(frozen=True, eq=False)
+class DropProgress:
+    """State of a simulation, as `on_progress` receives it.
+
+    Attributes
+    ----------
+    drops : int
+        Drops that are counted.
+    bound : int
+        Most drops that are wanted.
+    unsettled : int
+        Of those done.
+    expected_error : float
+        Of the drops so far, a fraction; NaN before one has settled.
+    error_bound : float
+        That the error over the poses keeps with 90 % confidence; infinite before one has settled.
+    target_error : float
+        0 where all drops are wanted.
+    seconds : float
+        Since the simulation began.
+    statistics : callable
+        Makes the `PoseStatistics` so far.
+    """
+
+    drops: int
+    bound: int
+    unsettled: int
+    expected_error: float
+    error_bound: float
+    target_error: float
+    seconds: float
+    statistics: Callable[[], PoseStatistics]
+
+    @property
+    def rate(self) -> float:
+        """Drops a second; NaN before the first."""
+        return self.drops / self.seconds if self.drops and self.seconds > 0.0 else math.nan
+
+    @property
+    def seconds_left(self) -> float:
+        """Expected time; the error falls as one over the root of the drops."""
+        wanted = float(self.bound)
+        if self.target_error > 0.0 and math.isfinite(self.error_bound):
+            more = (self.error_bound / self.target_error) ** 2
+            wanted = min(wanted, self.drops * more)
+        return max(0.0, wanted - self.drops) / self.rate if self.drops else math.nan

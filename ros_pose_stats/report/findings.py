@@ -22,8 +22,8 @@ from ..resting.splitting_graph import SplittingNode, splitting_graph, with_share
 from ..simulation.flips import check_kick
 from ..simulation.simulate import simulate
 from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
+from ..statistics.pose_groups import warn_of_alike
 from ..statistics.pose_shares import pose_shares
-from ..statistics.wanted_poses import warn_of_alike
 from .words import said_once
 
 TARGET_ERROR = 0.01

@@ -5,8 +5,6 @@ see of a part, besides its mass properties. Lengths are scaled by the part's rad
 positions are relative to the centre of mass, in part axes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +19,8 @@ from ..mesh.vectors import lengths, scatter
 from ..records import Part
 from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
 from .reshaping import reshape
-from .rolling import strips
-from .round_surfaces import Run, find_groups, rounding_of
+from .rims import Run, strips
+from .round_surfaces import find_groups, rounding_of
 from .thinning import thin_out
 
 Array = NDArray[np.float64]

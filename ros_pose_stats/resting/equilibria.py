@@ -4,8 +4,6 @@ Stable faces are numbered by rising height, ties by the components of `down`; no
 depends on a method, a scene or a seed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

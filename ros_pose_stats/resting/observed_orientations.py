@@ -1,7 +1,5 @@
 """Which stable pose a part lies in, from its orientation as a camera measured it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final
@@ -13,7 +11,7 @@ from ..errors import RequestError
 from ..mesh.arrays import real_array, real_number
 from ..records import Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from .poses import resting_poses
+from .poses import RestingPoses, resting_poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -84,7 +82,7 @@ def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DE
     widest = _checked_angle(angle)
     poses = resting_poses(part, cluster_tolerance, round_sides)
     downs = observed_downs(orientations)
-    known = part.prepare(_pose_directions, poses.clusters.tolerance, round_sides)
+    known = part.prepare(_pose_directions, poses)
     found = np.full(len(downs), -1, dtype=np.int64)
     told = np.flatnonzero(np.isfinite(downs[:, 0]))
     step = max(1, AT_ONCE // len(known.down))
@@ -153,8 +151,7 @@ def _nearest(known: PoseDirections, downs: Array, angle: float) -> Index:
     return np.where((nearest <= angle) & (apart >= math.log(SURELY)), known.pose[place], -1)
 
 
-def _pose_directions(part: Part, cluster_tolerance: float, round_sides: int) -> PoseDirections:
-    poses = resting_poses(part, cluster_tolerance, round_sides)
+def _pose_directions(_: Part, poses: RestingPoses) -> PoseDirections:
     pose, count = poses.clusters.pose, len(poses.poses)
     group = poses.group[pose]
     order = np.lexsort((pose, group))

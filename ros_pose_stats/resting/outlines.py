@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, RequestError
 from ..mesh.arrays import real_number
-from ..mesh.vectors import lengths, turn_vectors
+from ..mesh.vectors import lengths, rotation_matrices, turn_vectors
 from ..records import Part, StablePose
 from ..tolerances import COPLANAR
-from .orientation import rotation_matrices
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold

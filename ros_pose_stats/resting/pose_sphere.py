@@ -5,8 +5,6 @@ azimuthal equal-area projection as it is seen from outside, so that areas on the
 like solid angles.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

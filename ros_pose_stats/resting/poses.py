@@ -14,16 +14,13 @@ from ..kernels.features.corner_crowding import corner_crowding
 from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
-from ..mesh.vectors import lengths
+from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import DropScene, Part, StablePose
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
-from .clusters import Clusters, clusters
+from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
+from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
-from .margins import spread, tilt_margins
-from .orientation import resting_quaternions, rotation_matrices
-from .surface_trial import SurfaceTrial
-from .symmetry import symmetry_groups
+from .symmetry import SurfaceTrial, symmetry_groups
 from .turns import axis_offsets, rolling_axes, yaw_symmetries
 
 Array = NDArray[np.float64]
@@ -164,22 +161,29 @@ def resting_poses(part: Part,
     RequestError
         If `part` is no Part, or the tolerance is not from 0 to below 1.
     """
+    return poses_in(part, DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides))
+
+
+def poses_in(part: Part, scene: DropScene) -> RestingPoses:
+    """The stable poses of a part in a scene.
+
+    Raises RequestError if `part` is no Part.
+    """
     if not isinstance(part, Part):
         raise RequestError("a Part", f"{type(part).__name__}",
                            "make one with load_part or part_from_mesh")
-    scene = DropScene(cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-    return part.prepare(_find, scene.cluster_tolerance, scene.round_sides)
+    return part.prepare(_find, scene.numbering)
 
 
-def bare_poses(part: Part, cluster_tolerance: float, round_sides: int) -> RestingPoses:
+def bare_poses(part: Part, scene: DropScene) -> RestingPoses:
     """The same without records of the poses, symmetry and margins: all that `split` asks for.
 
-    It is made anew at each call, or taken from what `resting_poses` keeps.
+    It is made anew at each call, or taken from what `poses_in` keeps.
     """
-    if are_found(part, cluster_tolerance, round_sides):
-        return resting_poses(part, cluster_tolerance, round_sides)
-    found = equilibria(part, round_sides)
-    return RestingPoses(found, clusters(found, cluster_tolerance), (),
+    if are_found(part, scene):
+        return poses_in(part, scene)
+    found = equilibria(part, scene.round_sides)
+    return RestingPoses(found, clusters(found, scene.cluster_tolerance), (),
                         _scaled_inertia(part, found))
 
 
@@ -187,14 +191,14 @@ def _scaled_inertia(part: Part, found: Equilibria) -> Array:
     return part.inertia / (part.mass * found.body.radius * found.body.radius)
 
 
-def are_found(part: Part, cluster_tolerance: float, round_sides: int) -> bool:
-    """Whether `resting_poses` would answer at once."""
-    return part.has_prepared(_find, cluster_tolerance, round_sides)
+def are_found(part: Part, scene: DropScene) -> bool:
+    """Whether `poses_in` would answer at once."""
+    return part.has_prepared(_find, scene.numbering)
 
 
-def _find(part: Part, cluster_tolerance: float, round_sides: int) -> RestingPoses:
-    found = equilibria(part, round_sides)
-    grouped = clusters(found, cluster_tolerance)
+def _find(part: Part, numbering: Numbering) -> RestingPoses:
+    found = equilibria(part, numbering.round_sides)
+    grouped = clusters(found, numbering.cluster_tolerance)
     return RestingPoses(found, grouped, _records(part, found, grouped),
                         _scaled_inertia(part, found))
 

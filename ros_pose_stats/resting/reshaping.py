@@ -5,10 +5,7 @@ of them stay flat. Where corners must stay (at a notch, at the flat of a shaft),
 two such are divided evenly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final
 
@@ -18,9 +15,8 @@ from numpy.typing import NDArray
 from ..kernels.body.circles import angles_about
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.elementary import sines_cosines
-from .coaxial import Group, Rim
-from .round_surfaces import Run
-from .side_counts import Whole, plan_sides
+from .rims import Chain, Group, Outline, Rim
+from .thinning import Whole, plan_sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -28,60 +24,6 @@ Flags = NDArray[np.bool_]
 
 SAME_ANGLE: Final = 0.1
 """Angles this close, in sides, are one in the list of a group."""
-
-
-@dataclass(eq=False)
-class Chain:
-    """A rim as it stands in the new body: its points in order about the axis of its group."""
-
-    rim: Rim
-    point: Index
-    closed: bool
-    sides: int = 0
-
-    def as_run(self, unit: float) -> Run:
-        """What a body tells about it that has this unit of length."""
-        rim = self.rim
-        return Run(rim.center / unit, rim.axis, rim.radius / unit, rim.kind, rim.closed,
-                   len(rim.corner), self.sides, rim.group)
-
-
-@dataclass(eq=False)
-class Outline:
-    """Points of a body that is reshaped: those of the file that stay, then new ones."""
-
-    points: Array
-    keeps: Flags
-    chains: list[Chain] = field(default_factory=list)
-    added: list[Array] = field(default_factory=list)
-    count: int = 0
-    changed: bool = False
-
-    @property
-    def rounded(self) -> int:
-        """Number of runs that have other numbers of corners than in the file."""
-        return sum(bool(one.sides) and len(one.point) != len(one.rim.corner)
-                   for one in self.chains)
-
-    @property
-    def is_changed(self) -> bool:
-        """Whether the body differs from that of the file."""
-        return self.changed or bool(self.added)
-
-    def compacted(self) -> tuple[Array, list[Chain]]:
-        """Points of the new body, and the chains in their numbering."""
-        kept = np.append(self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_))
-        number = np.cumsum(kept) - 1
-        points = np.ascontiguousarray(np.concatenate([self.points, *self.added])[kept])
-        return points, [replace(one, point=number[one.point[kept[one.point]]])
-                        for one in self.chains]
-
-    def add(self, points: Array) -> Index:
-        """Take in new points; return their numbers."""
-        numbers = np.arange(self.count, self.count + len(points))
-        self.added.append(points)
-        self.count += len(points)
-        return numbers
 
 
 def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: int) -> Outline:

@@ -5,9 +5,6 @@ a run: the surface of the mesh, or the gap from one tooth to the next. Runs abou
 together, for the facets between them are those of one cylinder, cone or toothed rim.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -28,7 +25,7 @@ from ..mesh.hull import hull_of_part
 from ..mesh.vectors import lengths
 from ..mesh.welding import weld
 from ..records import Part
-from .coaxial import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
+from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -52,21 +49,6 @@ FEWEST_DECIMALS: Final = 12
 
 _POWERS: Final = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
                   1e11, 1e12)
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A circular chain of edges of a convex hull, in radii about the centre of mass."""
-
-    # (3,); of its circle; the run goes round the unit vector `axis` counter-clockwise
-    center: Array
-    axis: Array
-    radius: float
-    kind: Kind  # whether its edges are surface of the part, or mostly bridge gaps
-    full: bool  # whether it is once around; else it is an arc
-    corners: int  # as the file has them
-    sides: int  # sides a turn that it was reshaped to; 0 where it stands as in the file
-    group: int  # equal for runs about one axis
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,

@@ -1,7 +1,7 @@
 """Fewer corners for bodies whose free form is finer than what they roll on."""
 
-from __future__ import annotations
-
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.outermost import outermost_corners
+from ..kernels.elementary import sines_cosines
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter
-from .reshaping import Outline
-from .side_counts import COARSEST, ENOUGH
+from .rims import Group, Outline, Rim
 
 FINE: Final = 1000
 """Corners off all runs up to which a body stays as the file has it: it is quick enough."""
@@ -71,3 +71,92 @@ def _neighbours(arrays: BodyArrays, count: int) -> tuple[NDArray[np.int64], NDAr
     np.cumsum(np.bincount(arrays.corner, minlength=count), out=first[1:])
     order = np.argsort(arrays.corner, kind="stable")
     return first, arrays.corner[arrays.twin[order]]
+
+
+ENOUGH: Final = 4000
+"""Corners of a body that thinning aims at."""
+
+COARSEST: Final = 64
+"""Fewest sides a turn that rims and free forms are thinned to for that."""
+
+FEWEST_ALONG: Final = 32
+"""Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
+
+FEWEST_FREE: Final = 1600
+"""Corners off all rims that thinning leaves of a free form, about."""
+
+
+@dataclass(eq=False)
+class Whole:
+    """A full rim without a corner that must stay, in the frame of its group."""
+
+    rim: Rim
+    group: Group
+    height: float
+    rolls: bool = False
+    sides: int = 0
+
+
+def plan_sides(wholes: list[Whole], corners: int, sides: int) -> None:
+    """Give each full rim its number of sides, 0 for one that the height of arc does not need.
+
+    Where the body has too many corners there are fewer rims along a dome, for how fine it is that
+    way hardly matters; in the end rims that the body does not roll on get fewer sides.
+    """
+    free = corners - sum(len(one.rim.corner) for one in wholes)
+    groups: dict[int, list[Whole]] = {id(one.group): [] for one in wholes}
+    for one in wholes:
+        groups[id(one.group)].append(one)
+    profiles = [sides * share // 12 for share in (12, 8, 6, 4, 3, 2)]
+    plans = [(sides, level) for level in profiles if level >= FEWEST_ALONG or level == sides]
+    plans += [(sides // k, max(COARSEST, sides // k)) for k in (2, 3)
+              if sides % k == 0 and sides // k >= COARSEST]
+    for rest, level in plans:
+        tolerance = height_of_arc(level)
+        for group in groups.values():
+            _plan_profile(group, tolerance)
+        for one in wholes:
+            if one.sides:
+                one.sides = sides if one.rolls else rest
+        if sum(one.sides for one in wholes) <= ENOUGH - min(free, FEWEST_FREE):
+            return
+
+
+def height_of_arc(sides: int) -> float:
+    """Height of the arc over one side of a regular polygon of radius 1."""
+    return 1.0 - float(sines_cosines(np.array([np.pi / sides]))[1][0])
+
+
+def _plan_profile(wholes: list[Whole], tolerance: float) -> None:
+    """Mark the rims of one axis to be kept: `sides` is 1 for them, else 0."""
+    wholes.sort(key=lambda one: one.height)
+    center, axis = wholes[0].group.center, wholes[0].group.frame[2]
+    middle = -float((center * axis).sum())
+    profile = np.array([(one.height - middle, one.rim.radius) for one in wholes])
+    step = np.diff(profile, axis=0)
+    # The foot of the centre of mass lies on a facet that the body can roll on.
+    rolls = (((profile[:-1] * step).sum(axis=1) < 0.0) & ((profile[1:] * step).sum(axis=1) > 0.0))
+    fixed = np.zeros(len(wholes), dtype=np.bool_)
+    fixed[0] = fixed[-1] = True
+    for k, one in enumerate(wholes):
+        one.rolls = bool(rolls[max(k - 1, 0):k + 1].any())
+        fixed[k] |= one.rolls
+        one.sides = 0
+    places = np.flatnonzero(fixed).tolist()
+    waiting = list(pairwise(places))
+    for k in places:
+        wholes[k].sides = 1
+    while waiting:
+        low, high = waiting.pop()
+        if high - low < 2:
+            continue
+        chord = profile[high] - profile[low]
+        away = profile[low + 1:high] - profile[low]
+        beyond = np.abs(away[:, 0] * chord[1] - away[:, 1] * chord[0])
+        beyond /= np.sqrt((chord * chord).sum())
+        if beyond.max() <= tolerance:
+            continue
+        ties = np.flatnonzero(beyond >= beyond.max() - 1e-9)
+        far = low + 1 + int(ties[int(profile[low + 1 + ties, 1].argmax())])
+        wholes[far].sides = 1
+        waiting += [(low, far), (far, high)]

@@ -1,7 +1,5 @@
 """Warnings about a part whose poses are close to a change, which all of its answers carry."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -9,16 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from .. import tolerances
 from ..records import StablePose
 from ..text import several
-from ..tolerances import (
-    COARSE_FACETS,
-    EXACT_TIE,
-    FEWEST_FACETS,
-    MARGINAL_TILT,
-    NEAR_TIE,
-    SHALLOW_BARRIER,
-)
 from .clusters import RUN_TOLERANCE, clusters
 from .convex_body import ConvexBody
 from .poses import RestingPoses
@@ -47,12 +38,13 @@ def _rounded(body: ConvexBody) -> str:
 
 def _coarse(resting: RestingPoses) -> str:
     """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
-    angles = [angle for angle in _facet_angles(resting) if angle > COARSE_FACETS]
+    angles = [angle for angle in _facet_angles(resting) if angle > tolerances.COARSE_FACETS]
     if not angles:
         return ""
+    most = math.degrees(tolerances.COARSE_FACETS)
     return (f"COARSE_CURVE: facets of {math.degrees(max(angles)):.2g} degrees stand in for a "
             f"curve and are taken as they are; how often the part stops on the curve hangs on "
-            f"them; export it with facets of at most {math.degrees(COARSE_FACETS):.2g} degrees.")
+            f"them; export it with facets of at most {most:.2g} degrees.")
 
 
 def _clustered(resting: RestingPoses) -> str:
@@ -65,7 +57,7 @@ def _clustered(resting: RestingPoses) -> str:
 
 
 def _marginal(poses: Sequence[StablePose]) -> str:
-    found = [pose for pose in poses if pose.margin < MARGINAL_TILT]
+    found = [pose for pose in poses if pose.margin < tolerances.MARGINAL_TILT]
     if not found or len(poses) == 1:
         return ""
     least = math.degrees(min(pose.margin for pose in found))
@@ -76,7 +68,7 @@ def _marginal(poses: Sequence[StablePose]) -> str:
 
 def _shallow(poses: Sequence[StablePose]) -> str:
     deepest = max((pose.barrier for pose in poses if math.isfinite(pose.barrier)), default=0.0)
-    found = [pose for pose in poses if pose.barrier < SHALLOW_BARRIER * deepest]
+    found = [pose for pose in poses if pose.barrier < tolerances.SHALLOW_BARRIER * deepest]
     if not found:
         return ""
     least = 1e3 * min(pose.barrier for pose in found)
@@ -87,7 +79,7 @@ def _shallow(poses: Sequence[StablePose]) -> str:
 
 def _near_tie(resting: RestingPoses) -> str:
     gap = _smallest_gap(resting)
-    if not EXACT_TIE < gap < NEAR_TIE:
+    if not tolerances.EXACT_TIE < gap < tolerances.NEAR_TIE:
         return ""
     apart = 1e3 * gap * resting.body.radius
     return (f"NEAR_TIE: two ways from pose to pose differ by {apart:.2g} mm in height only; which "
@@ -102,7 +94,7 @@ def _smallest_gap(resting: RestingPoses) -> float:
     split = np.maximum(below, 0)
     gaps = tree.level[wanted][:, None] - tree.level[split]
     # Exact ties come from symmetry and have no consequence.
-    open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > EXACT_TIE)]
+    open_gaps = gaps[(below >= 0) & wanted[split] & (gaps > tolerances.EXACT_TIE)]
     return float(open_gaps.min(initial=math.inf))
 
 
@@ -112,11 +104,11 @@ def _facet_angles(resting: RestingPoses) -> list[float]:
     Facets of one curve are hardly parted, whether they are poses of their own or not.
     """
     found = resting.equilibria
-    if len(found.order) < FEWEST_FACETS:
+    if len(found.order) < tolerances.FEWEST_FACETS:
         return []
     curve = clusters(found, max(resting.clusters.tolerance, RUN_TOLERANCE)).pose
     as_given = found.body.run_of_face[found.faces] < 0
-    many = np.flatnonzero(np.bincount(curve[as_given]) >= FEWEST_FACETS)
+    many = np.flatnonzero(np.bincount(curve[as_given]) >= tolerances.FEWEST_FACETS)
     return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]
 
 

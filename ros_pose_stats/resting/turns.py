@@ -1,7 +1,5 @@
 """How a part can be turned in a pose: by rolling, and about the vertical."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 
@@ -13,9 +11,8 @@ from ..records import Part
 from ..tolerances import SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria
-from .round_surfaces import Run
-from .surface_trial import SurfaceTrial, keeps_inertia
-from .symmetry import MOST_EFFORT
+from .rims import Run
+from .symmetry import MOST_EFFORT, SurfaceTrial, keeps_inertia
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -111,11 +111,20 @@ class Life:
 
 
 def _within(seconds: float, act: Callable[[], object]) -> bool:
-    """Whether something is done within some seconds; if not it goes on, and nobody waits."""
-    doing = threading.Thread(target=act, name="end", daemon=True)
+    """Whether something is done within some seconds; if not it goes on, and nobody waits.
+
+    What fails is printed as that of any thread, and not done.
+    """
+    done = threading.Event()
+
+    def do() -> None:
+        act()
+        done.set()
+
+    doing = threading.Thread(target=do, name="end", daemon=True)
     doing.start()
     doing.join(seconds)
-    return not doing.is_alive()
+    return done.is_set()
 
 
 def warm_up(say: Callable[[str], object]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
-from ..mesh.patience import TakesLongError
+from ..mesh.overlap import TakesLongError
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
@@ -49,7 +49,7 @@ PARTING_SECONDS = 0.1
 LAST_SECONDS = 0.2
 """Requests that wait for their turn when the node ends are refused in that time."""
 
-FIT_SECONDS = 0.2
+FIT_SECONDS = 0.8
 """A fit may be ended for so long when the node ends."""
 
 MENDING_SECONDS = 1.0

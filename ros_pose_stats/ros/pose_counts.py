@@ -9,7 +9,7 @@ from rclpy.node import Node
 from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..errors import RequestError
-from ..recording.analysis.numbering import numbering_of
+from ..recording.analysis.decoding import numbering_of
 from .messages.camera_messages import counts_of_bytes
 from .messages.part_requests import shown
 from .parts.known_part import KnownPart

@@ -8,6 +8,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -95,8 +96,10 @@ class Recorder:
 
     @property
     def bag(self) -> int:
-        """A number that is another one when a further bag was begun, since one was deleted."""
-        return self.log.times_lost
+        """A number that is another one once the bag was deleted or moved, and the next begins."""
+        with suppress(OSError):  # the next record says what is wrong
+            return self.log.times_lost
+        return self._bags_lost
 
     def count_lost(self, count: int) -> int:
         """Count what cameras sent and a flood overran; how much that is by now."""
@@ -134,10 +137,10 @@ class Recorder:
         return True
 
     def _note(self, problem: str) -> None:
+        bag = self.bag
         with self._lock:
             changed = bool(problem) != bool(self.problem)
-            new_bag = self.log.times_lost != self._bags_lost
-            self._bags_lost = self.log.times_lost
+            new_bag, self._bags_lost = bag != self._bags_lost, bag
             self.problem = problem
             self.last_problem = problem or self.last_problem
             self.lost += bool(problem)

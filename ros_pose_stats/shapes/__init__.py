@@ -1,33 +1,190 @@
-"""Shapes made by code: exact convex bodies here, modelled parts in other modules.
+"""Exact convex bodies for tests, benchmarks and studies, and random points to make hulls of.
 
-`modelling`, `demo_parts` and `random_parts` load the solid modeller manifold3d, so they are
-imported only where such parts are made.
+`demo_parts` loads the solid modeller manifold3d, so it is imported only where such parts are made.
+
+Each body is a pair (vertices, triangles): (V, 3) float64 in the unit of its arguments and
+(T, 3) int64, counter-clockwise seen from outside. All are centred on the origin, and their
+coordinates are as symmetric as floating point allows: a reflection or quarter turn that the
+body has maps its vertices onto each other bit for bit. The face normals of a regular solid are the
+corners of its dual, so that four sets of points make all five solids.
 """
 
-from .closed_forms import (
-    Surface,
-    box,
-    cylinder,
-    dodecahedron,
-    ellipsoid_points,
-    hull_mesh,
-    icosahedron,
-    octahedron,
-    prism,
-    sphere_points,
-    tetrahedron,
-)
+from itertools import pairwise
 
-__all__ = [
-    "Surface",
-    "box",
-    "cylinder",
-    "dodecahedron",
-    "ellipsoid_points",
-    "hull_mesh",
-    "icosahedron",
-    "octahedron",
-    "prism",
-    "sphere_points",
-    "tetrahedron",
-]
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from ..errors import MeshError, RequestError
+from ..mesh.arrays import in_standard_order
+from .profiles import unit_circle
+
+Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices (V, 3) and outward triangles (T, 3) of a closed surface."""
+
+_GOLDEN = (1.0 + np.sqrt(5.0)) / 2.0
+
+
+def cube_corners() -> NDArray[np.float64]:
+    """The eight points (±1, ±1, ±1)."""
+    return np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def axis_ends() -> NDArray[np.float64]:
+    """The six points ±x, ±y, ±z."""
+    return np.vstack((np.eye(3), -np.eye(3))) + 0.0
+
+
+def _golden_rectangles(short: float, long: float) -> NDArray[np.float64]:
+    """The twelve corners of three mutually perpendicular rectangles."""
+    rectangle = [(0.0, s * short, t * long) for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
+    return np.vstack([np.roll(rectangle, turn, axis=1) for turn in range(3)])
+
+
+def icosahedron_corners() -> NDArray[np.float64]:
+    """The twelve corners of the icosahedron of edge 2."""
+    return _golden_rectangles(1.0, _GOLDEN)
+
+
+def dodecahedron_corners() -> NDArray[np.float64]:
+    """The twenty corners of the dodecahedron around the cube [-1, 1]³."""
+    return np.vstack((cube_corners(), _golden_rectangles(_GOLDEN, _GOLDEN - 1.0)))
+
+
+def polytope(vertices: NDArray[np.float64], normals: NDArray[np.float64]) -> Surface:
+    """Fan-triangulated regular solid from its corners and outward face normals (any length)."""
+    triangles = [fan for normal in normals for fan in _face_fan(vertices, normal)]
+    return vertices, np.array(triangles, dtype=np.int64)
+
+
+def _face_fan(
+    vertices: NDArray[np.float64], normal: NDArray[np.float64]
+) -> list[tuple[int, int, int]]:
+    """Triangles of the face farthest along `normal`, counter-clockwise from outside."""
+    reach = vertices @ normal
+    face = np.flatnonzero(reach > 0.5 * reach.max())  # others of a regular solid: below 0.24
+    spokes = vertices[face] - vertices[face].mean(axis=0)
+    x_axis = spokes[0]
+    y_axis = np.cross(normal, x_axis) / np.linalg.norm(normal)
+    around = face[np.argsort(np.arctan2(spokes @ y_axis, spokes @ x_axis) % (2.0 * np.pi))]
+    first, *rest = around.tolist()
+    return [(first, a, b) for a, b in pairwise(rest)]
+
+
+def box(x: float, y: float, z: float) -> Surface:
+    """Box with edge lengths x, y, z along the axes: 8 vertices, 12 triangles."""
+    _require_lengths(x, y, z)
+    vertices, triangles = polytope(cube_corners(), axis_ends())
+    return vertices * (np.array((x, y, z)) / 2.0), triangles
+
+
+def prism(sides: int, radius: float, length: float) -> Surface:
+    """Regular prism along z.
+
+    `sides`: corners of the base, at least 3; the first lies on the x axis; `length`: distance of
+    the bases, at z = -length/2 and z = +length/2. Returns `vertices` (2 sides, 3): the lower base,
+    then the upper; `triangles` (4 sides - 4, 3). Raises RequestError if there are fewer than 3
+    sides or a length is not above 0.
+    """
+    _require_lengths(radius, length)
+    if sides < 3:
+        raise RequestError("a base of at least 3 sides", str(sides), "give more sides")
+    base = radius * unit_circle(sides)
+    height = np.full((sides, 1), length / 2.0)
+    vertices = np.vstack((np.hstack((base, -height)), np.hstack((base, height))))
+    here = np.arange(sides)
+    there = np.roll(here, -1)
+    fan = np.column_stack((np.zeros(sides - 2, dtype=np.int64), here[1:-1], here[2:]))
+    walls = np.vstack((
+        np.column_stack((here, there, there + sides)),
+        np.column_stack((here, there + sides, here + sides)),
+    ))
+    return vertices, np.vstack((fan[:, ::-1], fan + sides, walls)).astype(np.int64)
+
+
+def cylinder(sides: int, radius: float, length: float) -> Surface:
+    """Cylinder along z, tessellated as a regular prism whose corners lie on the circle."""
+    return prism(sides, radius, length)
+
+
+def tetrahedron() -> Surface:
+    """Regular tetrahedron on four corners of the cube [-1, 1]³: edge 2√2, volume 8/3."""
+    corners = cube_corners()
+    corners = corners[np.prod(corners, axis=1) > 0.0]
+    return polytope(corners, -corners)
+
+
+def octahedron() -> Surface:
+    """Regular octahedron on the ends of the unit axes: edge √2, volume 4/3."""
+    return polytope(axis_ends(), cube_corners())
+
+
+def icosahedron() -> Surface:
+    """Regular icosahedron on the rectangles 2 by 2φ: edge 2, volume 10 (3 + √5) / 3."""
+    return polytope(icosahedron_corners(), dodecahedron_corners())
+
+
+def dodecahedron() -> Surface:
+    """Regular dodecahedron around the cube [-1, 1]³: edge √5 - 1, volume 10 + 2√5."""
+    return polytope(dodecahedron_corners(), icosahedron_corners())
+
+
+def hull_mesh(points: NDArray[np.float64]) -> Surface:
+    """Outward triangles of a point cloud's convex hull.
+
+    `points` (N, 3): at least four, not in one plane. Returns `vertices` (V, 3): the points on the
+    hull, in the order given; `triangles` (T, 3): coplanar faces come triangulated; each triangle
+    begins at its smallest corner, and triangles rise by their corners. Raises MeshError if the
+    points are not finite or span no volume.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError) as error:
+        raise MeshError(
+            "at least four finite points that are not in one plane",
+            f"an array of shape {points.shape}",
+            "give points that span a volume",
+        ) from error
+    used, triangles = np.unique(hull.simplices, return_inverse=True)
+    vertices = points[used]
+    triangles = triangles.reshape(-1, 3).astype(np.int64)
+    normals = _triangle_normals(vertices, triangles)
+    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return vertices, in_standard_order(triangles)
+
+
+def sphere_points(n: int, seed: int) -> NDArray[np.float64]:
+    """Random points, uniform on the unit sphere.
+
+    `seed`: of numpy's default generator; equal seeds give equal points. Returns (n, 3).
+    """
+    directions = np.random.default_rng(seed).standard_normal((n, 3))
+    unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return unit
+
+
+def ellipsoid_points(
+    n: int, seed: int, semi_axes: tuple[float, float, float]
+) -> NDArray[np.float64]:
+    """Random points on an ellipsoid: `sphere_points` stretched by the semi-axes.
+
+    Uniform on the sphere before stretching, hence denser per area at the long ends.
+    """
+    return sphere_points(n, seed) * np.asarray(semi_axes, dtype=np.float64)
+
+
+def _require_lengths(*lengths: float) -> None:
+    """Refuse lengths that enclose no volume."""
+    if not all(0.0 < length < np.inf for length in lengths):
+        found = ", ".join(map(str, lengths))
+        raise RequestError("finite lengths above 0", found, "give lengths that enclose a volume")
+
+
+def _triangle_normals(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Right-hand normals, twice the area long, (T, 3)."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a), dtype=np.float64)

@@ -6,24 +6,23 @@ reads back exactly. This module and those that model solids need manifold3d, so 
 imported only where such parts are made.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from manifold3d import CrossSection, Manifold
+from numpy.typing import NDArray
 
+from .. import shapes
 from ..errors import MeshFileError
 from ..files import write_file
-from ..mesh.stl import stl_bytes
-from . import closed_forms
-from .closed_forms import Surface
-from .modelling import drill, extrude, in_file_order, revolve, surface_of
-from .profiles import rounded_polygon, spur_gear, unit_circle
+from ..mesh.arrays import in_standard_order
+from ..mesh.files import stl_bytes
+from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
 
 
-def clamp() -> Surface:
+def clamp() -> shapes.Surface:
     """Body of a C-clamp, 42 mm by 36 mm by 18 mm, without any symmetry.
 
     The upper jaw ends in a fork with a transverse screw hole, counterbored on one side;
@@ -44,7 +43,7 @@ def clamp() -> Surface:
     return surface_of(body)
 
 
-def bracket() -> Surface:
+def bracket() -> shapes.Surface:
     """L bracket of 5 mm plate, 50 mm by 42 mm by 36 mm, with a rib and four holes."""
     angle = rounded_polygon([
         (0.0, 0.0, 2.0), (50.0, 0.0, 0.0), (50.0, 5.0, 0.0), (5.0, 5.0, 3.0),
@@ -65,7 +64,7 @@ def bracket() -> Surface:
     return surface_of(body)
 
 
-def hex_bolt() -> Surface:
+def hex_bolt() -> shapes.Surface:
     """Hexagon head bolt M8 x 30 (13 mm across flats), head chamfered, shank 48-sided.
 
     The axis is z; the underside of the head lies in z = 0. The thread is left out.
@@ -78,7 +77,7 @@ def hex_bolt() -> Surface:
     return surface_of((head ^ cone) + revolve(shank, 48))
 
 
-def gear() -> Surface:
+def gear() -> shapes.Surface:
     """Spur gear, 32 teeth of module 1, 10 mm wide, with an 8 mm bore and a hub on one side."""
     wheel = extrude(spur_gear(32, 1.0), "z", 0.0, 10.0)
     hub = np.array([(0.0, 5.0), (9.0, 5.0), (9.0, 17.2), (8.2, 18.0), (0.0, 18.0)])
@@ -86,17 +85,17 @@ def gear() -> Surface:
     return surface_of(wheel + revolve(hub, 64) - bore)
 
 
-def prism() -> Surface:
+def prism() -> shapes.Surface:
     """Hexagonal prism, circumradius 10 mm, length 24 mm."""
-    return in_file_order(*closed_forms.prism(6, 10.0, 24.0))
+    return in_file_order(*shapes.prism(6, 10.0, 24.0))
 
 
-def cylinder() -> Surface:
+def cylinder() -> shapes.Surface:
     """Cylinder of 64 facets, radius 9 mm, length 22 mm."""
-    return in_file_order(*closed_forms.cylinder(64, 9.0, 22.0))
+    return in_file_order(*shapes.cylinder(64, 9.0, 22.0))
 
 
-DEMO_PARTS: dict[str, Callable[[], Surface]] = {
+DEMO_PARTS: dict[str, Callable[[], shapes.Surface]] = {
     make.__name__: make for make in (clamp, bracket, hex_bolt, gear, prism, cylinder)}
 """Name to a function that makes the part: vertices (V, 3) in mm and triangles (T, 3)."""
 
@@ -122,3 +121,38 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
             f"{folder} ({error.strerror or error})",
             "name another directory or change its permissions",
         ) from error
+
+
+def extrude(outline: Outline, axis: str, start: float, stop: float) -> Manifold:
+    """Solid over an outline in the two axes that follow `axis` in the cycle x, y, z."""
+    solid = CrossSection([outline]).extrude(stop - start).translate((0.0, 0.0, start))
+    order = {"x": (2, 0, 1), "y": (1, 2, 0), "z": (0, 1, 2)}[axis]
+    return solid.transform(np.eye(3, 4)[list(order)])
+
+
+def drill(radius: float, axis: str, center: tuple[float, float], start: float, stop: float,
+          sides: int = 32) -> Manifold:
+    """Drilling tool along an axis; its center as in `extrude`."""
+    return extrude(radius * unit_circle(sides) + np.array(center), axis, start, stop)
+
+
+def revolve(outline: Outline, sides: int) -> Manifold:
+    """Solid around z; the outline gives (distance from the axis, z)."""
+    return CrossSection([outline]).revolve(sides)
+
+
+def surface_of(solid: Manifold) -> shapes.Surface:
+    """Triangles of a solid."""
+    mesh = solid.to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    return in_file_order(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+
+
+def in_file_order(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> shapes.Surface:
+    """Coordinates as float32 numbers, vertices and triangles in lexicographic order.
+
+    So files do not depend on the order in which a modeller emits triangles.
+    """
+    rounded = vertices.astype(np.float32).astype(np.float64) + 0.0
+    merged, index = np.unique(rounded, axis=0, return_inverse=True)
+    return merged, in_standard_order(index.reshape(-1)[triangles])

@@ -3,8 +3,6 @@
 An outline is an (N, 2) array of corners, counter-clockwise, not repeated at the end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

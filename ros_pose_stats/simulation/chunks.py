@@ -5,8 +5,6 @@ that progress is smooth and a stop is quick. The outcomes come back in the order
 without gaps, so that nothing depends on which worker computed which chunk, and when.
 """
 
-from __future__ import annotations
-
 import os
 import queue
 import sys

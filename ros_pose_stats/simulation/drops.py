@@ -4,36 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.drops import layout as at
 from ..kernels.drops.drop import run_drops
-from ..kernels.drops.layout import (
-    DURATION,
-    ENDING,
-    ENERGY,
-    IMPACT_COUNT,
-    POSE,
-    STATE,
-    TAPE,
-    TOUCHED,
-    TRAPPED,
-    DropRules,
-    P,
-    Z,
-)
+from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII, GRAVITY
+from ..records.scene import GRAVITY
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-NO_TAPE: Array = np.zeros((0, TAPE))
+NO_TAPE: Array = np.zeros((0, at.TAPE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,21 +52,16 @@ class DropChunk(NamedTuple):
     outcomes: DropOutcomes
 
 
-def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> DropRules:
+def drop_rules(scene: DropScene, radius: float, *, to_rest: bool = False) -> at.DropRules:
     """Join the scene and the thresholds of `tolerances`, in the units of the kernels.
 
     `to_rest`: whether a drop goes on when its outcome is decided, until the part lies still.
     """
-    return DropRules(float(scene.restitution), release_height(scene, radius) / radius, to_rest,
+    return at.DropRules(float(scene.restitution), scene.release_height(radius) / radius, to_rest,
                      TRUNCATION, TOUCHING, SLOW, SOFT, MOST_STEPS)
 
 
-def release_height(scene: DropScene, radius: float) -> float:
-    """Height of the centre of mass at release, metres."""
-    return DEFAULT_DROP_RADII * radius if scene.drop_height is None else float(scene.drop_height)
-
-
-def compute_drops(body: PreparedBody, rules: DropRules, downs: Array,
+def compute_drops(body: PreparedBody, rules: at.DropRules, downs: Array,
                   tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute the drops of a body from starting directions, in the caller's thread.
 
@@ -94,13 +77,13 @@ def states_at_rest(body: PreparedBody, heights: float | Array, downs: Array) -> 
     `heights`: of the centre of mass, radii; `downs` (n, 3): unit vectors in part axes that point
     vertically down.
     """
-    states = np.zeros((downs.shape[0], STATE))
-    states[:, Z] = heights
-    states[:, P:P + 3] = -turn_vectors(downs, body.axes)
+    states = np.zeros((downs.shape[0], at.STATE))
+    states[:, at.Z] = heights
+    states[:, at.P:at.P + 3] = -turn_vectors(downs, body.axes)
     return states
 
 
-def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
+def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
                     tape: Array = NO_TAPE) -> DropOutcomes:
     """Compute what becomes of a body that is released in given states.
 
@@ -110,7 +93,57 @@ def compute_motions(body: PreparedBody, rules: DropRules, states: Array,
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
     run_drops(body.arrays, rules, states, outcome, measure, tape)
-    return DropOutcomes(outcome[:, POSE], outcome[:, IMPACT_COUNT],
-                        measure[:, DURATION] * math.sqrt(body.radius / GRAVITY),
-                        measure[:, ENERGY], outcome[:, ENDING] == TRAPPED,
-                        outcome[:, TOUCHED] == 1)
+    return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
+                        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
+                        measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
+                        outcome[:, at.TOUCHED] == 1)
+
+
+_WORDS: Final = 4
+"""64-bit words that Philox makes at each place of its stream."""
+
+_RANDOM_STREAM: Final = 1
+_FLIP_STREAM: Final = 3
+"""Second words of the key, so that drops and flips of one seed have nothing in common."""
+
+def random_starts(seed: int, first: int, count: int) -> Array:
+    """Independent directions, uniform on the sphere.
+
+    `seed`: 0 <= seed < 2**64; `first, count`: drops first ... first + count - 1; both >= 0.
+    Returns (count, 3): unit vectors `down` in part axes that point vertically down at release; row
+    k is the same in every call that includes it.
+    """
+    pairs = _pairs(seed, _RANDOM_STREAM, first, count)
+    return _on_sphere(pairs[:, 0], pairs[:, 1])
+
+
+def flip_draws(seed: int, first: int, count: int) -> Array:
+    """Two uniform numbers in [0, 1) for each of the flips first ... first + count - 1, (count, 2).
+
+    Row k is the same in every call that includes it.
+    """
+    return _pairs(seed, _FLIP_STREAM, first, count)
+
+
+def _pairs(seed: int, stream: int, first: int, count: int) -> Array:
+    place, before = divmod(2 * first, _WORDS)
+    return _uniforms(seed, stream, place, before + 2 * count)[before:].reshape(count, 2)
+
+
+def _uniforms(seed: int, stream: int, place: int, count: int) -> Array:
+    """Numbers (count,) of 53 bits in [0, 1), from a place (of four words) of a stream on."""
+    key = np.array((seed, stream), dtype=np.uint64)
+    words = np.random.Philox(counter=place, key=key).random_raw(count)
+    return np.asarray((words >> np.uint64(11)) * 2.0 ** -53)
+
+
+def _on_sphere(u: Array, v: Array) -> Array:
+    """Equal-area map of the unit square: heights 2 u - 1 and azimuths 2 pi v."""
+    azimuth = (2.0 * np.pi) * v
+    radius = 2.0 * np.sqrt(u * (1.0 - u))
+    points = np.empty((len(u), 3))
+    sine, cosine = sines_cosines(azimuth)
+    points[:, 0] = radius * cosine
+    points[:, 1] = radius * sine
+    points[:, 2] = 2.0 * u - 1.0
+    return points

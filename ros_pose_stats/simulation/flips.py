@@ -1,29 +1,25 @@
 """Flips: a flexible feeder's plate kicks parts that lie wrong, and they come to rest anew."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
+from ..kernels.drops.layout import P, V, W
+from ..mesh.vectors import turn_vectors
 from ..records import DropScene, FlipStatistics, Part
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-)
+from ..records import scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
 from .chunks import DropWorkers
 from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, compute_motions, drop_rules
-from .kicks import kicks_of
-from .request import DropRequest, drop_request, real_number
+from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
+from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
 Index = NDArray[np.int64]
 
@@ -32,12 +28,12 @@ DEFAULT_FLIPS = 2000
 
 
 def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
-                   restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+                   restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
                    workers: int | None = None,
                    on_progress: Callable[[int, int], object] | None = None,
                    should_stop: Callable[[], bool] | None = None, *,
-                   cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                   round_sides: int = DEFAULT_ROUND_SIDES,
+                   cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                   round_sides: int = scenes.DEFAULT_ROUND_SIDES,
                    background: bool = False) -> FlipStatistics:
     """Kick a part many times out of each of its poses, and count where it comes to rest.
 
@@ -72,14 +68,21 @@ def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
+    return count_flips(part, DropScene(restitution, None, cluster_tolerance, round_sides),
+                       kick_height, drop_request(drops, seed, 0.0, workers),
+                       Watch.of(None, should_stop, None, background), on_progress)
+
+
+def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: DropRequest,
+                watch: Watch = ALONE, on_progress: Callable[[int, int], object] | None = None
+                ) -> FlipStatistics:
+    """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     kick = check_kick(kick_height)
-    scene = DropScene(restitution, None, cluster_tolerance, round_sides)
-    body = drop_body(part, cluster_tolerance, round_sides)
+    body = drop_body(part, scene)
     poses = body.resting.poses
-    per_pose = drop_request(drops, seed, 0.0, workers, None)
-    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers, None)
-    outcomes = _count(body, scene, kick, request, on_progress, should_stop, background)
+    request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers)
+    outcomes = _count(body, scene, kick, request, watch, on_progress)
     counts, unsettled = outcomes[:, 1:], outcomes[:, 0]
     settled = counts.sum(axis=1)
     with np.errstate(invalid="ignore"):
@@ -109,8 +112,7 @@ def check_kick(kick_height: float) -> float:
 
 
 def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
-           on_progress: Callable[[int, int], object] | None,
-           should_stop: Callable[[], bool] | None, background: bool) -> Index:
+           watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
     rules = drop_rules(scene, body.radius)
@@ -119,8 +121,8 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
     def flip(first: int, count: int) -> DropOutcomes:
         return compute_motions(body, rules, kicks.states(request.seed, first, count))
 
-    workers = DropWorkers(flip, request.drops, request.workers,
-                          should_stop or (lambda: False), background)
+    workers = DropWorkers(flip, request.drops, request.workers, watch.should_stop,
+                          watch.background)
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():
@@ -131,3 +133,80 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
         if on_progress is not None:
             on_progress(done, request.drops)
     return found.reshape(poses, 1 + poses)
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Kicks:
+    """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
+
+    body: PreparedBody
+    height: float  # energy of a kick over the weight, radii
+    # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that leave
+    # it
+    corner: Array
+    first: Array
+    second: Array
+    # (T,); share of the polygon's area that it and those before it have, plus the pose's index
+    end: Array
+    begin: Array  # (T,); the same without the triangle itself
+
+    def states(self, seed: int, first: int, count: int) -> Array:
+        """States (count, 8) just after kicks first ... first + count - 1, all poses in turn.
+
+        A vertical impulse J acts at a point r drawn uniformly from the contact polygon:
+        v = J / m and w = J I^-1 (r x up), with J such that the energy is m g times the height.
+        """
+        resting, moment = self.body.resting, self.body.arrays.moment
+        pose = np.arange(first, first + count) % len(resting.poses)
+        lowest = resting.clusters.lowest[pose]
+        states = states_at_rest(self.body, resting.equilibria.heights[lowest],
+                                resting.equilibria.downs[lowest])
+        x, y, z = self._points(pose, flip_draws(seed, first, count)).T
+        p, q, r = states[:, P:P + 3].T
+        arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
+        reach = arm * arm / moment
+        impulse = np.sqrt(2.0 * self.height / (1.0 + reach[:, 0] + reach[:, 1] + reach[:, 2]))
+        states[:, V] = impulse
+        states[:, W:W + 3] = impulse[:, None] * arm / moment
+        return states
+
+    def _points(self, pose: Index, draws: Array) -> Array:
+        """Points (n, 3) of contact polygons from two uniform numbers each."""
+        at = np.searchsorted(self.end, pose + draws[:, 0], side="right")
+        # A sum that rounds up would be the next pose's.
+        at = np.minimum(at, np.searchsorted(self.end, pose + 1.0, side="left"))
+        size = self.end[at] - self.begin[at]
+        share = np.clip((pose + draws[:, 0] - self.begin[at]) / size, 0.0, 1.0)
+        out, along = np.sqrt(share)[:, None], draws[:, 1:]
+        return np.asarray(self.corner[at] + out * (
+            (1.0 - along) * self.first[at] + along * self.second[at]))
+
+
+def kicks_of(body: PreparedBody, height: float) -> Kicks:
+    """Prepare the contact polygons of a body."""
+    resting = body.resting
+    faces = resting.equilibria.faces[resting.clusters.lowest]
+    rows: list[Array] = []
+    ends: list[Array] = []
+    for pose, face in enumerate(faces.tolist()):
+        polygon = turn_vectors(resting.body.polygon(face), body.axes)
+        first, second = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
+        rows.append(np.stack((np.broadcast_to(polygon[0], first.shape), first, second), axis=1))
+        grown = np.cumsum(_areas(first, second))
+        grown = grown / grown[-1]
+        kept = np.diff(grown, prepend=0.0) > 0.0  # corners on one line span no area
+        rows[-1], grown = rows[-1][kept], grown[kept]
+        grown[-1] = 1.0
+        ends.append(np.stack((pose + np.concatenate(([0.0], grown[:-1])), pose + grown), axis=1))
+    corner, first, second = np.moveaxis(np.concatenate(rows), 1, 0)
+    begin, end = np.concatenate(ends).T
+    return Kicks(body, height, corner, first, second, end, begin)
+
+
+def _areas(first: Array, second: Array) -> Array:
+    (a, b, c), (d, e, f) = first.T, second.T
+    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
+    return np.asarray(np.sqrt(x * x + y * y + z * z))

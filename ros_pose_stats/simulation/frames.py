@@ -5,18 +5,16 @@ curve through thousands of them. Once its energy exceeds that at rest by less th
 the remaining motion is left out and the part is laid down in its pose.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
-from ..records import Part, Trajectory
-from ..resting.orientation import rotation_matrices
+from ..mesh.vectors import rotation_matrices
+from ..records import DropScene, Part, Trajectory
 from ..resting.poses import RestingPoses
-from .record_drop import record_drop
+from .record_drop import drop_recorded
 
 Array = NDArray[np.float64]
 
@@ -50,16 +48,13 @@ class DropFrames:
     end: float
 
 
-def watchable_drop(part: Part, drop: int, restitution: float, seed: int,
-                   drop_height: float | None, cluster_tolerance: float,
-                   round_sides: int) -> Trajectory:
+def watchable_drop(part: Part, scene: DropScene, seed: int, drop: int) -> Trajectory:
     """Record a drop to rest, or until its pose is certain where that takes too long.
 
     Raises RequestError if a value is out of its range, or the drop does not settle.
     """
     for to_rest in (True, False):
-        found = record_drop(part, drop, restitution, seed, drop_height, to_rest=to_rest,
-                            cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+        found = drop_recorded(part, scene, seed, drop, to_rest=to_rest)
         if found.pose >= 0:
             return found
     raise RequestError("a drop that comes to rest", f"drop {drop}, which does not settle",

@@ -1,17 +1,23 @@
-"""The request for a simulation, checked before anything runs: how many drops, and from where."""
+"""The request for a simulation, checked before anything runs, and who watches it."""
 
 from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
+from ..records import DropProgress
 from ..records.scene import DEFAULT_DROPS
+
+if TYPE_CHECKING:
+    from .drops import DropChunk  # whose kernels are loaded where drops are made
 
 Array = NDArray[np.float64]
 
@@ -31,8 +37,28 @@ class DropRequest:
     starts: Array | None  # (k, 3); given starting directions, unit vectors
 
 
-def drop_request(drops: int | None, seed: int | None, target_error: float, workers: int | None,
-                 starts: ArrayLike | None) -> DropRequest:
+class Watch(NamedTuple):
+    """Who follows a run of drops, and may end it."""
+
+    # called in the caller's thread, some twenty times a second
+    on_progress: Callable[[DropProgress], object] | None = None
+    should_stop: Callable[[], bool] = lambda: False  # asked now and then
+    # given all drops that count, in their order
+    on_drops: Callable[[DropChunk], object] | None = None
+    background: bool = False  # whether workers give way to other threads of this machine
+
+    @classmethod
+    def of(cls, on_progress: Callable[[DropProgress], object] | None,
+           should_stop: Callable[[], bool] | None, *others: Any) -> Watch:
+        """From what a caller gives, or leaves out."""
+        return cls(on_progress, should_stop or (lambda: False), *others)
+
+
+ALONE = Watch()
+
+
+def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
+                 workers: int | None = None, starts: ArrayLike | None = None) -> DropRequest:
     """Fill in defaults and check the values.
 
     Raises RequestError if a value is out of its range.
@@ -48,9 +74,7 @@ def drop_request(drops: int | None, seed: int | None, target_error: float, worke
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
     drawn = _seed(seed)
-    if directions is not None:
-        return DropRequest(bound, 0, target, threads, directions)
-    return DropRequest(bound, drawn, target, threads, None)
+    return DropRequest(bound, drawn if directions is None else 0, target, threads, directions)
 
 
 def _bound(drops: int | None, starts: Array | None) -> int:

@@ -1,7 +1,5 @@
 """A whole simulation: from a part and a request to the pose statistics counted from its drops."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 
@@ -10,26 +8,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    HIGH_DROP_RADII,
-)
-from ..records.statistics import ranked
+from ..records import scene as scenes
+from ..records.statistics import pose_statistics
 from ..resting.trust import pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
-from ..version import VERSION
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, release_height
-from .request import DropRequest, drop_request
-from .starts import random_starts
+from .drops import (
+    DropChunk,
+    DropOutcomes,
+    compute_drops,
+    drop_rules,
+    random_starts,
+)
+from .request import ALONE, DropRequest, Watch, drop_request
 
 Array = NDArray[np.float64]
 
 
-def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+def simulate(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
              seed: int | None = None, drop_height: float | None = None,
              target_error: float = 0.0, workers: int | None = None,
              starts: ArrayLike | None = None,
@@ -37,8 +34,8 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
              should_stop: Callable[[], bool] | None = None, *,
              on_drops: Callable[[DropChunk], object] | None = None,
              background: bool = False,
-             cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = DEFAULT_ROUND_SIDES,
+             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES,
              judge: Judge | None = None) -> PoseStatistics:
     """Drop a part many times and count the poses in which it comes to rest (section 3).
 
@@ -86,10 +83,15 @@ def simulate(part: Part, drops: int | None = None, restitution: float = DEFAULT_
     RequestError, MeshError
         If a value is out of range, or the part's hull does not enclose its centre of mass.
     """
-    scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    request = drop_request(drops, seed, target_error, workers, starts)
-    return _Simulation(part, scene, request, judge).count_drops(on_progress, should_stop, on_drops,
-                                                                background)
+    return count_drops(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
+                       drop_request(drops, seed, target_error, workers, starts),
+                       Watch.of(on_progress, should_stop, on_drops, background), judge)
+
+
+def count_drops(part: Part, scene: DropScene, request: DropRequest, watch: Watch = ALONE,
+                judge: Judge | None = None) -> PoseStatistics:
+    """Drop a part in a scene as requested; `judge` and the rest as for `simulate`."""
+    return _Simulation(part, scene, request, judge).run(watch)
 
 
 class _Simulation:
@@ -99,35 +101,32 @@ class _Simulation:
                  judge: Judge | None) -> None:
         self._begin = time.perf_counter()
         self._part, self._scene, self._request = part, scene, request
-        self._body = drop_body(part, scene.cluster_tolerance, scene.round_sides)
+        self._body = drop_body(part, scene)
         self._rules = drop_rules(scene, self._body.radius)
         self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
                               judge)
         self._touched = 0
 
-    def count_drops(self, on_progress: Callable[[DropProgress], object] | None,
-                    should_stop: Callable[[], bool] | None,
-                    on_drops: Callable[[DropChunk], object] | None,
-                    background: bool) -> PoseStatistics:
+    def run(self, watch: Watch) -> PoseStatistics:
         """Count drops until there are enough of them or the caller stops."""
         prefix, request = self._prefix, self._request
 
         def stop() -> bool:
-            return prefix.finished or (should_stop is not None and bool(should_stop()))
+            return prefix.finished or bool(watch.should_stop())
 
-        workers = DropWorkers(self._drop, request.drops, request.workers, stop, background,
+        workers = DropWorkers(self._drop, request.drops, request.workers, stop, watch.background,
                               prefix.wanted)
         for outcomes in workers.outcomes_in_order():
             first, kept = prefix.drops, prefix.add(outcomes.pose)
-            if on_drops is not None and kept:
-                on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
+            if watch.on_drops is not None and kept:
+                watch.on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
             self._touched += int(outcomes.touched[:kept].sum())
             if prefix.finished:
                 workers.stop()
             workers.request_drops(prefix.wanted)
-            if on_progress is not None and kept:
+            if watch.on_progress is not None and kept:
                 judged = prefix.recently_judged()
-                on_progress(DropProgress(
+                watch.on_progress(DropProgress(
                     prefix.drops, request.drops, prefix.drops - prefix.settled,
                     judged.expected_error, judged.bound, request.target_error,
                     time.perf_counter() - self._begin, self._statistics))
@@ -144,24 +143,12 @@ class _Simulation:
 
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
-        part, body, scene, prefix = self._part, self._body, self._scene, self._prefix
-        settled = prefix.settled
-        errors = prefix.standard_errors()
-        low, high = prefix.interval()
-        probability = prefix.counts / settled if settled else np.full(errors.shape, np.nan)
-        rows = zip(body.resting.poses, probability.tolist(), low.tolist(), high.tolist(),
-                   errors.tolist(), prefix.counts.tolist(), strict=True)
-        return PoseStatistics(
-            part_id=part.part_id, part_digest=part.digest, radius=body.radius, method=SIMULATION,
-            restitution=scene.restitution, drop_height=release_height(scene, body.radius),
-            cluster_tolerance=scene.cluster_tolerance,
-            round_sides=scene.round_sides,
-            poses=ranked([pose.with_probability(*known) for pose, *known in rows]),
-            drops=prefix.drops, unsettled=prefix.drops - settled, seed=self._request.seed,
-            expected_error=prefix.expected_error(), largest_error=prefix.largest_error(),
+        prefix, resting = self._prefix, self._body.resting
+        return pose_statistics(
+            self._part, self._body.radius, resting.poses, prefix.shares(), SIMULATION, self._scene,
+            drops=prefix.drops, unsettled=prefix.drops - prefix.settled, seed=self._request.seed,
             seconds=time.perf_counter() - self._begin,
-            warnings=(*part.warnings, *pose_warnings(body.resting), *self._warnings()),
-            version=VERSION)
+            warnings=(*pose_warnings(resting), *self._warnings()))
 
     def _warnings(self) -> list[str]:
         prefix, scene, radius = self._prefix, self._scene, self._body.radius
@@ -182,8 +169,8 @@ class _Simulation:
 
 def height_warnings(scene: DropScene, radius: float) -> list[str]:
     """One where a part of this radius, metres, is released so high that the unit may be wrong."""
-    radii = release_height(scene, radius) / radius
-    if radii <= HIGH_DROP_RADII:
+    radii = scene.release_height(radius) / radius
+    if radii <= scenes.HIGH_DROP_RADII:
         return []
     return [f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is in "
             f"metres whatever the unit of the mesh."]

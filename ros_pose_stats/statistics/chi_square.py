@@ -1,7 +1,5 @@
 """Whether counts differ by more than chance: Pearson's chi-square, with rare bins pooled."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Final

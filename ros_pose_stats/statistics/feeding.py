@@ -5,8 +5,6 @@ sent back and dropped afresh, or kicked where they lie until they lie right. The
 of the probabilities by the delta method, of first order in them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from ..errors import RequestError
-from .intervals import DEFAULT_LEVEL, jeffreys_interval
+from .errors import DEFAULT_LEVEL, jeffreys_interval
 from .pose_shares import PoseShares
 
 Array = NDArray[np.float64]

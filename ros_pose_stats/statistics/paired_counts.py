@@ -4,8 +4,6 @@ The drops of one start form a pair. Where both parts of a pair come to rest alik
 about a difference, so only pairs that part count, and the chance that both have in common is gone.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -14,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr, ndtri
 
 from ..errors import RequestError
-from .intervals import DEFAULT_LEVEL
+from .errors import DEFAULT_LEVEL
 
 Array = NDArray[np.float64]
 

@@ -4,8 +4,6 @@ Probabilities that were not counted are taken to be as uncertain as if counted i
 would leave their errors.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Looking at fixed prefixes only makes the answer independent of workers, chunks a
 whatever has been computed beyond a prefix by then has no say in whether it was enough.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
@@ -15,10 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .error_bound import Judged, counted_bound
-from .errors import expected_error, standard_errors
-from .intervals import DEFAULT_LEVEL, jeffreys_interval
-from .largest import largest_error
+from ..records.statistics import Shares
+from . import errors
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -79,7 +75,7 @@ def target_reached(bound: float, target_error: float) -> bool:
 class Judge:
     """Who knows more about the error of counts than the counts themselves."""
 
-    judge: Callable[[Index], Judged]  # from counts (K,) to what they are worth
+    judge: Callable[[Index], errors.Judged]  # from counts (K,) to what they are worth
     # drops before the first look. Later ones come where the target may be reached, at the latest
     # after half as many drops again
     first: int = FIRST_CHECKPOINT
@@ -103,7 +99,7 @@ class Prefix:
         self.drops = 0
         self.finished = False
         self._judge = judge
-        self._judged = -1, Judged(math.nan, math.inf)
+        self._judged = -1, errors.Judged(math.nan, math.inf)
         self._judged_at = -math.inf
         self._first = FIRST_CHECKPOINT if judge is None else judge.first
         self._next = next_checkpoint(0, drops, self._first)
@@ -147,39 +143,31 @@ class Prefix:
         self.counts += np.bincount(outcomes + 1, minlength=self.counts.shape[0] + 1)[1:]
         self.drops += outcomes.shape[0]
 
-    def standard_errors(self) -> Array:
-        """Of each pose's count / settled, (K,); NaN as long as nothing has settled."""
-        return standard_errors(self.counts, self.settled)
-
-    def expected_error(self) -> float:
-        """Root mean square of the standard errors; NaN as long as nothing has settled."""
-        return expected_error(self.standard_errors())
-
-    def judged(self) -> Judged:
+    def judged(self) -> errors.Judged:
         """What the counts are worth, by themselves or by the judge."""
         if self._judged[0] != self.drops:  # a judgement takes as long as a dozen drops
             self._judged = self.drops, self._judgement()
             self._judged_at = time.monotonic()
         return self._judged[1]
 
-    def _judgement(self) -> Judged:
+    def _judgement(self) -> errors.Judged:
         if self._judge is not None:
             return self._judge.judge(self.counts)
-        return Judged(self.expected_error(), counted_bound(self.counts))
+        return errors.judge_counts(self.counts)
 
-    def largest_error(self) -> float:
-        """Bound that the error of every pose keeps with 90 % confidence."""
-        return largest_error(self.standard_errors(), DEFAULT_LEVEL)
-
-    def recently_judged(self) -> Judged:
+    def recently_judged(self) -> errors.Judged:
         """The same, to be shown: while drops go on, a judge's may be as old as its pause."""
         if self._judge is None or self.finished or (
                 time.monotonic() - self._judged_at >= self._judge.pause):
             return self.judged()
         return self._judged[1]
 
-    def interval(self) -> tuple[Array, Array]:
-        """Bounds (K,) of the 90 % Jeffreys intervals."""
-        if self.counts.shape[0] == 1 and self.settled:
-            return np.ones(1), np.ones(1)
-        return jeffreys_interval(self.counts, self.settled)
+    def shares(self) -> Shares:
+        """Shares of the settled drops with their errors; NaN as long as nothing has settled."""
+        settled, counts = self.settled, self.counts
+        deviations = errors.standard_errors(counts, settled)
+        low, high = ((np.ones(1), np.ones(1)) if counts.size == 1 and settled
+                     else errors.jeffreys_interval(counts, settled))
+        share = counts / settled if settled else np.full(deviations.shape, math.nan)
+        return Shares(share, low, high, deviations, counts, errors.expected_error(deviations),
+                      errors.largest_error(deviations, errors.DEFAULT_LEVEL))

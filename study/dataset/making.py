@@ -18,9 +18,8 @@ from ros_pose_stats.batch.in_flight import in_flight
 from ros_pose_stats.errors import DatasetError, RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body
-from ros_pose_stats.simulation.drops import compute_drops, drop_rules
+from ros_pose_stats.simulation.drops import compute_drops, drop_rules, random_starts
 from ros_pose_stats.simulation.request import MOST_WORKERS
-from ros_pose_stats.simulation.starts import random_starts
 
 from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive
@@ -185,7 +184,8 @@ def make_chunk(spec: DatasetSpec, first: int, count: int,
     """
     bodies = [random_polyhedron(spec.seed, number, spec.shift, spec.shift_moment)
               for number in range(first, first + count)]
-    prepared = [drop_body(body.part(), 0.0, 0) for body in bodies]
+    scene = DropScene(cluster_tolerance=0.0, round_sides=0)
+    prepared = [drop_body(body.part(), scene) for body in bodies]
     counts = [_counts(spec, first + k, one, should_stop) for k, one in enumerate(prepared)]
     poses = [pose for one in prepared for pose in one.resting.poses]
     return {

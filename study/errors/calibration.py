@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.statistics.errors import error_variances
-from ros_pose_stats.statistics.intervals import DEFAULT_LEVEL, jeffreys_interval
+from ros_pose_stats.statistics.errors import DEFAULT_LEVEL, error_variances, jeffreys_interval
 
 from .bootstrap import RESAMPLES, body_bootstrap
 from .simulated_poses import SimulatedPoses

@@ -17,7 +17,7 @@ from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.shapes import box
 from ros_pose_stats.simulation.request import drop_request
 from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.intervals import jeffreys_interval
+from ros_pose_stats.statistics.errors import jeffreys_interval
 
 from .dice import DICE, root_mean_square, sampling_noise, standard_error
 from .prism_results import LEVEL, Misfit, PrismResults, SidesPoint

@@ -61,7 +61,7 @@ def _nudged() -> Walk:
 
 
 def _gear(teeth: int) -> Part:
-    from ros_pose_stats.shapes.modelling import extrude, surface_of  # loads the solid modeller
+    from ros_pose_stats.shapes.demo_parts import extrude, surface_of  # loads the solid modeller
     from ros_pose_stats.shapes.profiles import spur_gear
 
     radius = 1e3 * SIZE
@@ -70,7 +70,7 @@ def _gear(teeth: int) -> Part:
 
 
 def _drilled_block(diameter: float) -> Part:
-    from ros_pose_stats.shapes.modelling import (  # loads the solid modeller
+    from ros_pose_stats.shapes.demo_parts import (  # loads the solid modeller
         drill,
         extrude,
         surface_of,

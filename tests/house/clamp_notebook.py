@@ -97,7 +97,7 @@ outline, not a design: walls, screws and what the clamp has to hold are the desi
     ("code", """from pathlib import Path
 from tempfile import TemporaryDirectory
 from ros_pose_stats import load_part
-from ros_pose_stats.mesh.stl import stl_bytes
+from ros_pose_stats.mesh.files import stl_bytes
 
 with TemporaryDirectory() as folder:
     file = Path(folder) / "hull.stl"

@@ -16,6 +16,8 @@ class Import:
     importer: str
     line: int
     target: str
+    typing: bool = False
+    """Whether it is under `if TYPE_CHECKING:` and never runs."""
 
     def __str__(self) -> str:
         return f"{self.importer}:{self.line} imports {self.target}"
@@ -24,7 +26,7 @@ class Import:
 class Sources:
     """A package's modules and what they import.
 
-    `if TYPE_CHECKING:` blocks are left out; imports inside functions count.
+    Imports inside functions count, and those under `if TYPE_CHECKING:`, marked as such.
     """
 
     def __init__(self, package: Path) -> None:
@@ -41,6 +43,11 @@ class Sources:
         """First name below the package; empty for the package's own `__init__`."""
         return module.partition(".")[2].partition(".")[0]
 
+    def inner_room(self, module: str) -> str:
+        """Folder of a module inside its room; empty for a module of the room itself."""
+        parts = (*module.split("."), *["__init__"] * (self.files[module].name == "__init__.py"))
+        return parts[2] if len(parts) > 3 else ""
+
     @property
     def internal(self) -> list[Import]:
         """Imports of the package's own modules."""
@@ -54,13 +61,13 @@ class Sources:
 
     def _read(self, module: str) -> Iterator[Import]:
         tree = ast.parse(self.files[module].read_text(encoding="utf-8"))
-        for statement in _executed(tree):
+        for statement, typing in _statements(tree):
             if isinstance(statement, ast.Import):
                 for alias in statement.names:
-                    yield Import(module, statement.lineno, alias.name)
+                    yield Import(module, statement.lineno, alias.name, typing)
             elif isinstance(statement, ast.ImportFrom):
                 for target in self._targets(module, statement):
-                    yield Import(module, statement.lineno, target)
+                    yield Import(module, statement.lineno, target, typing)
 
     def _targets(self, module: str, statement: ast.ImportFrom) -> set[str]:
         """The submodules among the imported names, and the module itself for all others."""
@@ -75,10 +82,11 @@ class Sources:
         return modules | ({base} if names - modules else set())
 
     def cycles(self) -> list[list[str]]:
-        """Groups of modules that import each other (Tarjan's strong components)."""
+        """Groups of modules that import each other as they run (Tarjan's strong components)."""
         onward: dict[str, set[str]] = {module: set() for module in self.files}
         for one in self.internal:
-            onward[one.importer].add(one.target)
+            if not one.typing:
+                onward[one.importer].add(one.target)
         number: dict[str, int] = {}
         lowest: dict[str, int] = {}
         stack: list[str] = []
@@ -104,16 +112,13 @@ class Sources:
         return found
 
 
-def _executed(node: ast.AST) -> Iterator[ast.AST]:
-    """All statements below a node but those under `if TYPE_CHECKING:`."""
+def _statements(node: ast.AST, typing: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """All nodes below one, each with whether it is under `if TYPE_CHECKING:`."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and _is_type_checking(child.test):
-            for statement in child.orelse:
-                yield statement
-                yield from _executed(statement)
-            continue
-        yield child
-        yield from _executed(child)
+        guarded = (isinstance(node, ast.If) and _is_type_checking(node.test)
+                   and child in node.body)
+        yield child, typing or guarded
+        yield from _statements(child, typing or guarded)
 
 
 def _is_type_checking(test: ast.expr) -> bool:

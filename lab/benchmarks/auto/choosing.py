@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats import Part, PoseStatistics, auto, estimate, hybrid, simulate
 from ros_pose_stats.estimators.registry import ESTIMATORS
-from ros_pose_stats.statistics.posterior import PosePrior
+from ros_pose_stats.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
 from .cases import Case, probabilities

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.planning.confidence import estimated
-from ros_pose_stats.statistics.posterior import PosePrior
-from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
+from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
+from ros_pose_stats.statistics.prior import PosePrior
 
 from ..results import Row, Section, Target
 from .cases import Case

@@ -17,9 +17,9 @@ from ros_pose_stats.simulation.drops import (
     DropOutcomes,
     compute_drops,
     drop_rules,
+    random_starts,
     states_at_rest,
 )
-from ros_pose_stats.simulation.starts import random_starts
 
 from .. import bodies
 from ..bodies import Body
@@ -41,7 +41,7 @@ class Dropper:
         self.body, self.name = body, body.name
         self.vertices = len(body.vertices)
         self.part = part_from_mesh(body.vertices, body.triangles)
-        self.prepared = drop_body(self.part, tolerance, 0)
+        self.prepared = drop_body(self.part, DropScene(cluster_tolerance=tolerance, round_sides=0))
         self.poses = len(self.prepared.resting.poses)
 
     def rules(self, restitution: float, height: float = 20.0) -> DropRules:

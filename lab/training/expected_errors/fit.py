@@ -1,8 +1,8 @@
 """The fit of the expected errors.
 
 The mean square error of each sample of `lab/training/split/samples.npz`, over its scale
-(`estimators.fitted_inputs`), is a smooth function of inputs that need no simulation
-(`estimators.fitted_weights`). A square error scatters by about its own size. So the likelihood is
+(`estimators.fitted`), is a smooth function of inputs that need no simulation
+(`estimators.fitted`). A square error scatters by about its own size. So the likelihood is
 that of an exponential distribution, whose mean is the expected square error plus the noise of the
 drops. How much parts of which the same is expected scatter beyond that is one number a method,
 fitted with the means as they are.
@@ -20,7 +20,7 @@ from scipy.optimize import minimize, minimize_scalar
 from scipy.special import gammaln, logsumexp
 
 from ros_pose_stats.estimators.expected import scatter
-from ros_pose_stats.estimators.fitted_weights import ERROR_FILE, ErrorFit
+from ros_pose_stats.estimators.fitted import ERROR_FILE, ErrorFit
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from study.dataset import shipped_datasets
 from study.estimates import restings, scene_estimates, square_errors

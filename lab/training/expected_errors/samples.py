@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.fitted_inputs import error_inputs, error_scale, known_answers
+from ros_pose_stats.estimators.fitted import error_inputs, error_scale, known_answers
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.resting.poses import RestingPoses
@@ -30,9 +30,9 @@ class ErrorSamples(NamedTuple):
     Attributes
     ----------
     inputs : (U, 17) array
-        As from `fitted_inputs.error_inputs`.
+        As from `fitted.error_inputs`.
     scale : (U,) array
-        Mean of `fitted_inputs.error_scale`.
+        Mean of `fitted.error_scale`.
     square, noise : (U,) arrays
         Mean square distance from the counted shares, and how much of it is the drops' own.
     freedom : (U,) array

@@ -12,7 +12,7 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.random import Generator
 
-from ros_pose_stats.shapes.modelling import drill, extrude, surface_of
+from ros_pose_stats.shapes.demo_parts import drill, extrude, surface_of
 from ros_pose_stats.shapes.profiles import Outline, rounded_polygon
 
 from .solids import Solid

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators.fitted_weights import (
+from ros_pose_stats.estimators.fitted import (
     SPLIT_FILE,
     SplitFit,
     TanhNetwork,

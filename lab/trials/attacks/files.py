@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from ros_pose_stats import PoseStatsError, load_part
 from tests.contract.node.harness.client import until
 
-from ..cell import MEGABYTE, WEDGE, flat, status, tried_node
+from ..cell import MEGABYTE, WEDGE, flat, new_id, status, tried_node
 from ..frame import Outcome, Setting, judged
 
 SECONDS = 20.0
@@ -81,11 +81,11 @@ def a_clock_before_its_time(setting: Setting) -> Outcome:
         number = setting.of(50, 10)
         for second in range(-number, 0):
             clock.publish(Clock(clock=Time(sec=second)))
-            client.good("estimate", part=flat(WEDGE, "early"))
+            client.good("estimate", part=flat(WEDGE, new_id()))
 
         def stamp():
             clock.publish(Clock(clock=Time(sec=1234)))
-            return client.good("estimate", part_id="early").statistics.header.stamp.sec
+            return client.good("estimate", part=flat(WEDGE, new_id())).statistics.header.stamp.sec
 
         until(lambda: stamp() == 1234, "the clock")
     return judged(number, "answered at each, and with the next time that was one",

@@ -17,7 +17,7 @@ from ...recording.analysis import (
     SimulationComparison,
 )
 from ...statistics.chi_square import ChiSquare
-from ...statistics.intervals import jeffreys_interval
+from ...statistics.errors import jeffreys_interval
 from ...text import (
     MOST_POSES,
     WIDTH,

@@ -151,7 +151,7 @@ def _write_files(files: dict[str, Any], found: Sensitivity, proposed: Suggestion
         write_file(files["png"], figure_png(changes_figure(found)))
         written.append(files["png"])
     if files["stl"] is not None and proposed is not None:
-        from ...mesh.stl import stl_bytes
+        from ...mesh.files import stl_bytes
 
         part = proposed.changed.part
         write_file(files["stl"], stl_bytes(1e3 * part.vertices, part.triangles))

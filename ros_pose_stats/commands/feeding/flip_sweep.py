@@ -31,7 +31,7 @@ def sweep(options: argparse.Namespace) -> int:
     from ...simulation.flips import check_kick
     from ...simulation.simulate import simulate
     from ...statistics.feeding import check_cycle_time, check_rate
-    from ...statistics.wanted_poses import warn_of_alike
+    from ...statistics.pose_groups import warn_of_alike
 
     for height in options.sweep:
         check_kick(height)

@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     stopped = interrupted()
     ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
     if fresh is not None:
-        from ...statistics.wanted_poses import warn_of_alike
+        from ...statistics.pose_groups import warn_of_alike
 
         found = replace(found, warnings=(*found.warnings, *warn_of_alike(fresh, options.wanted)))
     if options.json:

@@ -1,5 +1,6 @@
 """Bags read and analysed, whoever recorded them."""
 
+from ...records.scene import Numbering
 from .bag_contents import BagContents, BagFile, PartRecord
 from .bag_reader import read_bags
 from .camera_counts import CameraCounts
@@ -13,7 +14,6 @@ from .comparisons import (
     analyse_bags,
 )
 from .jobs import Job
-from .numbering import Numbering
 from .results import PoseTable, Prediction, ResultHistory
 
 __all__ = ["BagAnalysis", "BagContents", "BagFile", "CameraCounts", "Comparison",

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import BagError
+from ...records.scene import Numbering
 from ...records.statistics import FORGOTTEN
 from ..reader.raw_reader import RawMessage
 from . import decoding
 from .bag_contents import BagContents, BagFile, PartRecord, Paths
 from .bag_files import FileMessages, OnRead, find_bags
 from .camera_counts import CountCollector
-from .decoding import Decoders, is_ours, kind_of, read_field, stamp_of
+from .decoding import Decoders, is_ours, kind_of, numbering_of, read_field, stamp_of
 from .jobs import DropCollector, DropLog, Job, JobCollector
-from .numbering import Numbering, numbering_of
 from .result_collector import ResultCollector
 
 ANSWERS = "answers"

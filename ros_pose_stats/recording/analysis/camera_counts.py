@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .decoding import fingerprint, read_field
-from .numbering import Numbering, numbering_of
+from ...records.scene import Numbering
+from .decoding import fingerprint, numbering_of, read_field
 
 Index = NDArray[np.int64]
 MOST = 1 << 48

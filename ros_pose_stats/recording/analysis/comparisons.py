@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...statistics.chi_square import ChiSquare, goodness_of_fit, homogeneity
-from ...statistics.errors import root_mean_square
-from ...statistics.intervals import jeffreys_interval
+from ...statistics.errors import jeffreys_interval, root_mean_square
 from .bag_contents import BagContents, PartRecord, Paths
 from .bag_reader import OnProgress, read_bags
 from .camera_counts import CameraCounts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from hashlib import blake2b
 from typing import Any, Final
@@ -11,6 +12,7 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from ...errors import BagError
+from ...records.scene import Numbering
 from ..reader.raw_reader import RawMessage
 
 PACKAGE: Final = "ros_pose_stats_msgs"
@@ -78,6 +80,17 @@ def _decoder(type_name: str, text: str) -> Callable[[bytes], Any] | None:
 def read_field(message: Any, name: str, default: Any) -> Any:
     """A field by name; the default where an older definition does not have it."""
     return getattr(message, name, default)
+
+
+def numbering_of(message: Any) -> Numbering:
+    """What a PoseStatistics or PoseCounts says; older ones took round surfaces as they are.
+
+    The tolerance is rounded to 12 digits, for senders that put it through a text.
+    """
+    tolerance = float(f"{float(read_field(message, 'cluster_tolerance', math.nan)):.12g}")
+    # One object for all that are not known: a NaN as a key equals itself alone.
+    return Numbering(tolerance if math.isfinite(tolerance) else math.nan,
+                     int(read_field(message, "round_sides", 0)))
 
 
 def stamp_of(message: Any) -> int:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...records.scene import Numbering
 from .decoding import SECOND, fingerprint, read_field
-from .numbering import Numbering
 from .results import Array, PoseTable, Prediction, ResultHistory
 
 POSE_NUMBERS = ("height", "top", "margin", "barrier", "spread")

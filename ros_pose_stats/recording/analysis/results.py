@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import OBSERVED, SIMULATION
-from ...records.scene import describe_scene
-from .numbering import Numbering
+from ...records.scene import Numbering, describe_scene
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh.decimation import visible_triangles
+from ...mesh.vectors import rotation_matrices
 from ...records import Part
-from ...resting.orientation import rotation_matrices
 from ...simulation.frames import RATE, DropFrames
 from .bag_file import BagFile
 from .cdr import SECOND, CdrWriter

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 from ...errors import RequestError
 from ...records import DropScene, FlipStatistics, Part
-from ...resting.poses import resting_poses
+from ...resting.poses import poses_in
 from ...simulation.drops import DropChunk
-from ...simulation.flips import simulate_flips
+from ...simulation.flips import count_flips
+from ...simulation.request import Watch, drop_request
 from ..parts.memory import Memory
 from .job import FlipRequest, Job, JobListener, State
 from .run import Ending
@@ -104,7 +105,7 @@ def _transitions(found: FlipStatistics) -> int:
 
 def pose_count(part: Part, scene: DropScene) -> int:
     """Number of a part's poses in a scene."""
-    return len(resting_poses(part, scene.cluster_tolerance, scene.round_sides).poses)
+    return len(poses_in(part, scene).poses)
 
 
 def flips_in_all(poses: int, asked: int, settings: Any) -> int:
@@ -149,10 +150,10 @@ def run_flips(job: Job, part: Part, listener: JobListener,
         job.drops_done = done
         listener.progressed(job)
 
-    found = simulate_flips(
-        part, request.kick_height, total // poses, scene.restitution, job.seed,
-        job.settings.threads(), on_progress, should_stop, background=True,
-        cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+    found = count_flips(
+        part, scene, request.kick_height,
+        drop_request(total // poses, job.seed, 0.0, job.settings.threads()),
+        Watch(None, should_stop, background=True), on_progress)
     if found.flips == total:
         return found, Ending.COMPLETE
     if ending is Ending.OUT_OF_TIME:

@@ -19,7 +19,7 @@ from ...planning.confidence import (
     prior_of,
 )
 from ...records import DropScene, Part
-from ...resting.poses import resting_poses
+from ...resting.poses import poses_in
 from ..messages.part_requests import PartRequest
 from ..messages.statistics_messages import with_warning
 from ..parts.announcer import Announcer
@@ -37,7 +37,7 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     `message`: of this part in this scene. Returns a fraction; infinite where the method does not
     know so low a drop.
     """
-    resting = resting_poses(part, scene.cluster_tolerance, scene.round_sides)
+    resting = poses_in(part, scene)
     if not message.drops:
         return estimate_bound(prior_of(message, resting, scene))
     counts = np.zeros(len(resting.poses), dtype=np.int64)

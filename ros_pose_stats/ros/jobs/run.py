@@ -13,11 +13,12 @@ import numpy as np
 from ...planning.confidence import first_look, judge_drops, pose_prior
 from ...planning.hybrid import combined_progress, hybrid_statistics
 from ...records import DropProgress, Part, PoseStatistics
-from ...resting.poses import resting_poses
+from ...resting.poses import poses_in
 from ...simulation.drops import DropChunk
-from ...simulation.simulate import simulate
-from ...statistics.posterior import PosePrior
+from ...simulation.request import Watch, drop_request
+from ...simulation.simulate import count_drops
 from ...statistics.prefix import Judge, target_reached
+from ...statistics.prior import PosePrior
 from .job import COMBINED_SECONDS, Job, JobListener, JobRequest
 
 
@@ -60,14 +61,12 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         listener.dropped(job, chunk)
 
     prior = _prior(part, request)
-    found = simulate(
-        part, request.drops, request.scene.restitution, job.seed, request.scene.drop_height,
-        request.target_error, job.settings.threads(),
-        on_progress=on_progress if prior is None else combined_progress(prior, on_progress),
-        on_drops=on_drops if job.settings.log_drops else None, should_stop=should_stop,
-        background=True, cluster_tolerance=request.scene.cluster_tolerance,
-        round_sides=request.scene.round_sides,
-        judge=_judge(prior, request.target_error))
+    found = count_drops(
+        part, request.scene,
+        drop_request(request.drops, job.seed, request.target_error, job.settings.threads()),
+        Watch(on_progress if prior is None else combined_progress(prior, on_progress),
+              should_stop, on_drops if job.settings.log_drops else None, background=True),
+        _judge(prior, request.target_error))
     complete = _complete(found, request, prior)
     if prior is not None:
         found = hybrid_statistics(found, prior)
@@ -95,8 +94,7 @@ def _prior(part: Part, request: JobRequest) -> PosePrior | None:
     """The estimate that the drops are combined with, if that is wanted."""
     if not request.hybrid:
         return None
-    return pose_prior(resting_poses(part, request.scene.cluster_tolerance,
-                                    request.scene.round_sides), request.scene)
+    return pose_prior(poses_in(part, request.scene), request.scene)
 
 
 def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:

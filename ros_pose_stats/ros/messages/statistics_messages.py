@@ -13,17 +13,8 @@ from ros_pose_stats_msgs.msg import PoseStatistics as PoseStatisticsMessage
 from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
 
 from ... import records
-from ...records.statistics import FORGOTTEN
+from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
 from .times import duration_message, time_message
-
-PLAIN = ("part_id", "part_digest", "radius", "method", "restitution", "drop_height",
-         "cluster_tolerance", "round_sides", "drops", "unsettled", "observed", "seed",
-         "expected_error", "largest_error", "plate_error", "version")
-"""Fields of the statistics that have the same name and value in the message."""
-
-PLAIN_OF_POSE = ("index", "group", "group_size", "height", "top", "margin", "barrier", "spread",
-                 "rolls", "yaw_symmetry", "probability", "probability_low", "probability_high",
-                 "standard_error", "count", "group_probability")
 
 
 @dataclass(frozen=True)
@@ -44,7 +35,7 @@ def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseSta
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(answer.stamp)
     message.header.frame_id = answer.frame
-    for name in PLAIN:
+    for name in STATISTICS_FIELDS:
         setattr(message, name, getattr(found, name))
     message.scene = found.scene
     message.plate = answer.plate
@@ -99,7 +90,7 @@ def is_farewell(message: PoseStatisticsMessage) -> bool:
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     message = StablePoseMessage()
     message.pose_id = f"{part_id}/{pose.index}"
-    for name in PLAIN_OF_POSE:
+    for name in POSE_FIELDS:
         setattr(message, name, getattr(pose, name))
     position, orientation, down = message.pose.position, message.pose.orientation, message.down
     position.x, position.y, position.z = pose.position.tolist()
@@ -147,7 +138,7 @@ class DrawnShape:
 
 def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatistics:
     """The record that a message stands for; members of clusters are not in messages."""
-    plain = {name: getattr(message, name) for name in PLAIN}
+    plain = {name: getattr(message, name) for name in STATISTICS_FIELDS}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
     return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
                                   seconds=seconds, warnings=tuple(message.warnings), **plain)
@@ -155,7 +146,7 @@ def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatist
 
 def _pose_of(message: StablePoseMessage) -> records.StablePose:
     position, turn, down = message.pose.position, message.pose.orientation, message.down
-    plain = {name: getattr(message, name) for name in PLAIN_OF_POSE}
+    plain = {name: getattr(message, name) for name in POSE_FIELDS}
     shape = DrawnShape(np.array(message.support_polygon).reshape(-1, 2),
                        np.array(message.outline).reshape(-1, 2))
     return records.StablePose(

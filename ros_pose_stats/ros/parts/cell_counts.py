@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts
 
-from ...recording.analysis.numbering import Numbering
 from ...records import Part
+from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent

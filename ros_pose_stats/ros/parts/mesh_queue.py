@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import Any, TypeVar
 
 from ...errors import RequestError
-from ...mesh.patience import TakesLongError
+from ...mesh.overlap import TakesLongError
 
 T = TypeVar("T")
 

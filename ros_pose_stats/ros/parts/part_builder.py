@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
 from ...errors import BatchError, MeshError, PoseStatsError, RequestError
-from ...estimators import estimate
+from ...estimators.estimate import estimate_in
 from ...kernels.compilation import all_kernels, prepare_kernels
 from ...mesh.decimation import visible_triangles
-from ...mesh.patience import TakesLongError, within
+from ...mesh.overlap import TakesLongError, within
 from ...methods import AUTO
 from ...records import DropScene, Part
 from ...resting.poses import are_found
@@ -67,8 +67,7 @@ def build(request: PartRequest | Part, scene: DropScene) -> _Built | PoseStatsEr
     """
     try:
         part = request if isinstance(request, Part) else part_of(request)
-        estimate(part, AUTO, cluster_tolerance=scene.cluster_tolerance,
-                 round_sides=scene.round_sides)
+        estimate_in(part, scene, AUTO)
         visible_triangles(part)  # for its markers
         return _Built(part, part.all_prepared())
     except PoseStatsError as refusal:
@@ -102,7 +101,7 @@ class PartBuilder:
 
     def find_poses(self, part: Part, scene: DropScene) -> None:
         """Have the poses of a large part at hand; raises as `build`."""
-        if is_large(part) and not are_found(part, scene.cluster_tolerance, scene.round_sides):
+        if is_large(part) and not are_found(part, scene):
             part.keep_all(self._ask(part, scene).prepared)
 
     def _ask(self, request: PartRequest | Part, scene: DropScene) -> _Built:

@@ -9,7 +9,6 @@ from std_msgs.msg import Header
 
 from ...methods import OBSERVED
 from ...records import DropScene
-from ...simulation.drops import release_height
 from ...version import VERSION
 from ..messages.statistics_messages import copied
 from ..settings import Settings
@@ -53,7 +52,7 @@ def still_true(last: PoseStatistics, scene: DropScene) -> bool:
     if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
             VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
         return False
-    released = release_height(scene, last.radius)
+    released = scene.release_height(last.radius)
     return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)
 
 

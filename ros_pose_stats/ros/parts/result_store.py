@@ -13,11 +13,12 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
-from ...estimators import estimate
+from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
 from ...planning.observed import observe_counts
-from ...recording.analysis.numbering import Numbering, numbering_of
+from ...recording.analysis.decoding import numbering_of
 from ...records import DropScene
+from ...records.scene import Numbering
 from ..messages import statistics_messages as messages
 from ..messages.part_requests import PartRequest, check_request, estimator_name
 from ..messages.times import now
@@ -218,6 +219,11 @@ class ResultStore:
                 yield labelled(known.shown.model, self._settings())
         yield self.estimate(known, "", scene)
 
+    def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
+        """Whether an analytic result is at hand; raises as `estimate`."""
+        name = estimator_name(method or self._settings().default_method, scene.restitution)
+        return self._results.get(self._key(name, known, scene)) is not None
+
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before.
 
@@ -228,10 +234,7 @@ class ResultStore:
         key = self._key(name, known, scene)
         found = self._results.get(key)
         if found is None:
-            statistics = estimate(
-                known.part, name, restitution=scene.restitution, drop_height=scene.drop_height,
-                cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
-            found = self.number_result(known, statistics, settings)
+            found = self.number_result(known, estimate_in(known.part, scene, name), settings)
             self._results.put(key, found)
         return found
 

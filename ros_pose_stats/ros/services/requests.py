@@ -68,13 +68,14 @@ class Requests:
         """Refuse whatever comes from now on."""
         self._closed = True
 
-    def resolve_part(self, part_id: str, message: Any,
-                     accepted: threading.Event | None = None) -> ResolvedPart:
+    def resolve_part(self, part_id: str, message: Any, accepted: threading.Event | None = None,
+                     is_enough: Callable[[KnownPart], bool] = lambda known: False
+                     ) -> ResolvedPart:
         """The part of a request: known, or carried and on its way.
 
         `message`: is let go of: the request is kept until it is answered; `accepted`: a mesh that
-        takes longer than its answer should is begun with only then. Raises PoseStatsError if there
-        is none, or two.
+        takes longer than its answer should is begun with only then; `is_enough`: whether a known
+        part will do though it is not built yet. Raises PoseStatsError if there is none, or two.
         """
         if self._closed:
             raise ending()
@@ -87,13 +88,13 @@ class Requests:
                                "fill one of the two")
         message.part_id = message.part_id or part_id
         if not carried:
-            return self._known_part(self._parts.known(message.part_id))
+            return self._known_part(self._parts.known(message.part_id), is_enough)
         same = self._parts.find(message.part_id) if message.part_id else None
         if same is None:
             self._check_room(message)
         request, override = self._checked(message)
         if same is not None and (same.content, same.scene_override) == (request.content, override):
-            return self._known_part(same)
+            return self._known_part(same, is_enough)
         slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
         coming = self._take(request, accepted if slow else None)
         return ResolvedPart(coming, request.part_id, lambda: request.content, override, slow)
@@ -131,20 +132,20 @@ class Requests:
         self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
         return coming
 
-    def _known_part(self, known: KnownPart) -> ResolvedPart:
+    def _known_part(self, known: KnownPart,
+                    is_enough: Callable[[KnownPart], bool]) -> ResolvedPart:
         """A known part; one of an earlier run may have to be built first, before others."""
         def build() -> KnownPart:
             known.source.get()
             return known
 
-        coming = at_hand(known) if known.source.is_built else self._mesh_queue.put_first(
-            build, 0, known.part_id)
+        coming = (at_hand(known) if known.source.is_built or is_enough(known)
+                  else self._mesh_queue.put_first(build, 0, known.part_id))
         return ResolvedPart(coming, known.part_id, lambda: known.content, known.scene_override)
 
     def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not is_large(known.part) or are_found(
-                known.part, scene.cluster_tolerance, scene.round_sides):
+        if not known.source.is_built or not is_large(known.part) or are_found(known.part, scene):
             return at_hand(None)
         return self._mesh_queue.put_first(
             lambda: self._find_poses(known.part, scene), large=True)

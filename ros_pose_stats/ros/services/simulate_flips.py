@@ -42,8 +42,7 @@ class SimulateFlipsServer(GoalServer):
                                f"{request.kick_height:g}", "half the part's radius flips most "
                                "parts")
         scene = settings.scene(known.scene_override)
-        if not is_large(known.part) or are_found(known.part, scene.cluster_tolerance,
-                                                 scene.round_sides):
+        if not is_large(known.part) or are_found(known.part, scene):
             flips_in_all(pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,

@@ -27,9 +27,10 @@ class State:
 
     `file`: made where there is none; `definitions`: of the messages in it, by type; `convert`:
     brings messages of other definitions up to date; `say`: told in one line what a user should
-    know. Attributes `problem`: why changes cannot be written now, empty where they are;
-    `set_aside`: name that a file got which could not be read. Raises RequestError if the file is
-    none of a node, or of a newer version; StateInUseError if another process has it.
+    know; `patience`: seconds to wait for another process that has it. Attributes `problem`: why
+    changes cannot be written now, empty where they are; `set_aside`: name that a file got which
+    could not be read. Raises RequestError if the file is none of a node, or of a newer version;
+    StateInUseError if another process has it.
 
     Where the file cannot be written, changes are kept and tried again. A file that is deleted
     under a running node is made anew from what the node still has open.
@@ -37,10 +38,12 @@ class State:
 
     def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
                  convert: tables.Convert = lambda kind, definition, data: None,
-                 say: Callable[[str], object] = lambda line: None) -> None:
+                 say: Callable[[str], object] = lambda line: None,
+                 patience: float = tables.LOCK_SECONDS) -> None:
         self.file, self.meshes = file, file.with_name(f"{file.stem}.meshes")
         self.problem = self.set_aside = ""
         self._definitions, self._convert, self._say = dict(definitions or {}), convert, say
+        self._patience = patience
         self._link: sqlite3.Connection | None = None
         self._reader: sqlite3.Connection | None = None  # does not wait for what is being written
         self._lock: tables.FileLock | None = None
@@ -203,7 +206,7 @@ class State:
     def _open(self) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
         make_directories(self.file.parent)
-        lock = self._lock or tables.FileLock(self.file, tables.LOCK_SECONDS)
+        lock = self._lock or tables.FileLock(self.file, self._patience)
         self._lock = lock
         try:
             self._use(self._sound())

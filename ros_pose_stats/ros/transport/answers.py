@@ -31,6 +31,9 @@ THREADS = 3
 MOST_WAITING = 2000
 """Requests; the others are left to the middleware."""
 
+SORTING_SECONDS = 0.02
+"""Between a thread's requests while others are sorted, which has the interpreter meanwhile."""
+
 MOST_NUMBERS, MOST_ALIKE = 1000, 16
 """Numbers by which clients are told apart, and clients of one number; beyond, the last ones."""
 
@@ -114,7 +117,7 @@ class Answers:
 
     @contextmanager
     def sorting(self) -> Iterator[None]:
-        """Begin with no request while others are sorted, so that all are soon in their lines."""
+        """Answer few requests while others are sorted, so that all are soon in their lines."""
         with self._changed:
             self._sorting += 1
         try:
@@ -148,8 +151,9 @@ class Answers:
     def _next(self) -> Callable[[], object] | None:
         """The next request of the client whose turn it is; none once all is closed."""
         with self._changed:
-            while not self._lines or self._sorting:
-                if self._closed and not self._lines:
+            self._changed.wait_for(lambda: not self._sorting, SORTING_SECONDS)
+            while not self._lines:
+                if self._closed:
                     return None
                 self._changed.wait()
             client = self._lines.popleft()

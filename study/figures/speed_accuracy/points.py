@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ros_pose_stats.errors import RequestError
 from ros_pose_stats.methods import METHODS
-from ros_pose_stats.statistics.posterior.fitted import FITTED_METHOD
+from ros_pose_stats.statistics.fitted_prior import FITTED_METHOD
 from ros_pose_stats.text import listed
 
 Array = NDArray[np.float64]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency
 
-from ros_pose_stats import part_from_mesh, shapes, simulate, simulate_flips
+from ros_pose_stats import DropScene, part_from_mesh, shapes, simulate, simulate_flips
 from ros_pose_stats.simulation.drop_body import drop_body
-from ros_pose_stats.simulation.kicks import kicks_of
+from ros_pose_stats.simulation.flips import kicks_of
 from tests.bodies import random_polyhedron
 from tests.truth.drops.recorded import EXACT, SURE
 from tests.truth.reference.drop_solver import reference_flip
@@ -23,7 +23,7 @@ class Kicks:
     """Kicks out of all poses in turn, in part axes; lengths in radii."""
 
     def __init__(self, part, height, seed, count):
-        body = drop_body(part, 0.0, 0)
+        body = drop_body(part, DropScene(cluster_tolerance=0.0, round_sides=0))
         states = kicks_of(body, height).states(seed, 0, count)
         self.poses = np.arange(count) % len(body.resting.poses)
         self.radius, self.resting = body.resting.body.radius, body.resting

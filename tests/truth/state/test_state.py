@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ros_pose_stats.errors import RequestError
-from ros_pose_stats.ros.state import Change, State, StateInUseError, tables
+from ros_pose_stats.ros.state import Change, State, StateInUseError
 
 NAMES = "abc"
 KINDS = dict.fromkeys(("PartMesh", "PoseStatistics", "JobEvent"), "float64 x")
@@ -160,11 +160,10 @@ def test_no_file_at_all_is_set_aside(file, opened):
     assert state.set_aside in said[0] and state.commit(state.put(part()))
 
 
-def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened, monkeypatch):
-    monkeypatch.setattr(tables, "LOCK_SECONDS", 0.0)
+def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened):
     first = opened()
     with pytest.raises(StateInUseError, match=f"process {os.getpid()} has in use"):
-        State(file)
+        State(file, patience=0.0)
     first.close()
     Path(f"{file}.lock").write_text("1\n")  # a process that died left its name
     assert opened().commit()

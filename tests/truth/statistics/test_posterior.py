@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import beta, dirichlet, norm
 
-from ros_pose_stats.statistics.largest import largest_error
-from ros_pose_stats.statistics.posterior import PosePrior
-from ros_pose_stats.statistics.posterior.connor_mosimann import ConnorMosimann
-from ros_pose_stats.statistics.posterior.shortest import shortest_interval
+from ros_pose_stats.statistics.errors import largest_error
+from ros_pose_stats.statistics.posterior import shortest_interval
+from ros_pose_stats.statistics.prior import ConnorMosimann, PosePrior
 
 
 @st.composite

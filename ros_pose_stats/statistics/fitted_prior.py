@@ -1,7 +1,5 @@
 """Numbers of the prior, written by `python -m lab.training.fit_posterior`."""
 
-from __future__ import annotations
-
 from typing import Final
 
 FITTED_METHOD: Final = "split"

@@ -1,9 +1,11 @@
-"""Rims about one axis: they are found together, and take their corners from one list of angles."""
+"""Rims: circular chains of corners of a hull, in groups about one axis.
 
-from __future__ import annotations
+The facets between two rims about one axis are those of one cylinder, cone or toothed rim. A rim is
+found in the hull of the file (`round_surfaces`), and may get other corners (`reshaping`).
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -54,6 +56,75 @@ class Group:
     center: Array
     frame: Array
     rims: list[Rim]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A circular chain of edges of a convex hull, in radii about the centre of mass."""
+
+    # (3,); of its circle; the run goes round the unit vector `axis` counter-clockwise
+    center: Array
+    axis: Array
+    radius: float
+    kind: Kind  # whether its edges are surface of the part, or mostly bridge gaps
+    full: bool  # whether it is once around; else it is an arc
+    corners: int  # as the file has them
+    sides: int  # sides a turn that it was reshaped to; 0 where it stands as in the file
+    group: int  # equal for runs about one axis
+
+
+@dataclass(eq=False)
+class Chain:
+    """A rim as it stands in the new body: its points in order about the axis of its group."""
+
+    rim: Rim
+    point: Index
+    closed: bool
+    sides: int = 0
+
+    def as_run(self, unit: float) -> Run:
+        """What a body tells about it that has this unit of length."""
+        rim = self.rim
+        return Run(rim.center / unit, rim.axis, rim.radius / unit, rim.kind, rim.closed,
+                   len(rim.corner), self.sides, rim.group)
+
+
+@dataclass(eq=False)
+class Outline:
+    """Points of a body that is reshaped: those of the file that stay, then new ones."""
+
+    points: Array
+    keeps: Flags
+    chains: list[Chain] = field(default_factory=list)
+    added: list[Array] = field(default_factory=list)
+    count: int = 0
+    changed: bool = False
+
+    @property
+    def rounded(self) -> int:
+        """Number of runs that have other numbers of corners than in the file."""
+        return sum(bool(one.sides) and len(one.point) != len(one.rim.corner)
+                   for one in self.chains)
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the body differs from that of the file."""
+        return self.changed or bool(self.added)
+
+    def compacted(self) -> tuple[Array, list[Chain]]:
+        """Points of the new body, and the chains in their numbering."""
+        kept = np.append(self.keeps, np.ones(self.count - len(self.keeps), dtype=np.bool_))
+        number = np.cumsum(kept) - 1
+        points = np.ascontiguousarray(np.concatenate([self.points, *self.added])[kept])
+        return points, [replace(one, point=number[one.point[kept[one.point]]])
+                        for one in self.chains]
+
+    def add(self, points: Array) -> Index:
+        """Take in new points; return their numbers."""
+        numbers = np.arange(self.count, self.count + len(points))
+        self.added.append(points)
+        self.count += len(points)
+        return numbers
 
 
 def loops_of(arrays: BodyArrays, faces: Index) -> tuple[Index, Index]:
@@ -157,3 +228,48 @@ def _with_frame(points: Array, rims: Sequence[Rim]) -> Group:
     x_axis = across - (across * axis).sum() * axis
     x_axis = x_axis / lengths(x_axis[None])[0]
     return Group(center, np.stack([x_axis, np.cross(axis, x_axis), axis]), list(rims))
+
+
+def strips(points: Array, arrays: BodyArrays, groups: Sequence[Group], chains: Sequence[Chain]
+           ) -> Index:
+    """Number the strips of facets between two runs about one axis, or a run and a tip.
+
+    `points` (H, 3); `chains`: their rims, as they stand in this body. Returns (F,) int: number of
+    the strip of each face, from 0 on; -1 for a face of none.
+    """
+    found = np.full(len(arrays.area), -1, dtype=np.int64)
+    count = 0
+    for number, group in enumerate(groups):
+        mine = [chain for chain in chains if chain.rim.group == number]
+        count = _number_strips(points, arrays, group, mine, found, count)
+    return found
+
+
+def _number_strips(points: Array, arrays: BodyArrays, group: Group, chains: Sequence[Chain],
+                   found: Index, count: int) -> int:
+    """Number the strips about one axis from `count` on, in place; return the next number."""
+    rim, place, size = np.full((3, len(points)), -1, dtype=np.int64)
+    tips = np.flatnonzero(off_axis(points, group) < ON_AXIS)
+    rim[tips] = len(chains)
+    is_corner = np.zeros(len(points), dtype=np.bool_)
+    is_corner[arrays.corner] = True
+    for k, chain in enumerate(chains):
+        there = chain.point[is_corner[chain.point]]
+        rim[there], place[there] = k, np.arange(len(there))
+        size[there] = len(there) if chain.closed else -1
+    faces = np.unique(arrays.face[rim[arrays.corner] >= 0])
+    corner, begin = loops_of(arrays, faces)
+    sizes = np.diff(np.append(begin, len(corner)))
+    following = np.roll(corner, -1)
+    following[begin + sizes - 1] = corner[begin]
+    low, high = (one.reduceat(rim[corner], begin) for one in (np.minimum, np.maximum))
+    fits = (rim[corner] == np.repeat(low, sizes)) | (rim[corner] == np.repeat(high, sizes))
+    apart = np.abs(place[corner] - place[following])
+    fits &= (rim[corner] != rim[following]) | (apart == 1) | (apart == size[corner] - 1)
+    strip = np.logical_and.reduceat(fits, begin) & (low >= 0) & (low < high)
+    if not strip.any():
+        return count
+    pair = low[strip] * (len(chains) + 1) + high[strip]
+    numbers = np.unique(pair, return_inverse=True)[1]
+    found[faces[strip]] = count + numbers
+    return count + int(numbers.max()) + 1
