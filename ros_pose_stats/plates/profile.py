@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 
 from ..errors import RequestError
-from ..files import read_file, write_file
+from ..files import make_directories, read_file, replace_file
 from ..records import DropScene
 from ..version import VERSION
 from .plate_fit import PlateFit
@@ -122,7 +122,8 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     plates[profile.name] = profile.as_dict()
     text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True)
     # A link to the file stays a link.
-    write_file(file.resolve(), text.encode())
+    make_directories(file.resolve().parent)
+    replace_file(file.resolve(), text.encode())
 
 
 def refuse_foreign(file: Path) -> None:
