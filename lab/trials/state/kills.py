@@ -33,7 +33,7 @@ def _one_life(ledger, chance, lanes, exact=True, meanwhile=None):
             time.sleep(START_SECONDS * chance.random())
             ledger.events["kills in a start"] += 1
             return
-        life = Life(node, ledger, chance.random())
+        life = Life(node, ledger, chance.random(), look_back=exact)
         try:
             ledger.look_at(life.client, exact)
             life.start(lanes)
@@ -56,7 +56,7 @@ def sound(node):
 
 def _last_start(ledger, exact=True):
     """A start after all kills, looked at in full, and a good end."""
-    life = Life(_node(ledger), ledger, 0)
+    life = Life(_node(ledger), ledger, 0, look_back=exact)
     try:
         ledger.look_at(life.client, exact, every_job=True)
     finally:

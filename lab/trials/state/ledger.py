@@ -45,8 +45,9 @@ class Ledger(Told):
         self.plates = folder.with_name(f"{folder.name}_plates.yaml")
         self.plates.write_text(yaml.safe_dump({"plates": {PLATE: PROFILE}}), "utf-8")
         self.fitted = {_scene(PROFILE)}
+        self._carried = {f"part_{number}": part.digest for number, part in enumerate(PARTS)}
         self.allowed = defaultdict(lambda: {None}, {
-            f"part_{number}": {None, part.digest} for number, part in enumerate(PARTS)})
+            name: {None, digest} for name, digest in self._carried.items()})
         self.lives, self.sent, self.shown = Counter(), {}, Counter()
         self.ends, self._whole = {}, {}
 
@@ -124,7 +125,7 @@ class Ledger(Told):
             has, allowed = known.get(name), self.allowed[name]
             if has not in allowed:
                 self.wrong.append(f"part {name} is {has}, not one of {allowed}")
-            self.allowed[name] = {has}
+            self.allowed[name] = {has, self._carried.get(name, has)}
         self.events["parts looked for"] += len(certain)
 
     def _look_at_counts(self, client, exact):
