@@ -21,6 +21,7 @@ from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.cell_counts import count_health
+from .parts.count_store import CountStore
 from .parts.known_part import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
@@ -88,7 +89,9 @@ class PoseStatsNode(AnsweringNode):
             self.recorder, self.state, mesh_log, lambda request: self.builder.build(
                 request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
-        self.results = ResultStore(self._settings, self.parts, self.announcer, self.state)
+        self.learnt = CountStore(self._settings, self.parts, self.state)
+        self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
+                                   self.state)
         self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
                                   log.info, answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
@@ -101,13 +104,13 @@ class PoseStatsNode(AnsweringNode):
                           Jobs(f"{run_name}_feeding", feeding, log.error, run_flips))
         self.refinement = Refinement(self._settings, self.results, self.jobs, self.announcer)
         self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
-                                        mesh_log.introduce, self.results.add_counts)
+                                        mesh_log.introduce, self.learnt.add_counts)
         if settings.restore:
             self.parts.restore(settings.max_parts, settings.max_part_bytes)
             for known in self.parts.all():
                 self.results.restore(known)
             for counts in tail.counts:
-                self.counts.learn_counts(counts)
+                self.counts.learn_counts(counts, again=True)
         else:
             begin_afresh(self.state)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
@@ -131,7 +134,7 @@ class PoseStatsNode(AnsweringNode):
                  self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
-        self.fits = PlateFits(self, self._settings, self.results, self.announcer,
+        self.fits = PlateFits(self, self._settings, self.parts, self.learnt, self.announcer,
                               self.table.use_plate)
         self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
                         SimulateFlipsServer(self, self._settings, self.parts, *flips)]
@@ -149,6 +152,7 @@ class PoseStatsNode(AnsweringNode):
         """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
         log, parts = self.get_logger(), self.parts.all()
         shown = {known.part_id: self.results.show_restored(known) for known in parts}
+        self.learnt.take_new()  # what the last bag had is shown by that, or with the estimate
         if parts:
             log.info(f"{len(parts)} parts of an earlier run are known again")
         self._mending.start()

@@ -72,11 +72,14 @@ class CountSubscription:
             for _, counts in sound:
                 self.learn_counts(counts)
 
-    def learn_counts(self, counts: PoseCounts) -> None:
-        """Learn from counts that are on record, or say why not."""
+    def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
+        """Learn from counts that are on record, or say why not.
+
+        `again`: whether that was perhaps done before.
+        """
         problem, part = count_problem(counts, self._known), self._known(counts.part_id)
         if not problem and part is not None:
-            if self._learn(part, counts):
+            if self._learn(part, counts) or again:
                 return
             stamp = counts.header.stamp
             problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
-from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ... import records
 from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
-from ...planning.observed import observe_counts
-from ...recording.analysis.decoding import numbering_of
 from ...records import DropScene
-from ...records.scene import Numbering
 from ..messages import statistics_messages as messages
 from ..messages.part_requests import PartRequest, check_request, estimator_name
 from ..messages.times import now
 from ..settings import Settings
 from ..state import Change, State
 from .announcer import Announcer
-from .cell_counts import CellCounts, Ground
+from .count_store import CountStore
 from .known_part import KnownPart
 from .memory import Memory
 from .part_store import PartStore
@@ -62,14 +58,14 @@ class ResultStore:
     Attributes `parts`: what they are of.
     """
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
                  announcer: Announcer, state: State) -> None:
         self._settings = settings
         self.parts = parts
+        self._counts = counts
         self._announcer = announcer
         self._state = state
         self._waiting: dict[str, KnownPart] = {}
-        self._counted: dict[str, KnownPart] = {}
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
@@ -96,16 +92,13 @@ class ResultStore:
         if row is not None:
             _, latched, model, known.numbers.newest = row
             known.numbers.shown = known.numbers.newest
-            shown.latched = deserialize_message(latched, PoseStatistics)
-            shown.latched.final = True  # nothing is going to refine it any more
-            shown.model = shown.latched if not model else deserialize_message(
-                model, PoseStatistics)
             shown.recorded = False
-        counted = self._state.get("counts", known.part_id)
-        if counted is not None and counted[1] == known.digest:
-            _, _, tolerance, sides, plate, total, series = counted
-            shown.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
-                                      np.frombuffer(total, np.int64), series)
+            with suppress(Exception):  # of the bindings: then it is estimated anew
+                shown.latched = deserialize_message(latched, PoseStatistics)
+                shown.latched.final = True  # nothing is going to refine it any more
+                shown.model = shown.latched if not model else deserialize_message(
+                    model, PoseStatistics)
+        self._counts.restore(known)
 
     def show_restored(self, known: KnownPart) -> bool:
         """Latch what an earlier run has latched, where it holds in the present scene.
@@ -124,11 +117,8 @@ class ResultStore:
             shown.model, shown.latched, shown.scene = labelled(model, settings), last, scene
             shown.published = time.monotonic()
             known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
-            counts, observed = shown.counts, last.method == OBSERVED
-            counted = int(counts.total.sum()) if counts is not None and (
-                counts.ground == self._ground(model)) else 0
-            self._counted.pop(known.part_id, None)
-            if counted != last.observed * observed or (
+            observed = last.method == OBSERVED
+            if self._counts.counted_as(known, model) != last.observed * observed or (
                     observed and last.header.frame_id != settings.plate_frame):
                 self._latch(known, shown.model, scene)
             else:
@@ -138,62 +128,12 @@ class ResultStore:
                 self._results.put(self._key(role, known, scene), shown.model)
         return True
 
-    def add_counts(self, known: KnownPart, counts: PoseCounts) -> bool:
-        """Learn from what a camera counted, if on this plate; `show_waiting` shows it.
-
-        `counts`: of its poses as they are numbered now. Returns false for a message that has come
-        before: each counts once.
-        """
-        if counts.plate not in ("", self._settings().plate):
-            return True
-        ground, shown = self._ground(counts), known.shown
-        with known.numbers.lock:
-            if shown.latched is None:
-                return True
-            if shown.counts is None or shown.counts.ground != ground:
-                shown.counts = CellCounts(ground, np.zeros(len(shown.latched.poses), np.int64),
-                                          time.time_ns())
-            content = hashlib.sha256(str(counts).encode()).digest()[:16]
-            identity = shown.counts.series.to_bytes(8, "big") + content
-            if self._state.get("counted", identity) is not None:
-                return False
-            if shown.counts.add(counts):
-                shown.counted = self._state.put(
-                    self._counts_row(known, shown.counts),
-                    Change("counted", identity, (identity,)))
-                self._counted[known.part_id] = known
-        return True
-
-    def name_plate(self, plate: str) -> bool:
-        """Take what was counted on a plate without a name for counted on this one.
-
-        Returns whether the state has that on the disk.
-        """
-        changes = []
-        for known in self.parts.all():
-            with known.numbers.lock:
-                counts = known.shown.counts
-                if counts is not None and not counts.ground.plate:
-                    counts.ground = counts.ground._replace(plate=plate)
-                    changes.append(self._counts_row(known, counts))
-        return self._state.commit(self._state.put(*changes))
-
-    def _counts_row(self, known: KnownPart, counts: CellCounts) -> Change:
-        tolerance, sides = counts.ground.numbering
-        return Change("counts", known.part_id, (
-            known.part_id, known.digest, float(tolerance), int(sides), counts.ground.plate,
-            counts.total.tobytes(), counts.series))
-
-    def _ground(self, message: PoseCounts | PoseStatistics) -> Ground:
-        return Ground(numbering_of(message), self._settings().plate)
-
     def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
-        for part_id in list(self._counted):
-            known = self._counted.pop(part_id)
+        for known in self._counts.take_new():
             with known.numbers.lock:
                 shown = known.shown
-                if (self.parts.current(part_id) is known and shown.model is not None
+                if (self.parts.current(known.part_id) is known and shown.model is not None
                         and shown.scene is not None):
                     self._latch(known, shown.model, shown.scene)
         for part_id in list(self._waiting):
@@ -298,7 +238,9 @@ class ResultStore:
         a second; the last one always, by `show_waiting`.
         """
         shown, numbers, at = known.shown, known.numbers, time.monotonic()
-        message = self._observe(known, model)
+        observed = self._counts.observe(known, model)
+        message = model if observed is None else self.number_result(
+            known, observed, self._settings(), final=model.final)
         again = message.revision <= numbers.shown
         if again:
             message = messages.copied(message)
@@ -319,21 +261,6 @@ class ResultStore:
         self._state.put(Change("results", known.part_id, (
             known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
             numbers.newest)))
-
-    def _observe(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
-        """A result of the model combined with what was counted; itself where nothing was."""
-        counts = known.shown.counts
-        if counts is None:
-            return message
-        ground = self._ground(message)
-        if counts.ground != ground and counts.ground.goes_on_as(ground, known):
-            counts.ground = ground
-        if counts.ground != ground:
-            return message
-        found = observe_counts(messages.statistics_of_message(message), counts.total)
-        if found.method != OBSERVED:
-            return message
-        return self.number_result(known, found, self._settings(), final=message.final)
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()

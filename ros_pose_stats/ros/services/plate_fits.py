@@ -17,8 +17,9 @@ from ...text import several
 from ..messages.part_requests import shown
 from ..parts.announcer import Announcer
 from ..parts.cell_counts import CellCounts
+from ..parts.count_store import CountStore
 from ..parts.known_part import KnownPart
-from ..parts.result_store import ResultStore
+from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from .requests import ending
@@ -38,10 +39,10 @@ class PlateFits:
     """
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 results: ResultStore, announcer: Announcer,
+                 parts: PartStore, counts: CountStore, announcer: Announcer,
                  use_plate: Callable[[str], object]) -> None:
         self._settings = settings
-        self._results = results
+        self._parts, self._counts = parts, counts
         self._announcer = announcer
         self._use_plate = use_plate
         self._log = node.get_logger()
@@ -59,7 +60,7 @@ class PlateFits:
         plate = request.plate or settings.plate
         if request.apply:
             check_applicable(plate, settings)
-        counts = counts_on(plate, settings.plate, self._results.parts.all())
+        counts = counts_on(plate, settings.plate, self._parts.all())
         coming: Future[PlateFit] = Future()
         with self._lock:
             if self._closed:
@@ -149,7 +150,7 @@ class PlateFits:
             raise RequestError("a file of plates that can be written (parameter plates)",
                                f"{file} ({error.strerror or error})",
                                "name another one") from error
-        kept = self._results.name_plate(plate)
+        kept = self._counts.name_plate(plate)
         self._use_plate(plate)
         return file, kept
 
