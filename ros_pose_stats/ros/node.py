@@ -32,7 +32,14 @@ from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .pose_counts import CountSubscription
 from .recorder import Recorder
 from .refusals import Refusals
-from .restore import as_of_today, begin_afresh, definitions, restore_jobs, tail_of
+from .restore import (
+    as_of_today,
+    begin_afresh,
+    definitions,
+    record_cancelled,
+    restore_jobs,
+    tail_of,
+)
 from .services.diagnostics import Diagnostics, flip_health, job_health
 from .services.feeding import FeedingService
 from .services.plate_fits import PlateFits
@@ -47,7 +54,7 @@ from .transport.answering_node import AnsweringNode
 PARTING_SECONDS = 0.1
 """Nobody has been answered for so long when the node stops answering."""
 
-LAST_SECONDS = 0.2
+LAST_SECONDS = 0.6
 """Requests that wait for their turn when the node ends are refused in that time."""
 
 FIT_SECONDS = 0.8
@@ -78,7 +85,7 @@ class PoseStatsNode(AnsweringNode):
         self.state = State(settings.state_path(name), definitions(), as_of_today, log.warning)
         self.recorder = Recorder(settings, name, self.state, log.warning)
         tail = tail_of(self.state, log.warning)
-        ended, answers = restore_jobs(self.state, tail, settings, self.recorder, log.warning)
+        restored = restore_jobs(self.state, tail, settings)
         self.refusals = Refusals(log.warning)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.builder, self.outlines = PartBuilder(), Outlines()
@@ -93,10 +100,10 @@ class PoseStatsNode(AnsweringNode):
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
         self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
-                                  log.info, answers)
+                                  log.info, restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
-        self.jobs.add_ended(ended)
+        self.jobs.add_ended(restored.jobs)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
         self.flip_reports = FlipReports(), FlipReports()
         flips, feeding = self.flip_reports
@@ -113,6 +120,7 @@ class PoseStatsNode(AnsweringNode):
                 self.counts.learn_counts(counts, again=True)
         else:
             begin_afresh(self.state)
+        record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)
         self._coming: list[Future[None]] = []
@@ -233,7 +241,7 @@ class PoseStatsNode(AnsweringNode):
             list(closing.map(lambda end: end(), ends))
         for action in self.actions:
             action.wait_until_told()
-        self.answers.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
+        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()

@@ -78,13 +78,14 @@ class CountSubscription:
         `again`: whether that was perhaps done before.
         """
         problem, part = count_problem(counts, self._known), self._known(counts.part_id)
+        kind = "counts of nothing"
         if not problem and part is not None:
             if self._learn(part, counts) or again:
                 return
-            stamp = counts.header.stamp
+            stamp, kind = counts.header.stamp, "counts that came before"
             problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (
                 "; fill in header.stamp, which tells equal counts apart"))
-        if self._refusals.floods.count("counts of nothing", MOST_PROBLEMS):
+        if self._refusals.floods.count(kind, MOST_PROBLEMS):
             self._log.warning(f"{TOPIC}: recorded, but {problem}")
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..recording.repair.repair import Repair, repair_bags
 from ..recording.run_log import RunLog
+from ..recording.run_names import bag_file
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
@@ -112,6 +113,10 @@ class Recorder:
         self._attempt(self.log.sync)
         self.note_place()
 
+    def begin_place(self) -> None:
+        """Tell the state that it has all that counts of earlier bags, and nothing of this one."""
+        self._tell_place(bag_file(self.log.directory, 0), 0)
+
     def note_place(self) -> None:
         """Tell the state that it has all that counts in the bag, as far as that goes now.
 
@@ -121,8 +126,11 @@ class Recorder:
             place = self.log.place
             if place is not None and place != self._place:
                 self._place = place
-                self._state.put(Change("facts", PLACE, (PLACE, json.dumps(
-                    [str(place[0]), place[1]]))))
+                self._tell_place(*place)
+
+    def _tell_place(self, file: Path, size: int) -> None:
+        fact = json.dumps([str(file), size])
+        self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
     def close(self) -> None:
         """Finish the bag."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs import msg
@@ -119,12 +119,16 @@ def _take(found: Tail, message: RawMessage) -> None:
         found.answers[read.job_id] = data
 
 
-def restore_jobs(state: State, tail: Tail, settings: Settings, recorder: Recorder,
-                 say: Callable[[str], object]) -> tuple[list[Job], list[tuple[str, int]]]:
-    """Jobs of earlier runs, oldest first, and bytes of their answers.
+class RestoredJobs(NamedTuple):
+    """Jobs of earlier runs, oldest first; those that had not ended are cancelled as they were."""
 
-    Those that had not ended are cancelled, as far as they were, and that goes on record.
-    """
+    jobs: list[Job]
+    answers: list[tuple[str, int]]  # by job, the bytes of its answer
+    cancelled: list[Change]  # what has to be kept of that, and recorded
+
+
+def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
+    """Take jobs from the state, and what happened to them in the end from the last bag."""
     rows: dict[str, tuple[msg.JobEvent, bytes]] = {}
     for job_id, _, event, answer in state.rows("jobs"):
         with suppress(Exception):  # of the bindings; the checksums were right, so it is an old one
@@ -135,18 +139,29 @@ def restore_jobs(state: State, tail: Tail, settings: Settings, recorder: Recorde
             answer = tail.answers.get(event.job_id, kept)
             rows[event.job_id] = event, answer
             state.put(job_change(event, answer))
-    jobs = []
+    jobs, cancelled = [], []
     for job_id in sorted(rows, key=_by_number):
         event, answer = rows[job_id]
         if event.event < msg.JobEvent.DONE:
             event.event, event.message = msg.JobEvent.CANCELLED, INTERRUPTED
-            with recorder.step:
-                recorder.record(JOB_EVENTS, serialize_message(event))
-                state.put(job_change(event, answer))
-            say(f"{job_id}: CANCELLED: {INTERRUPTED}")
+            cancelled.append(job_change(event, answer))
         with suppress(RequestError):  # a scene that today's bounds do not allow
             jobs.append(_ended_job(event, settings))
-    return jobs, [(job.job_id, len(rows[job.job_id][1])) for job in jobs]
+    answers = [(job.job_id, len(rows[job.job_id][1])) for job in jobs]
+    return RestoredJobs(jobs, answers, cancelled)
+
+
+def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
+                     say: Callable[[str], object]) -> None:
+    """Put on record that jobs were cancelled, once: a start that is killed here is known by it."""
+    recorder.begin_place()
+    state.commit()
+    for change in cancelled:
+        row = change.row or ()
+        with recorder.step:
+            recorder.record(JOB_EVENTS, row[2])
+            state.put(change)
+        say(f"{row[0]}: CANCELLED: {INTERRUPTED}")
 
 
 def _by_number(job_id: str) -> tuple[str, int]:
