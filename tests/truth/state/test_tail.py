@@ -13,7 +13,7 @@ from ros_pose_stats.ros.restore import tail_of
 from ros_pose_stats.ros.settings import settings_of
 from ros_pose_stats.ros.state import State
 
-pytestmark = pytest.mark.filterwarnings("ignore:module 'sre_parse':DeprecationWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 """Of a library by which rclpy reads messages."""
 
 
