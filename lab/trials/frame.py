@@ -1,7 +1,7 @@
 """What every program of trials is: trials with their outcomes, printed, judged and put on a page.
 
 A trial tries something many times and says which promises were broken. The page
-`docs/measured/reliability.md` is rendered from what the three programs have stored with `--write`.
+`docs/measured/reliability.md` is rendered from what the programs have stored with `--write`.
 """
 
 from __future__ import annotations
@@ -36,12 +36,14 @@ TITLES = {
     "attacks": ("Attacks", "What careless and hostile neighbours do to the node, in miniature: "
                 "each attack meets a node of its own, with meshes of 2 MB where nothing else is "
                 "said."),
+    "state": ("State", "Kills, full disks and damaged files: what was acknowledged is there after "
+              "a start, counts are exact, and bags, which are logs, may go and come."),
 }
 INTRODUCTION = """# Reliability
 
-*This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak` and
-`lab.trials.attacks`, from what each of them stored in `docs/measured/numbers`.
-`python -m lab.trials` runs all three in a short form.*
+*This page is written by `python -m lab.trials.fuzz --write`, and so by `lab.trials.soak`,
+`lab.trials.attacks` and `lab.trials.state`, from what each of them stored in
+`docs/measured/numbers`. `python -m lab.trials` runs all of them in a short form.*
 
 Broken is how many promises were not kept. The machines were shared, so times give an idea only.
 """

@@ -120,6 +120,8 @@ class PoseStatsNode(AnsweringNode):
                 self.counts.learn_counts(counts, again=True)
         else:
             begin_afresh(self.state)
+        self.recorder.note_place()
+        self.state.commit()  # before cameras are heard, so that what the bag has is learnt
         record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)

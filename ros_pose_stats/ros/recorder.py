@@ -76,6 +76,7 @@ class Recorder:
         self._say = say
         self.step = threading.RLock()
         self._place: tuple[Path, int] | None = None
+        self._directory = self.log.directory
         self.counts_lost = 0
         self._bags_lost = 0
         self._lock = threading.Lock()
@@ -93,6 +94,9 @@ class Recorder:
         written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")
+            if self._directory != self.log.directory:  # since the bag was deleted
+                self._directory = self.log.directory
+                self._put_place((self._directory, 0))
         return written
 
     @property
@@ -123,8 +127,11 @@ class Recorder:
         What is behind it after a kill, the next start takes in.
         """
         with self.step:
-            place = self.log.place
-            if place is not None and place != self._place:
+            self._put_place(self.log.place or (self.log.directory, 0))
+
+    def _put_place(self, place: tuple[Path, int]) -> None:
+        with self.step:
+            if place != self._place:
                 self._place = place
                 self._tell_place(*place)
 

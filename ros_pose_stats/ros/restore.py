@@ -95,12 +95,15 @@ def tail_of(state: State, say: Callable[[str], object]) -> Tail:
     return found
 
 
-def _beyond(file: str, offset: int) -> Iterator[RawMessage]:
-    path = Path(file)
-    if not path.is_file():
-        return
-    files = files_of_bag(path.parent)
-    for one in files[files.index(path):]:
+def _beyond(place: str, offset: int) -> Iterator[RawMessage]:
+    """Messages from a byte of a file on, or of a whole bag that had no file then."""
+    path = Path(place)
+    if path.is_file():
+        files = files_of_bag(path.parent)
+        files = files[files.index(path):]
+    else:
+        files = files_of_bag(path) if path.is_dir() else []
+    for one in files:
         yield from messages_after(one, offset if one == path else 0)
 
 

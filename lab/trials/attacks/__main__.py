@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from ..frame import program, trial
-from . import ending, fairness, files, memory, restarts
+from . import ending, fairness, files, memory
 
 ATTACKS = (
-    *map(trial, (restarts.restart_with_nothing_new, restarts.restart_on_a_copied_run,
-                 memory.many_large_parts, memory.refused_goals, memory.waiting_requests,
+    *map(trial, (memory.many_large_parts, memory.refused_goals, memory.waiting_requests,
                  memory.a_flood_of_meshes)),
     *fairness.ATTACKS,
     *map(trial, (ending.a_disk_that_fills, ending.a_flood_of_counts,
                  ending.a_signal_during_an_estimate, ending.simulated_time_stands_still,
                  files.a_clock_before_its_time, files.pipes_and_bombs_as_plates,
-                 files.bombs_of_3mf, restarts.kills)))
+                 files.bombs_of_3mf)))
 SHORT = 0.3
 
 if __name__ == "__main__":

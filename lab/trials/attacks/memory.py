@@ -5,13 +5,17 @@ from __future__ import annotations
 from tests.contract.node.harness.bags import on_topic, raw_of
 from tests.contract.node.harness.client import wait_for
 from tests.contract.node.harness.goals import Goals
-from tests.contract.node.harness.parts import library_part
+from tests.contract.node.harness.parts import fine_box, library_part
 
 from .. import cell
 from ..bodies import ROUND
 from ..cell import MEGABYTE, flat, status, tried_node
 from ..frame import Outcome, Setting, judged
-from .restarts import LARGE, LARGE_BYTES
+
+LARGE = fine_box(83_000)
+"""A mesh of 2 MB."""
+
+LARGE_BYTES = LARGE[0].nbytes + LARGE[1].nbytes
 
 
 def many_large_parts(setting: Setting) -> Outcome:

@@ -61,9 +61,11 @@ class Life:
         Not ready yet; what the last life left is looked at once it is.
     told : Told
     seed : int
+    look_back : bool
+        Whether the bags are as the last life left them, so that they are looked at.
     """
 
-    def __init__(self, node, told, seed):
+    def __init__(self, node, told, seed, look_back=True):
         self.node, self.told = node, told
         self.over = threading.Event()
         self._calls, self.calls = itertools.count(1), 0
@@ -80,7 +82,8 @@ class Life:
             until(self.action.server_is_ready, "the action")
             for name in SERVICES:
                 self.client.service(name)
-            self._look_back(unfinished(events(before)))
+            if look_back:
+                self._look_back(unfinished(events(before)))
         except BaseException:
             self._end_lanes()
             raise

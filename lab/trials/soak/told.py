@@ -33,6 +33,7 @@ class Simulated(NamedTuple):
     seed: int
     asked: int
     drops: int
+    drop_height: float | None = None
 
 
 class Told:
@@ -77,7 +78,7 @@ class Told:
             with self._lock:
                 self.ended.add(job_id)
         if statistics.drops:
-            key = wanted._replace(drops=statistics.drops)
+            key = wanted._replace(drops=statistics.drops, drop_height=statistics.drop_height)
             counts = {pose.index: pose.count for pose in statistics.poses if pose.count}
             if self.simulations.setdefault(key, counts) != counts:
                 self.wrong.append(f"{key} gave other counts before")
@@ -89,7 +90,7 @@ class Told:
         bad = [f"estimate {key}" for key, found in self.estimates if found != estimated(*key)]
         runs = defaultdict(list)
         for key in self.simulations:
-            runs[key.body, key.restitution, key.seed].append(key)
+            runs[key.body, key.restitution, key.seed, key.drop_height].append(key)
         for run, keys in runs.items():
             counts = prefixes(*run, sorted({key.drops for key in keys}))
             bad += [f"{key}" for key in keys if self.simulations[key] != counts[key.drops]]
@@ -128,10 +129,10 @@ def estimated(number, method, restitution):
     return {pose.index: pose.probability for pose in answer.poses}
 
 
-def prefixes(number, restitution, seed, sizes):
+def prefixes(number, restitution, seed, drop_height, sizes):
     """Counts of the first so many drops of one run, by number: drop k depends on seed and k."""
     chunks = []
-    simulate(PARTS[number], max(sizes), restitution, seed, workers=1,
+    simulate(PARTS[number], max(sizes), restitution, seed, drop_height, workers=1,
              on_drops=lambda chunk: chunks.append(chunk.outcomes.pose.copy()))
     row, counts = np.concatenate(chunks), {}
     for size in sizes:

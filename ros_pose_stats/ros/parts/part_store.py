@@ -185,10 +185,10 @@ class PartStore:
             other = self.current(known.part_id)
             if other is not None:
                 self.log.introduce(other)
-            self._state.put_mesh(known.part_id, message)
             gone = [] if other is None or other.digest == known.digest else [
                 Change("counts", known.part_id, None)]
-            known.change = self._state.put(Change("parts", known.part_id, self._row(known)), *gone)
+            known.change = self._state.put_mesh(
+                known.part_id, message, Change("parts", known.part_id, self._row(known)), *gone)
             self.log.introduce(known)
             with self._lock:
                 self._parts.pop(known.part_id, None)

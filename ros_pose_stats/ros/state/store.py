@@ -85,11 +85,14 @@ class State:
             self._changed.notify_all()
             return self._number
 
-    def put_mesh(self, part_id: str, message: bytes) -> int:
-        """Hand in the mesh of a part; a large one is in a file of its own by then."""
+    def put_mesh(self, part_id: str, message: bytes, *changes: Change) -> int:
+        """Hand in the mesh of a part, and changes that belong to it.
+
+        A large one is in a file of its own by then.
+        """
         row: Row = (part_id, message, "")
         if len(message) < LARGE:
-            return self.put(Change("meshes", part_id, row))
+            return self.put(Change("meshes", part_id, row), *changes)
         name = hashlib.sha256(message).hexdigest()
         with self._filing:
             with suppress(OSError):  # else it is tried as a row, which says what is wrong
@@ -97,7 +100,7 @@ class State:
                 if not (self.meshes / name).exists():
                     replace_file(self.meshes / name, message)
                 row = part_id, b"", name
-            return self.put(Change("meshes", part_id, row))
+            return self.put(Change("meshes", part_id, row), *changes)
 
     def commit(self, number: int | None = None) -> bool:
         """Wait until a change, and all before it, are on the disk; whether they are.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import itertools
 import json
@@ -81,7 +82,7 @@ class FileLock:
     def __init__(self, file: Path, seconds: float) -> None:
         path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
         while True:
-            self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
+            self._number = _open_lock(path, file)
             try:
                 fcntl.flock(self._number, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -95,12 +96,23 @@ class FileLock:
                     f"one that process {holder} has in use",
                     "end that process, or name another file")
             time.sleep(GLANCE)
-        os.ftruncate(self._number, 0)
-        os.pwrite(self._number, f"{os.getpid()}\n".encode(), 0)
+        with suppress(OSError):  # of a disk that can only be read
+            os.ftruncate(self._number, 0)
+            os.pwrite(self._number, f"{os.getpid()}\n".encode(), 0)
 
     def release(self) -> None:
         """Let go of it; the lock file stays, so that nobody locks one that is gone."""
         os.close(self._number)
+
+
+def _open_lock(path: Path, file: Path) -> int:
+    """Open a lock file; on a disk that can only be read it may have to be the file itself."""
+    try:
+        return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
+    except OSError as error:
+        if error.errno != errno.EROFS:
+            raise
+        return os.open(path if path.exists() else file, os.O_RDONLY | os.O_NONBLOCK)
 
 
 def is_trouble(error: sqlite3.Error) -> bool:
@@ -189,6 +201,9 @@ def check_sound(link: sqlite3.Connection) -> None:
     if answer != "ok":
         raise DamagedError(answer)
     for table in COLUMNS.keys() - {"counted"}:  # of which there may be a million
+        (answer,) = link.execute(f"PRAGMA integrity_check({table})").fetchone()
+        if answer != "ok":  # an index, by which another row would be found, or none
+            raise DamagedError(answer)
         for row in link.execute(f"SELECT * FROM {table}"):
             if _check(row[:-1]) != row[-1]:
                 raise DamagedError(f"a row of {table} is not as it was written")

@@ -249,3 +249,36 @@ def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opene
     assert state.mesh("two") is None  # rather than another mesh
     state.put_mesh("two", b"mesh")
     assert state.commit() and list(state.meshes.iterdir()) == []
+
+
+def test_an_index_that_leads_nowhere_is_damage(file, opened):
+    """By it a row that is there would not be found, and another one put beside it."""
+    state = opened()
+    assert state.commit(state.put(*(fact(f"name {number:02d}", "") for number in range(20))))
+    state.close()
+    link = sqlite3.connect(file)
+    (page,), (size,) = (link.execute(text).fetchone() for text in (
+        "SELECT rootpage FROM sqlite_master WHERE name='sqlite_autoindex_facts_1'",
+        "PRAGMA page_size"))
+    link.close()
+    data = bytearray(file.read_bytes())
+    place = data.index(b"name 07", (page - 1) * size, page * size)
+    data[place + 5] ^= 1
+    file.write_bytes(data)
+    assert opened().set_aside
+
+
+def test_a_mesh_and_its_part_come_together(file, opened, tmp_path):
+    """Whatever a power cut leaves of the log."""
+    state = opened()
+    for number in range(3):
+        name = f"clamp {number}"
+        assert state.commit(state.put_mesh(name, name.encode(), part(name)))
+    seen = set()
+    for cut in range(0, 40_000, 1500):
+        left = opened(image(file, tmp_path / "left", cut))
+        names = [row[0] for row in left.rows("parts")]
+        assert [row[0] for row in left.rows("meshes")] == names
+        seen.add(len(names))
+        left.close()
+    assert seen == {0, 1, 2, 3}

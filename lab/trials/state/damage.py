@@ -1,0 +1,120 @@
+"""State files that are cut, or of which a byte has changed."""
+
+from __future__ import annotations
+
+import random
+import shutil
+
+from ros_pose_stats.errors import PoseStatsError
+from ros_pose_stats.ros.state import Change, State
+from ros_pose_stats.ros.state.tables import COLUMNS
+
+from ..frame import Outcome, Setting
+from .original import NAME, Original
+
+CUTS, FLIPS, READ_FLIPS = 20, 200, 4000
+
+
+def _tried(setting, tries, damage):
+    """Nodes on files that were damaged, each in a way of its own."""
+    original, chance, broken, empty = Original(setting.folder), random.Random(setting.seed), [], 0
+    for number in range(tries):
+        file = original.copy(setting.folder / "copy")
+        said = damage(file, chance)
+        try:
+            wrong, known = original.start(setting.folder, file)
+        except AssertionError as error:
+            wrong, known = [str(error)], 0
+        broken += [f"{said} (try {number} of seed {setting.seed}): {line}" for line in wrong]
+        empty += not known
+    return Outcome(tries, broken, f"{empty} starts without anything, {tries - empty} with what "
+                   "was sound")
+
+
+def _any_file(file, chance):
+    """One of the files of a state, the larger the likelier."""
+    paths = [path for path in (file, file.with_name(f"{NAME}-wal"), *sorted(
+        file.with_name(f"{file.stem}.meshes").glob("*"))) if path.exists()]
+    return chance.choices(paths, [path.stat().st_size for path in paths])[0]
+
+
+def _cut(file, chance):
+    path = chance.choice((file, _any_file(file, chance)))
+    data = path.read_bytes()
+    left = chance.choice((0, 1, 100, chance.randrange(len(data)), len(data) - 1))
+    path.write_bytes(data[:left])
+    return f"{path.name} cut to {left} of {len(data)} bytes"
+
+
+def _flip(file, chance):
+    path = _any_file(file, chance)
+    data = bytearray(path.read_bytes())
+    place, bits = chance.randrange(len(data)), chance.randrange(1, 256)
+    data[place] ^= bits
+    path.write_bytes(data)
+    return f"byte {place} of {path.name} ^ {bits}"
+
+
+def cut_files(setting: Setting) -> Outcome:
+    """State files cut anywhere: the node starts with what is sound, or with nothing."""
+    return _tried(setting, setting.of(CUTS, 2), _cut)
+
+
+def flipped_bytes(setting: Setting) -> Outcome:
+    """A byte of the file, its log or its meshes changed: sound numbers, or none."""
+    return _tried(setting, setting.of(FLIPS, 5), _flip)
+
+
+def flipped_bytes_read(setting: Setting) -> Outcome:
+    """The same, the state alone read: each row by its key as it was written, or none."""
+    file, truth = setting.folder / "original" / NAME, _rows()
+    state = State(file)
+    state.put(*(Change(table, row[0], row) for table, rows in truth.items() for row in rows))
+    state.close()
+    chance, broken, aside, tries = random.Random(setting.seed), [], 0, setting.of(READ_FLIPS, 100)
+    for number in range(tries):
+        copy = setting.folder / "copy"
+        shutil.rmtree(copy, ignore_errors=True)
+        shutil.copytree(file.parent, copy)
+        said = _flip(copy / NAME, chance)
+        try:
+            state = State(copy / NAME)
+        except PoseStatsError as refusal:
+            if "newer" not in str(refusal) and "another program" not in str(refusal):
+                broken.append(f"{said}: {refusal}")
+            continue
+        aside += bool(state.set_aside)
+        broken += [f"{said} (try {number} of seed {setting.seed}): {line}"
+                   for line in _strange_rows(state, truth)]
+        state.close()
+    return Outcome(tries, broken, f"{aside} set aside")
+
+
+def _rows():
+    """Rows of every table but that of meshes, whose files have no rows to be compared."""
+    values = {"TEXT": "text {}".format, "INTEGER": int, "REAL": float,
+              "BLOB": lambda number: b"%d " % number * 9}
+    return {table: [tuple(values[column.split()[1]](number) for column in text.split(","))
+                    for number in range(40)]
+            for table, text in COLUMNS.items() if table != "meshes"}
+
+
+def _strange_rows(state, truth):
+    """What a state gives that nobody put there, or does not give though the file was sound.
+
+    Of messages that were counted one may be missing, so that it counts again if it comes again:
+    there may be a million of them, too many to look at in a start.
+    """
+    for table, rows in truth.items():
+        try:
+            strange = [] if table == "counted" else [
+                row for row in state.rows(table) if row not in rows]
+            found = [state.get(table, row[0]) for row in rows]
+        except Exception as error:
+            yield f"{table} cannot be read: {type(error).__name__}: {error}"
+            continue
+        others = sum(has not in (row, None) for has, row in zip(found, rows, strict=True))
+        missing = 0 if state.set_aside or table == "counted" else found.count(None)
+        if strange or others or missing:
+            yield (f"{table} has {len(strange)} strange rows, {others} of other keys, {missing} "
+                   "not there by their keys")

@@ -1,0 +1,152 @@
+"""Kill -9 at any moment, on a sound disk, on one that fills, and while bags go and come."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import subprocess
+import time
+from contextlib import contextmanager, suppress
+
+from tests.contract.node.harness.bags import bags_of
+
+from ..frame import Outcome, Setting
+from ..soak.life import Life, node_of
+from . import traffic
+from .ledger import PLATE, Ledger
+
+KILLS, SHARE_IN_START, START_SECONDS, LIFE_SECONDS = 100, 0.2, 4.0, 5.0
+DISK = 24
+"""MiB of the disk that fills."""
+
+
+def _node(ledger, **values):
+    return node_of(ledger.folder, plates=ledger.plates, plate=PLATE, max_parts=200,
+                   max_bag_bytes=2**22, **values)
+
+
+def _one_life(ledger, chance, lanes, exact=True, meanwhile=None):
+    """A start, which is looked at, and mixed traffic until a kill at a random moment."""
+    node = _node(ledger, log_drops=chance.choice(("true", "false")))
+    try:
+        if chance.random() < SHARE_IN_START:
+            time.sleep(START_SECONDS * chance.random())
+            ledger.events["kills in a start"] += 1
+            return
+        life = Life(node, ledger, chance.random(), look_back=exact)
+        try:
+            ledger.look_at(life.client, exact)
+            life.start(lanes)
+            until = time.monotonic() + LIFE_SECONDS * chance.random() ** 2
+            if meanwhile is not None:
+                meanwhile(until)
+            time.sleep(max(0.0, until - time.monotonic()))
+        finally:
+            life.end(kill=True)
+            ledger.wrong += sound(node)
+    finally:
+        node.kill()
+
+
+def sound(node):
+    """What the node's log has of faults of the program."""
+    signs = "Traceback", "internal failure", "[ERROR]", "[FATAL]", "terminate called"
+    return [line for line in node.lines if any(sign in line for sign in signs)]
+
+
+def _last_start(ledger, exact=True):
+    """A start after all kills, looked at in full, and a good end."""
+    life = Life(_node(ledger), ledger, 0, look_back=exact)
+    try:
+        ledger.look_at(life.client, exact, every_job=True)
+    finally:
+        life.end(kill=False)
+
+
+def _outcome(ledger, tried, more=""):
+    words = ", ".join(f"{number} {name}" for name, number in sorted(ledger.events.items()))
+    return Outcome(tried, list(dict.fromkeys(ledger.wrong)), f"{len(ledger.accepted)} jobs "
+                   f"accepted, {len(ledger.ends)} ends, {words}{more}")
+
+
+def kills(setting: Setting) -> Outcome:
+    """Kill -9 at random moments: parts, jobs, counts, forgetting, fits on one state file."""
+    ledger, chance, number = Ledger(setting.folder / "log"), random.Random(setting.seed), (
+        setting.of(KILLS, 6))
+    for _ in range(number):
+        _one_life(ledger, chance, traffic.ALL)
+        ledger.look_at_bags(sealed=False)
+    _last_start(ledger)
+    ledger.look_at_bags(sealed=True)
+    ledger.wrong += [*ledger.not_in([ledger.folder]), *ledger.unlike_the_library()]
+    if ledger.events["not recorded, and said so"]:
+        ledger.wrong.append("the disk was sound, but NOT_RECORDED was said")
+    return _outcome(ledger, number)
+
+
+def bags_that_go(setting: Setting) -> Outcome:
+    """Bags deleted, copied and renamed under a running node that is killed then."""
+    ledger, chance, number = Ledger(setting.folder / "log"), random.Random(setting.seed), (
+        setting.of(20, 2))
+
+    def disturb(until):
+        while time.monotonic() < until:
+            bags = bags_of(ledger.folder)
+            if bags:
+                bag, act = chance.choice([*bags, bags[-1]]), chance.randrange(3)
+                with suppress(FileNotFoundError, shutil.Error):  # the node mends it meanwhile
+                    if act == 0:
+                        shutil.rmtree(bag)
+                    elif act == 1:
+                        bag.rename(bag.with_name(f"{bag.name[:-1]}{chance.randrange(10)}x"))
+                    else:
+                        shutil.copytree(bag, bag.with_name(f"{bag.name}0"), dirs_exist_ok=True)
+                ledger.events["bags disturbed"] += 1
+            time.sleep(0.3 * chance.random())
+
+    for _ in range(number):
+        _one_life(ledger, chance, traffic.WITHOUT_PLATES, exact=False, meanwhile=disturb)
+    _last_start(ledger, exact=False)
+    return _outcome(ledger, number)
+
+
+@contextmanager
+def small_disk(folder, mebibytes):
+    """A file system of its own in a folder; why there is none, where that is not allowed."""
+    folder.mkdir()
+    said = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={mebibytes}m", "trial", folder],
+                          capture_output=True, text=True)
+    try:
+        yield said.stderr.strip() if said.returncode else ""
+    finally:
+        if not said.returncode:
+            subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def a_disk_that_is_full(setting: Setting) -> Outcome:
+    """A small disk that is filled and emptied under mixed traffic, and the node killed."""
+    with small_disk(setting.folder / "disk", DISK) as problem:
+        if problem:
+            return Outcome(0, [f"not tried, since nothing can be mounted here: {problem}"])
+        ledger, chance, number = Ledger(setting.folder / "disk" / "log"), (
+            random.Random(setting.seed)), setting.of(20, 2)
+        ballast = setting.folder / "disk" / "ballast"
+
+        def fill(until):
+            while time.monotonic() < until:
+                time.sleep(chance.random())
+                with suppress(OSError), ballast.open("ab", buffering=0) as file:
+                    while True:
+                        file.write(bytes(2**16 if chance.random() < 0.9 else 2**10))
+                ledger.events["times full"] += 1
+                time.sleep(chance.random())
+                if chance.random() < 0.7:
+                    ballast.unlink()
+
+        for _ in range(number):
+            _one_life(ledger, chance, traffic.WITHOUT_PLATES, exact=False, meanwhile=fill)
+            for bag in bags_of(ledger.folder)[:-2]:
+                shutil.rmtree(bag)
+        ballast.unlink(missing_ok=True)
+        _last_start(ledger, exact=False)
+        return _outcome(ledger, number)

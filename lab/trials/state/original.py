@@ -1,0 +1,106 @@
+"""A state as a killed node has left it, and what a node on a copy of it shows."""
+
+from __future__ import annotations
+
+import shutil
+import time
+
+from ros_pose_stats import estimate
+from tests.contract.node.harness import parts
+from tests.contract.node.harness.camera import counted, counting, learnt
+from tests.contract.node.harness.cell import cell_of
+from tests.contract.node.harness.client import CANCELLED
+from tests.contract.node.harness.jobs import finished, start
+from tests.contract.node.harness.parts import fine_box, flat, library_part
+
+from ..cell import domain
+from .kills import sound
+from .ledger import BOXES
+
+NAME = "pose_stats.sqlite3"
+SURFACES = {**{f"box_{number}": surface for number, surface in enumerate(BOXES)},
+            "fine": fine_box(6000)}
+
+
+class Original:
+    """A state with parts, counts and a job, as a killed node has left it, and what it showed."""
+
+    def __init__(self, folder):
+        self.folder = folder / "original"
+        with self.cell(folder / "bags", self.folder / NAME) as (node, client):
+            self.shown, self.before = {}, []
+            for act in (self._send, self._drop, self._count):
+                act(client)
+                self.before.append(self.shown)
+                time.sleep(1.5)  # all is committed by then
+                self.shown = numbers_of(client)
+            node.kill()
+        self.csae = {name: parts.probabilities(estimate(library_part(surface), "csae").poses)
+                     for name, surface in SURFACES.items()}
+
+    @staticmethod
+    def _send(client):
+        for name, surface in SURFACES.items():
+            client.good("estimate", part=flat(surface, name), method="csae")
+
+    def _drop(self, client):
+        self.job = start(client, "box_1", 500, seed=3)
+        self.done = str(finished(client, self.job).statistics)
+
+    @staticmethod
+    def _count(client):
+        model = learnt(client, "box_0", 0)
+        counting(client).publish(counted(model, [3, 4, 5, 6, 7, 8]))
+        learnt(client, "box_0", 33)
+
+    @staticmethod
+    def cell(bags, file, **values):
+        """A node on a state file."""
+        return cell_of(domain(), bags, "damaged", state_file=file, workers=1, **values)
+
+    def copy(self, folder):
+        """The file, its log and its meshes once more; the file."""
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(self.folder, folder)
+        return folder / NAME
+
+    def start(self, folder, file, whole=False):
+        """Start a node on a file: what is wrong with it, and how many parts it knows.
+
+        `whole`: everything is to be there; else also what was shown earlier, since a log that is
+        damaged in the middle ends there.
+        """
+        with self.cell(folder / "bags", file) as (node, client):
+            wrong = self._wrong(client, whole)
+            known = len(client.call("get_statistics").statistics)
+            node.stop()
+            wrong += sound(node)
+        return wrong, known
+
+    def _wrong(self, client, whole):
+        shown, wrong = numbers_of(client), []
+        for name, numbers in shown.items():
+            if numbers not in [then.get(name) for then in (self.shown, *self.before)]:
+                wrong.append(f"{name} shows {numbers}, and showed {self.shown.get(name)}")
+        for name in shown:
+            answer = client.call("estimate", part_id=name, method="csae")
+            if answer.success:
+                if parts.probabilities(answer.statistics.poses) != self.csae[name]:
+                    wrong.append(f"{name} is another part: {answer.statistics.part_digest}")
+            elif whole or "send the part again" not in answer.message:
+                wrong.append(f"{name}: {answer.message}")
+        job = client.call("get_drop_simulation", job_id=self.job)
+        if job.success and str(job.statistics) != self.done and (
+                whole or job.state != CANCELLED or job.statistics.drops):
+            wrong.append(f"the job has another result: {job.statistics}")
+        if whole and not (shown == self.shown and job.success):
+            wrong.append(f"{len(shown)} of {len(self.shown)} parts, job: {job.message}")
+        return wrong
+
+
+def numbers_of(client):
+    """What is shown of each part, but for its time and revision."""
+    return {told.part_id: (told.part_digest, told.method, told.observed, told.drops,
+                           sorted((pose.index, pose.count, pose.probability)
+                                  for pose in told.poses))
+            for told in client.call("get_statistics").statistics}

@@ -1,0 +1,68 @@
+"""A start with as many parts as a node may know."""
+
+from __future__ import annotations
+
+import time
+
+from ros_pose_stats import estimate
+from tests.contract.node.harness import parts
+from tests.contract.node.harness.bags import size_of
+from tests.contract.node.harness.parts import fine_box, flat, library_part
+
+from ..cell import MEGABYTE, QuickClient, domain, forget_peak, status
+from ..frame import Outcome, Setting, judged
+from ..soak.life import UDP_ONLY, NodeProcess
+
+PARTS, TOGETHER, READY_SECONDS, ASKED = 256, 2**30, 3.0, 8
+PART_BYTES = 24
+"""Of a triangle in a message: half a vertex of 24 bytes and three indices of 4."""
+
+
+def a_start_with_all_parts(setting: Setting) -> Outcome:
+    """256 known parts of 1 GiB together: ready in 3 s, and requests about them answered."""
+    number = setting.of(PARTS, 6)
+    surface = fine_box(TOGETHER / PARTS / PART_BYTES)
+    surfaces = [((1.0 + 0.001 * k) * surface[0], surface[1]) for k in range(number)]
+    state = setting.folder / "state"
+
+    def begin():
+        return NodeProcess(setting.folder / "bags", "-r", "__ns:=/many", max_parts=PARTS,
+                           state_file=state / "many.sqlite3", max_part_bytes=2**33,
+                           environment={**UDP_ONLY, "ROS_DOMAIN_ID": str(domain())})
+
+    with QuickClient(domain(), "/many/pose_stats") as client:
+        with begin() as node:
+            node.ready()
+            for k, one in enumerate(surfaces):
+                client.good("estimate", part=flat(one, f"part_{k}"), method="csae")
+        size, seconds, peaks = size_of(state), [], []
+        for _ in range(2):
+            time.sleep(1.0)
+            began = time.monotonic()
+            with begin() as node:
+                node.ready()
+                seconds.append(time.monotonic() - began)
+                forget_peak(node)
+                wrong = _answers(client, surfaces)
+                peaks.append(status(node, "VmHWM"))
+        added = size_of(state) - size
+    full = setting.size >= 1.0
+    return judged(number, f"{size / MEGABYTE:.0f} MiB of state; ready in "
+                  f"{' and '.join(f'{one:.1f}' for one in seconds)} s"
+                  f"{'' if full else ' (not judged)'}; at most "
+                  f"{' and '.join(f'{one / MEGABYTE:.0f}' for one in peaks)} MiB of memory; "
+                  f"{added} bytes more after two starts; wrong: {wrong}",
+                  ready_in_time=min(seconds) < READY_SECONDS or not full,
+                  all_are_answered=not wrong, a_start_adds_nothing=added < 0.01 * size)
+
+
+def _answers(client, surfaces):
+    """Which of some parts are not as the library has them, or not known."""
+    latched = {told.part_id for told in client.good("get_statistics").statistics}
+    wrong = [f"part_{k} is not shown" for k in range(len(surfaces)) if f"part_{k}" not in latched]
+    for k in range(0, len(surfaces), max(1, len(surfaces) // ASKED)):
+        answer = client.call("estimate", part_id=f"part_{k}", method="csae")
+        expected = estimate(library_part(surfaces[k]), "csae").poses
+        if parts.probabilities(answer.statistics.poses) != parts.probabilities(expected):
+            wrong.append(f"part_{k}: {answer.message or 'another result'}")
+    return wrong
