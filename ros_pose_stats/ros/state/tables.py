@@ -12,6 +12,7 @@ import time
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -156,6 +157,8 @@ def _connected(name: str, file: Path) -> sqlite3.Connection:
     read_only = name.startswith("file:")
     link = sqlite3.connect(name, timeout=BUSY_SECONDS, isolation_level=None,
                            check_same_thread=False, uri=read_only)
+    # A damaged text reaches the checksum of its row instead of failing on the way.
+    link.text_factory = partial(str, encoding="utf-8", errors="surrogateescape")
     try:
         _check_version(link, file)
         link.execute("PRAGMA synchronous=FULL")

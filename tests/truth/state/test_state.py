@@ -184,7 +184,7 @@ def test_newer_and_foreign_files_are_left_alone(file, opened):
     assert other.read_bytes() == before
     pipe = file.with_name("pipe")
     os.mkfifo(pipe)
-    with pytest.raises(RequestError, match="which is none"):
+    with pytest.raises(RequestError, match="a pipe, no file"):
         State(pipe)
 
 
