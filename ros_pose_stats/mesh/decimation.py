@@ -6,13 +6,14 @@ from numpy.typing import NDArray
 from ..records import Part
 
 Array = NDArray[np.float64]
-Index = NDArray[np.uint32]
+Index = NDArray[np.integer]
 
 FINEST = 20_000
 """Triangles that a picture of some hundred pixels shows as well as the whole mesh."""
 
-WHOLE_EXTENT = 1.0
-"""Largest error that decimation may make, in extents: none is too large, the number counts."""
+TOLERANCES = 2.0 ** np.arange(-13.0, -0.75, 0.25)
+"""Of decimation, in extents: from a fraction of a pixel up to half of the part. Small steps leave
+more of the shape: twice as large ones displace the thread of a screw by half as much again."""
 
 
 def visible_triangles(part: Part, most: int = FINEST) -> Array:
@@ -28,7 +29,7 @@ def visible_triangles(part: Part, most: int = FINEST) -> Array:
     if is_open:
         most //= 2
     if len(triangles) > most:
-        triangles = part.prepare(_fewer_triangles, most)
+        vertices, triangles = part.prepare(_fewer_triangles, most)
     corners = vertices[triangles]
     return np.concatenate([corners, corners[:, ::-1]]) if is_open else np.asarray(corners)
 
@@ -37,44 +38,62 @@ def _is_open(part: Part) -> bool:
     return any(warning.startswith("OPEN_MESH:") for warning in part.warnings)
 
 
-def _drawn_surface(part: Part) -> tuple[Array, NDArray[np.integer]]:
+def _drawn_surface(part: Part) -> tuple[Array, Index]:
     if not _is_open(part):
         return part.surface_vertices, part.surface_triangles
     a, b, c = part.triangles.T
     return part.vertices, part.triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _fewer_triangles(part: Part, most: int) -> Index:
-    vertices, triangles = _drawn_surface(part)
-    if most < FINEST < len(triangles):  # a large mesh is gone through once, for all sizes
-        triangles = part.prepare(_fewer_triangles, FINEST)
-    return decimate(vertices, triangles, most)
+def _fewer_triangles(part: Part, most: int) -> tuple[Array, Index]:
+    surface = _drawn_surface(part)
+    if most < FINEST < len(surface[1]):  # a large mesh is gone through once, for all sizes
+        surface = part.prepare(_fewer_triangles, FINEST)
+    return decimate(*surface, most)
 
 
-def decimate(vertices: Array, triangles: NDArray[np.integer], most: int) -> Index:
-    """Collapse edges of a mesh, those first that change its shape least.
+def decimate(vertices: Array, triangles: Index, most: int) -> tuple[Array, Index]:
+    """Collapse edges of a mesh within growing tolerances, until it has few enough triangles.
 
     `vertices` (V, 3); `triangles` (T, 3): of any mesh, also open, of many bodies, or with edges of
-    more than two triangles. Returns (t, 3) uint32: into the same vertices; t <= most. Where no
-    edge can be collapsed without tearing the mesh, the largest triangles are left.
+    more than two triangles. Returns what is left of both, at most `most` triangles. Where edges
+    cannot be collapsed so far, as those of loose triangles, the largest triangles stay.
     """
-    from meshoptimizer import simplify  # loaded for pictures alone
+    from manifold3d import Manifold, Mesh64  # loaded for pictures alone
 
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    extent = float((high - low).max()) or 1.0
-    places = np.ascontiguousarray((vertices - low) / extent, dtype=np.float32)
-    given = np.ascontiguousarray(triangles, dtype=np.uint32).reshape(-1)
-    found = np.empty_like(given)
-    count = simplify(found, given, places, target_index_count=3 * most,
-                     target_error=WHOLE_EXTENT)
-    left: Index = found[:count].reshape(-1, 3)
-    if len(left) > most:
-        left = left[_largest(places[left], most)]
-    return left.copy()
+    extent = float(np.ptp(vertices, axis=0).max()) or 1.0
+    apex = vertices.max(axis=0) + extent * np.array([3.0, 5.0, 7.0])  # in no plane of the mesh
+    cone = _cone(triangles, len(vertices))
+    if len(cone) <= len(triangles):  # more rims have only meshes of loose triangles and pairs
+        closed = np.concatenate([triangles, cone]).astype(np.uint64)
+        body = Manifold(Mesh64(np.concatenate([vertices, apex[None]]), closed))
+        for tolerance in extent * TOLERANCES:
+            body = body.simplify(tolerance)
+            mesh = body.to_mesh64()
+            places = np.array(mesh.vert_properties)
+            left = np.array(mesh.tri_verts, dtype=np.int64)
+            left = left[(places[left] != apex).any(axis=2).all(axis=1)]
+            if len(left) == 0:
+                break
+            vertices, triangles = places, left
+            if len(triangles) <= most:
+                return vertices, triangles
+    a, b, c = vertices[triangles].transpose(1, 0, 2) / extent
+    areas = (np.cross(b - a, c - a) ** 2).sum(axis=1)
+    return vertices, triangles[np.sort(np.argsort(-areas, kind="stable")[:most])]
 
 
-def _largest(corners: NDArray[np.float32], count: int) -> NDArray[np.int64]:
-    """Numbers of the largest triangles, in their order."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = (normals * normals).sum(axis=1)
-    return np.sort(np.argsort(-areas, kind="stable")[:count])
+def _cone(triangles: Index, apex: int) -> Index:
+    """Triangles (r, 3) from all rims of a mesh to an apex, a vertex by its number.
+
+    With them every edge is passed as often one way as the other, as the modeller demands of
+    solids, and rims are sharp edges, which it keeps.
+    """
+    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    ends = ends.astype(np.int64)
+    edges, edge = np.unique(ends.min(axis=1) * apex + ends.max(axis=1), return_inverse=True)
+    upward = np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).astype(np.int64)
+    low, high = edges // apex, edges % apex
+    rims = np.stack([np.where(upward > 0, high, low), np.where(upward > 0, low, high),
+                     np.full_like(low, apex)], axis=1)
+    return np.repeat(rims, abs(upward), axis=0)

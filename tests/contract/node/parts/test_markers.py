@@ -129,7 +129,8 @@ def test_however_many_parts_there_are_the_drawing_is_bounded(tuned):
     with Drawing(tuned) as drawing:
         row = bodies(drawing.of(parts))
     assert len(row) == 60
-    assert 6000 <= sum(len(marker.points) for marker in row) / 3 <= 40_000
+    assert all(len(marker.points) / 3 >= 12 for marker in row)  # as many as a box takes
+    assert sum(len(marker.points) for marker in row) / 3 <= 40_000
 
 
 def test_it_follows_parts_and_frame(tuned):
