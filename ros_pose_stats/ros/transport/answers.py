@@ -5,7 +5,7 @@ thousand at once would keep all others waiting. And for a client that the node h
 entirely, or whose quality of service does not fit, `rcl_send_response` waits a tenth of a second
 with the interpreter locked before the answer is thrown away. So requests are taken at once, sorted
 by client and worked off by a few threads; and a client that was not reached is not tried again
-until its turn among all of these. What a client is owed is in `docs/node.md`: it waits for the
+until its turn among all of these. What a client is owed is in `docs/promises.md`: it waits for the
 service, calls with a time-out, and calls again.
 
 rclpy does not tell which client a request is from, but a client numbers its requests one after
