@@ -3,46 +3,30 @@
 import math
 
 from ...tolerances import PULL, SINKING
+from .. import vectors as vec
 from ..compilation import inlined
-from ..vectors import (
-    Vec3,
-    cross,
-    divided,
-    dot,
-    dot_from,
-    length,
-    minus,
-    over,
-    plus,
-    read_row,
-    read_vector,
-    scaled,
-    write_row,
-    write_vector,
-)
 from . import layout as at
-from .layout import DropBody, Work, corner_of, coupling_of, moments_of, spin_of, up_of
 
 
 @inlined
-def weigh(body: DropBody, work: Work) -> None:
+def weigh(body: at.DropBody, work: at.Work) -> None:
     """Reach and downward acceleration in free motion of every touching vertex.
 
     They are a = r x p and 1 - ((p x w) x w) . r - a . I^-1 (I w) x w.
     """
-    g, p, w = coupling_of(body.moment), up_of(work.state), spin_of(work.state)
-    g = Vec3(g.x * w.y * w.z, g.y * w.z * w.x, g.z * w.x * w.y)
-    pw, ww = dot(p, w), dot(w, w)
+    g, p, w = at.coupling_of(body.moment), at.up_of(work.state), at.spin_of(work.state)
+    g = vec.Vec3(g.x * w.y * w.z, g.y * w.z * w.x, g.z * w.x * w.y)
+    pw, ww = vec.dot(p, w), vec.dot(w, w)
     for i in range(work.tally[at.NEAR]):
-        r = corner_of(body, work.near[i])
-        a = cross(r, p)
-        write_row(work.load, i, at.ARM, a)
-        work.load[i, at.FALL] = (1.0 - pw * dot(w, r) + ww * dot(p, r)
+        r = at.corner_of(body, work.near[i])
+        a = vec.cross(r, p)
+        vec.write_row(work.load, i, at.ARM, a)
+        work.load[i, at.FALL] = (1.0 - pw * vec.dot(w, r) + ww * vec.dot(p, r)
                               - a.x * g.x - a.y * g.y - a.z * g.z)
 
 
 @inlined
-def choose_contact(body: DropBody, work: Work) -> int:
+def choose_contact(body: at.DropBody, work: at.Work) -> int:
     """Contact mode of the vertices at rest: none, one, or two that carry the body, or a face.
 
     `weigh` has measured them. The vertices in contact are noted in `active` and `contact`.
@@ -74,12 +58,12 @@ def choose_contact(body: DropBody, work: Work) -> int:
 
 
 @inlined
-def _try_vertex(body: DropBody, work: Work, i: int, still: bool) -> int:
+def _try_vertex(body: at.DropBody, work: at.Work, i: int, still: bool) -> int:
     """Mode if one vertex carries the body, `FLIGHT` if it does not."""
-    arm, fall = read_row(work.load, i, at.ARM), work.load[i, at.FALL]
-    reply = over(arm, moments_of(body))
-    force = fall / dot_from(1.0, arm, reply)
-    turning = scaled(reply, force)
+    arm, fall = vec.read_row(work.load, i, at.ARM), work.load[i, at.FALL]
+    reply = vec.over(arm, at.moments_of(body))
+    force = fall / vec.dot_from(1.0, arm, reply)
+    turning = vec.scaled(reply, force)
     if not _carries(work, i, i, force, turning):
         return at.FLIGHT
     if still and not _lifts(work, force, turning):
@@ -90,16 +74,16 @@ def _try_vertex(body: DropBody, work: Work, i: int, still: bool) -> int:
 
 
 @inlined
-def _try_edge(body: DropBody, work: Work, i: int, k: int, still: bool) -> int:
+def _try_edge(body: at.DropBody, work: at.Work, i: int, k: int, still: bool) -> int:
     """Mode if two vertices carry the body by forces that push, `FLIGHT` if they do not.
 
     They are held from here on.
     """
     work.active[0], work.active[1] = work.near[i], work.near[k]
     _hold(body, work)
-    m, size = moments_of(body), work.contact[at.LENGTH]
-    a = read_row(work.load, i, at.ARM)
-    c = cross(read_vector(work.contact, at.ALONG), up_of(work.state))
+    m, size = at.moments_of(body), work.contact[at.LENGTH]
+    a = vec.read_row(work.load, i, at.ARM)
+    c = vec.cross(vec.read_vector(work.contact, at.ALONG), at.up_of(work.state))
     m11, m12, m22 = _response(1.0, a, a, m), _response(0.0, a, c, m), _response(0.0, c, c, m)
     fall = work.load[i, at.FALL]
     turn = (work.load[k, at.FALL] - fall) / size
@@ -109,7 +93,7 @@ def _try_edge(body: DropBody, work: Work, i: int, k: int, still: bool) -> int:
     far = torque / size
     if far < -PULL or force - far < -PULL or not math.isfinite(far):
         return at.FLIGHT
-    turning = over(plus(scaled(a, force), scaled(c, torque)), m)
+    turning = vec.over(vec.plus(vec.scaled(a, force), vec.scaled(c, torque)), m)
     if not _carries(work, i, k, force, turning):
         return at.FLIGHT
     if still and not _lifts(work, force, turning):
@@ -118,19 +102,19 @@ def _try_edge(body: DropBody, work: Work, i: int, k: int, still: bool) -> int:
 
 
 @inlined
-def _response(start: float, a: Vec3, b: Vec3, m: Vec3) -> float:
+def _response(start: float, a: vec.Vec3, b: vec.Vec3, m: vec.Vec3) -> float:
     """A number, plus a . I^-1 b."""
     return start + a.x * b.x / m.x + a.y * b.y / m.y + a.z * b.z / m.z
 
 
 @inlined
-def _rise(work: Work, k: int, force: float, turning: Vec3) -> float:
+def _rise(work: at.Work, k: int, force: float, turning: vec.Vec3) -> float:
     """Upward acceleration of a touching vertex under a force and the turning that it brings."""
-    return dot_from(force, read_row(work.load, k, at.ARM), turning) - work.load[k, at.FALL]
+    return vec.dot_from(force, vec.read_row(work.load, k, at.ARM), turning) - work.load[k, at.FALL]
 
 
 @inlined
-def _carries(work: Work, first: int, second: int, force: float, turning: Vec3) -> bool:
+def _carries(work: at.Work, first: int, second: int, force: float, turning: vec.Vec3) -> bool:
     """No other vertex at rest would sink, the body's acceleration by the forces being given."""
     for k in range(work.tally[at.NEAR]):
         if work.rested[k] == 0 or k in (first, second):
@@ -141,7 +125,7 @@ def _carries(work: Work, first: int, second: int, force: float, turning: Vec3) -
 
 
 @inlined
-def _lifts(work: Work, force: float, turning: Vec3) -> bool:
+def _lifts(work: at.Work, force: float, turning: vec.Vec3) -> bool:
     """A vertex at rest would rise."""
     for k in range(work.tally[at.NEAR]):
         if work.rested[k] == 1 and _rise(work, k, force, turning) > SINKING:
@@ -150,7 +134,7 @@ def _lifts(work: Work, force: float, turning: Vec3) -> bool:
 
 
 @inlined
-def _still_on_three(work: Work) -> bool:
+def _still_on_three(work: at.Work) -> bool:
     """Three vertices or more are at rest and hold the body still.
 
     It then rests on the face even where two of them alone could carry it, as across the
@@ -168,22 +152,22 @@ def _still_on_three(work: Work) -> bool:
 
 
 @inlined
-def _hold(body: DropBody, work: Work) -> None:
+def _hold(body: at.DropBody, work: at.Work) -> None:
     """Note vertex, direction and length of the contact."""
     contact, far = work.contact, work.active[1]
-    corner = corner_of(body, work.active[0])
-    write_vector(contact, at.CORNER, corner)
-    write_vector(contact, at.ALONG, Vec3(0.0, 0.0, 0.0))
+    corner = at.corner_of(body, work.active[0])
+    vec.write_vector(contact, at.CORNER, corner)
+    vec.write_vector(contact, at.ALONG, vec.Vec3(0.0, 0.0, 0.0))
     contact[at.LENGTH] = 1.0
     if far >= 0:
-        edge = minus(corner_of(body, far), corner)
-        size = length(edge)
-        write_vector(contact, at.ALONG, divided(edge, size))
+        edge = vec.minus(at.corner_of(body, far), corner)
+        size = vec.length(edge)
+        vec.write_vector(contact, at.ALONG, vec.divided(edge, size))
         contact[at.LENGTH] = size
 
 
 @inlined
-def let_go(body: DropBody, work: Work, which: int) -> int:
+def let_go(body: at.DropBody, work: at.Work, which: int) -> int:
     """Release one of the vertices in contact; return the mode that is left."""
     if which == 0:
         work.active[0] = work.active[1]

@@ -7,13 +7,12 @@ from ..compilation import entry_kernel, inlined
 from . import layout as at
 from .detect import detect
 from .evolve import LONGEST, evolve, prepare_step
-from .layout import DropBody, DropRules, Work, corner_height, lowest_corner, new_work, note
 from .resolve import resolve, take_up
 from .trap import energy, judge_outcome, may_go_on
 
 
 @entry_kernel
-def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index2,
+def run_drops(body: at.DropBody, rules: at.DropRules, releases: Fixed2, outcome: Index2,
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 
@@ -23,7 +22,7 @@ def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index
     and m g radius; `tape` (T, 14): filled with the events of the last drop from row 1 on; empty
     for none.
     """
-    work = new_work(body.x.shape[0])
+    work = at.new_work(body.x.shape[0])
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
@@ -33,7 +32,7 @@ def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index
 
 
 @inlined
-def _release(body: DropBody, rules: DropRules, begin: Array, top: float, work: Work,
+def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, work: at.Work,
              outcome: Index, tape: Array) -> None:
     """Put the body above the plate, touching it where the height is too low to fit."""
     state, tally = work.state, work.tally
@@ -49,22 +48,22 @@ def _release(body: DropBody, rules: DropRules, begin: Array, top: float, work: W
     work.clock[at.EXPECTED_BOUNCE] = math.inf
     outcome[at.TOUCHED] = 0
     if state[at.Z] <= max(1.0, top) + rules.touching:
-        tally[at.LOWEST] = lowest_corner(state, body)
-        low = corner_height(state, body, tally[at.LOWEST])
+        tally[at.LOWEST] = at.lowest_corner(state, body)
+        low = at.corner_height(state, body, tally[at.LOWEST])
         if low < 0.0:
             state[at.Z] -= low
             outcome[at.TOUCHED] = 1
         for j in range(body.x.shape[0]):
-            if corner_height(state, body, j) <= rules.touching:
+            if at.corner_height(state, body, j) <= rules.touching:
                 work.near[tally[at.NEAR]] = j
                 tally[at.NEAR] += 1
     if tape.shape[0] > 0:
         tape[0, 0] = 0.0
-    note(work, tape, at.RELEASE, -1)
+    at.note(work, tape, at.RELEASE, -1)
 
 
 @inlined
-def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Index,
+def _drop(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work, outcome: Index,
           measure: Array, tape: Array) -> None:
     """From event to event, until the outcome is certain or the steps granted have run out."""
     tally = work.tally
@@ -86,4 +85,4 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
     outcome[at.IMPACT_COUNT], outcome[at.STEP_COUNT] = tally[at.IMPACTS], tally[at.STEPS]
     measure[at.DURATION] = work.clock[at.TIME]
     measure[at.ENERGY] = energy(work.state, body.moment)
-    note(work, tape, at.END, -1)
+    at.note(work, tape, at.END, -1)
