@@ -9,14 +9,12 @@ import traceback
 from collections.abc import Sequence
 from typing import Any
 
+from . import errors, text, version
 from .commands import animate, catalogue, compile, completion, estimate, node, report
 from .commands.arguments import REFUSED, CommandParser
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
 from .commands.feeding import fit, flips
-from .errors import PoseStatsError
-from .text import printable
-from .version import VERSION
 
 INTERRUPTED = 130
 FAILED = 1
@@ -30,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
             "each."),
         examples=("ros_pose_stats shapes demo",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm"))
-    top.add_argument("--version", action="version", version=VERSION,
+    top.add_argument("--version", action="version", version=version.VERSION,
                      help="print the version and exit")
     commands: argparse._SubParsersAction[Any] = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
@@ -71,8 +69,8 @@ def run_parsed(parsed: argparse.Namespace) -> int:
     try:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
-    except PoseStatsError as refusal:
-        print(f"ros_pose_stats: {printable(str(refusal))}", file=sys.stderr)  # it names files
+    except errors.PoseStatsError as refusal:
+        print(f"ros_pose_stats: {text.printable(str(refusal))}", file=sys.stderr)  # it names files
         return REFUSED
     except KeyboardInterrupt:
         print("ros_pose_stats: interrupted", file=sys.stderr)

@@ -14,8 +14,7 @@ from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, Part
 from ..resting.poses import RestingPoses, poses_in
-from ..simulation import request
-from ..simulation.chunks import DropWorkers
+from ..simulation import chunks, request
 from ..simulation.drop_body import drop_body
 from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
@@ -137,7 +136,7 @@ def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
     def drop(first: int, count: int) -> DropOutcomes:
         return compute_drops(body, rules, directions[first:first + count])
 
-    at_work = DropWorkers(drop, len(directions), workers, should_stop or (lambda: False))
+    at_work = chunks.DropWorkers(drop, len(directions), workers, should_stop or (lambda: False))
     found: list[Index] = [np.zeros(0, dtype=np.int64)]
     touched: list[NDArray[np.bool_]] = [np.zeros(0, dtype=np.bool_)]
     done = 0

@@ -14,7 +14,7 @@ from ..errors import MeshError, RequestError
 from ..estimators import estimate
 from ..methods import AUTO
 from ..records import DropScene, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import scene as scenes
 from ..simulation.request import drop_request
 from ..statistics import feeding, pose_groups
 from ..statistics.pose_shares import pose_shares
@@ -40,9 +40,9 @@ CHECK_SECONDS = 1.0
 
 def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
                 checks: int = CHECKS, drops: int | None = None, seed: int | None = None,
-                restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-                cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+                restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
                 on_progress: Callable[[float], object] | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Sensitivity:
     """How the share of wanted poses changes with centre of mass, proportions, faces and edges.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..records import DropScene, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
 from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded
@@ -64,10 +64,10 @@ class Suggestion:
 
 
 def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | None = None,
-            seed: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+            seed: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
             drop_height: float | None = None,
-            cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-            round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+            cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+            round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
             on_progress: Callable[[float], object] | None = None,
             should_stop: Callable[[], bool] | None = None) -> Suggestion:
     """Combine changes of a part, within bounds, so that it comes to rest as wanted more often.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII
+from ..records import scene as scenes
 from ..resting.poses import RestingPoses
 from .published import eae, meae, nonlinear, normalized, qse
 
@@ -136,7 +136,7 @@ def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
     """Drop height in radii of the part."""
     if scene.drop_height is None:
-        return DEFAULT_DROP_RADII
+        return scenes.DEFAULT_DROP_RADII
     return scene.drop_height / resting.body.radius
 
 

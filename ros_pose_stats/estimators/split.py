@@ -17,8 +17,7 @@ from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, 
 from ..kernels.levels.splits import descend_splits
 from ..records import DropScene
 from ..resting.poses import RestingPoses
-from .fitted import SPLIT_FITS, SplitFit, corner_inputs, rolling_inputs, scene_inputs
-from .published import Array, normalized
+from . import fitted, published
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
@@ -33,7 +32,7 @@ SHALLOWEST = 1e-14
 """Least depth, in radii, by which growth is measured."""
 
 
-def split(resting: RestingPoses, scene: DropScene) -> Array:
+def split(resting: RestingPoses, scene: DropScene) -> published.Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
@@ -45,10 +44,10 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    return normalized(resting.clusters.gather(probability))
+    return published.normalized(resting.clusters.gather(probability))
 
 
-def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
+def split_inputs(resting: RestingPoses, scene: DropScene) -> published.Array:
     """Inputs (3 K, 26) of the weights of the K splits.
 
     Those are the features, then what tells of the body, the scene and the corners, then rolling.
@@ -58,13 +57,13 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((resting.shape_features, scene_inputs(resting, scene),
-                            corner_inputs(resting)))
+    about = np.concatenate((resting.shape_features, fitted.scene_inputs(resting, scene),
+                            fitted.corner_inputs(resting)))
     same = np.broadcast_to(about, (rows.shape[0], about.shape[0]))
-    return np.hstack((rows, same, rolling_inputs(resting)))
+    return np.hstack((rows, same, fitted.rolling_inputs(resting)))
 
 
-def kept_shares(resting: RestingPoses) -> Array:
+def kept_shares(resting: RestingPoses) -> published.Array:
     """Share of its own children's weights that each child of a join (S - 1, 2) keeps, 0 to 1.
 
     A child keeps all of them where its own split lies at the same level. A ridge that is low
@@ -86,7 +85,7 @@ def kept_shares(resting: RestingPoses) -> Array:
 
 
 def component_weights(rows: NDArray[np.floating],
-                      fits: Sequence[SplitFit] = SPLIT_FITS) -> Array:
+                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> published.Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26).
 
     A part comes to rest in a component because the last of its energy leaves it there, or
@@ -97,7 +96,7 @@ def component_weights(rows: NDArray[np.floating],
     return np.asarray(sum(told) / len(fits))
 
 
-def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
+def component_bases(rows: NDArray[np.floating]) -> tuple[published.Array, published.Array]:
     """Logarithms (n,) of the area and of the angle that holds, without their fitted factors.
 
     The angle vanishes with the depth, where the level is hardly above the lowest face.

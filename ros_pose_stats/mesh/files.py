@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
+from . import units, vectors
 from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
-from .units import UnitSource, asked_unit, unit_that_counts
-from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
@@ -52,7 +51,7 @@ class FileMesh(NamedTuple):
     unit: float  # metres a unit
     # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
     # was asked for, or `assumed` to be the metre
-    unit_source: UnitSource = "given"
+    unit_source: units.UnitSource = "given"
     # metres a unit as the file declares, whichever counts; None for files that declare none
     declared: float | None = None
 
@@ -82,7 +81,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     `path`: for the format, and for messages. Raises MeshFileError if it is damaged, or holds no
     triangles. Raises RequestError as `read_mesh`.
     """
-    asked = asked_unit(unit)
+    asked = units.asked_unit(unit)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, content)
     declared = None
@@ -103,7 +102,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
     extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
-    metres, source = unit_that_counts(asked, declared, extent, unless_declared)
+    metres, source = units.unit_that_counts(asked, declared, extent, unless_declared)
     return FileMesh(vertices, triangles, metres, source, declared)
 
 
@@ -177,7 +176,7 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         points = np.array(mesh.vertices, dtype=np.float64)
         corners = np.array(corners, dtype=np.int64)
         if not np.array_equal(transform, np.eye(4)):
-            points = turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+            points = vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
             a, b, c = transform[:3, :3]
             if float((np.cross(a, b) * c).sum()) < 0.0:  # a reflection
                 corners = corners[:, ::-1]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..records import DropScene
-from ..records.scene import LOW_DROP_RADII
+from ..records import scene as scenes
 from ..resting.poses import RestingPoses
 from ..statistics.errors import AT_A_LOOK, Judged, judge_counts
 from ..statistics.fitted_prior import FITTED_METHOD
@@ -83,7 +83,7 @@ def knows(method: str, resting: RestingPoses, scene: DropScene) -> bool:
 def low_drop(resting: RestingPoses, scene: DropScene) -> bool:
     """Whether the part is released so low that its pose at release matters."""
     return (scene.drop_height is not None
-            and scene.drop_height < LOW_DROP_RADII * resting.body.radius)
+            and scene.drop_height < scenes.LOW_DROP_RADII * resting.body.radius)
 
 
 def estimate_bound(prior: PosePrior) -> float:

@@ -16,7 +16,7 @@ from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import DropScene, Part, StablePose
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
+from ..records import scene as scenes
 from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
@@ -144,8 +144,8 @@ class PoseShape:
 
 
 def resting_poses(part: Part,
-                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                  round_sides: int = DEFAULT_ROUND_SIDES) -> RestingPoses:
+                  cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> RestingPoses:
     """Stable poses of a part, found once for the options and kept as long as the part lives.
 
     Parameters
@@ -196,7 +196,7 @@ def are_found(part: Part, scene: DropScene) -> bool:
     return part.has_prepared(_find, scene.numbering)
 
 
-def _find(part: Part, numbering: Numbering) -> RestingPoses:
+def _find(part: Part, numbering: scenes.Numbering) -> RestingPoses:
     found = equilibria(part, numbering.round_sides)
     grouped = clusters(found, numbering.cluster_tolerance)
     return RestingPoses(found, grouped, _records(part, found, grouped),

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .. import tolerances
+from .. import text, tolerances
 from ..records import StablePose
-from ..text import several
 from .clusters import RUN_TOLERANCE, clusters
 from .convex_body import ConvexBody
 from .poses import RestingPoses
@@ -31,7 +30,7 @@ def pose_warnings(resting: RestingPoses) -> list[str]:
 def _rounded(body: ConvexBody) -> str:
     if not body.rounded:
         return ""
-    return (f"ROUNDED: {several(body.rounded, 'round edge')} of the hull "
+    return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
             f"{'stands as a polygon' if body.rounded == 1 else 'stand as polygons'} of "
             f"{max(run.sides for run in body.runs)} sides a turn, whatever the file has.")
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import build_body
-from ..kernels.drops.evolve import TURN
-from ..kernels.drops.layout import BALL_NEXT, RIM, DropBody
+from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors
@@ -41,7 +40,7 @@ class PreparedBody:
     """A convex body ready to be dropped."""
 
     resting: RestingPoses  # the poses whose `index` numbers the outcomes
-    arrays: DropBody  # in principal axes
+    arrays: layout.DropBody  # in principal axes
     axes: Array  # (3, 3); principal axes as columns, part axes to principal by `vector @ axes`
     corner: Index  # (C,); hull point of each corner of `arrays`
 
@@ -67,11 +66,11 @@ def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
-    arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
-                      *_neighbours(points), *_sides(resting, corner),
-                      resting.equilibria.heights[resting.clusters.lowest],
-                      resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
-                      min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
+    arrays = layout.DropBody(x, y, z, lengths(points), moment, ball, ball_range,
+                             *_neighbours(points), *_sides(resting, corner),
+                             resting.equilibria.heights[resting.clusters.lowest],
+                             resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
+                             min(evolve.TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 
 
@@ -150,7 +149,7 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             waiting += [far, near]
         while ancestors and ancestors[-1][1] == placed:
             done, _ = ancestors.pop()
-            ranges[done][BALL_NEXT] = len(balls)
+            ranges[done][layout.BALL_NEXT] = len(balls)
     return np.concatenate(order), np.array(balls), np.array(ranges, dtype=np.int64)
 
 
@@ -188,7 +187,7 @@ def rolling_rims(resting: RestingPoses, moment: Array, axes: Array, corner: Inde
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),
-                       np.zeros(corner.shape[0]), np.zeros((len(resting.poses), RIM)))
+                       np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
     for axis, faces in _rims(body):
         pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
         inside = _inside(body, faces, sides[off])

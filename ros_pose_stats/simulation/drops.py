@@ -9,12 +9,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.drops import drop
 from ..kernels.drops import layout as at
-from ..kernels.drops.drop import run_drops
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene
-from ..records.scene import GRAVITY
+from ..records import scene as scenes
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
 
@@ -92,9 +92,9 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     """
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
-    run_drops(body.arrays, rules, states, outcome, measure, tape)
+    drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
-                        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
+                        measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
                         measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
                         outcome[:, at.TOUCHED] == 1)
 

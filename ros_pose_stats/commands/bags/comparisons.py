@@ -15,8 +15,7 @@ from ...recording.analysis import (
     ResultHistory,
     SimulationComparison,
 )
-from ...statistics.chi_square import ChiSquare
-from ...statistics.errors import jeffreys_interval
+from ...statistics import chi_square, errors
 from ...text import Column, columns, interval, percent, several, utc
 
 WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
@@ -43,7 +42,7 @@ def count_lines(found: CountComparison) -> Iterator[str]:
     counts = found.counts
     plate = f" on plate {text.shortened(text.printable(counts.plate), 40)}" if counts.plate else ""
     total = counts.classified + counts.unclassified
-    low, high = map(float, jeffreys_interval(counts.unclassified, total))
+    low, high = map(float, errors.jeffreys_interval(counts.unclassified, total))
     yield f"camera counts{plate}: {several(counts.classified, 'part')} in stable poses"
     yield (f"  {several(counts.messages, 'message')}, {utc(counts.begin)} to {utc(counts.end)} "
            "UTC")
@@ -127,7 +126,7 @@ def _shares(names: Sequence[str], numbers: Sequence[NDArray[np.int64]], counts: 
             others: Sequence[tuple[str, NDArray[np.float64]]]) -> list[str]:
     """Counts, the largest first, with their shares; probabilities beside them."""
     total = counts.sum()
-    low, high = jeffreys_interval(counts, total)
+    low, high = errors.jeffreys_interval(counts, total)
     order = np.argsort(-counts, kind="stable")[:text.MOST_POSES]
     return _beside(
         (*map(Column, names), Column("counted"), Column("share", "%"),
@@ -158,7 +157,7 @@ def _tests(found: Sequence[Comparison], labels: dict[Prediction, str]) -> Iterat
                 else f"{label} gives the probability 0"))
 
 
-def _test(test: ChiSquare) -> tuple[str, ...]:
+def _test(test: chi_square.ChiSquare) -> tuple[str, ...]:
     if test.too_few:
         return ("too few", "-", "-", str(test.pooled), "-")
     p = test.p_value

@@ -7,8 +7,7 @@ from textwrap import wrap
 import numpy as np
 
 from ... import text
-from ...recording.analysis import BagAnalysis, BagContents, Job, PartAnalysis, ResultHistory
-from ...recording.analysis.plain import job_counts
+from ...recording.analysis import BagAnalysis, BagContents, Job, PartAnalysis, ResultHistory, plain
 from ...text import Column, columns, interval, percent, several, utc
 from .comparisons import count_lines, scene_name, simulation_lines
 
@@ -127,7 +126,7 @@ def _kind(history: ResultHistory, k: int) -> str:
 
 
 def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:
-    counted = job_counts(jobs)
+    counted = plain.job_counts(jobs)
     yield "drop simulations: " + ", ".join(f"{count} {name}" for name, count in counted.items())
     listed = sorted(jobs, key=lambda job: not job.unfinished)[:MOST_JOBS]
     yield from columns(
