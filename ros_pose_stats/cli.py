@@ -1,17 +1,14 @@
 """The command `ros_pose_stats`: parses, dispatches, and turns refusals into exit statuses."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any
 
 from . import errors, text, version
 from .commands import animate, catalogue, compile, completion, estimate, node, report
-from .commands.arguments import REFUSED, CommandParser
+from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
 from .commands.feeding import fit, flips
@@ -30,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
                   "ros_pose_stats estimate demo/clamp.stl --unit mm"))
     top.add_argument("--version", action="version", version=version.VERSION,
                      help="print the version and exit")
-    commands: argparse._SubParsersAction[Any] = top.add_subparsers(
+    commands: Commands = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for register in (
             estimate.register, estimate.register_simulate, catalogue.register, flips.register,

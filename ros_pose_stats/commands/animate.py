@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ENDINGS = (".gif", ".mp4", ".mcap")
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "animate", help="show one drop of a part in motion",

@@ -10,7 +10,7 @@ import argparse
 import re
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from ..records import scene as scenes
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from ..records import Part
 
 REFUSED = 2
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+"""Where a command adds its parser; argparse has no public name for it."""
 
 
 class CommandParser(argparse.ArgumentParser):

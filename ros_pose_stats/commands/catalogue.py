@@ -19,7 +19,7 @@ NAMED = 10
 """Refused parts that are named on the terminal."""
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "catalogue", help="list the poses of all parts of a folder, in a table and on a page",

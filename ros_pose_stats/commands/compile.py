@@ -9,6 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from . import arguments as given
 from .running import ProgressBar
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ GLANCE = 0.1
 """Seconds between checks of the kernels stored so far."""
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compile", help="compile all kernels, once for this user",
@@ -102,7 +103,7 @@ def _end_quietly() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def register_shapes(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register_shapes(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser("shapes", help="write the demo parts as STL files",
                                   description="Write the demo parts (clamp, bracket, hex bolt, "

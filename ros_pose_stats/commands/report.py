@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..records import PoseStatistics
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "report", help="write a page about a part's poses, to look at and to send",

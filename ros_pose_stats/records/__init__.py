@@ -4,8 +4,6 @@ They are loaded when they are first used: the command line takes defaults from `
 not load numpy for `--version` or `--help`.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

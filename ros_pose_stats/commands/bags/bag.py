@@ -1,16 +1,15 @@
 """`bag DIR...`: parts, jobs and counts of cameras in recorded bags."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
 
 from ...errors import BagError
+from .. import arguments as given
 from ..running import ProgressBar, print_json
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "bag", help="analyse recorded bags",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MOST_DROPS = 20_000
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compare", help="set variants of a part side by side and say whether they differ",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ...statistics.feeding import Bounded
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "sensitivity", help="which change of a part feeds better, and by how much",

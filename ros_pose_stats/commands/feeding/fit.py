@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TABLES = (".csv", ".tsv", ".txt")
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "fit", help="fit a plate's restitution and drop height to what was counted on it",

@@ -23,7 +23,7 @@ DEFAULT_RATE = 60.0
 DEFAULT_FLIPS = 2000
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "flips", help="kick a part out of each of its poses and count where it comes to rest",
