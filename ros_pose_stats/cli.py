@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Sequence
 
 from . import errors, text, version
-from .commands import animate, catalogue, compile, completion, estimate, node, report
+from .commands import catalogue, compile, completion, estimate, node, show
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
@@ -31,8 +31,8 @@ def parser() -> argparse.ArgumentParser:
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for register in (
             estimate.register, estimate.register_simulate, catalogue.register, flips.register,
-            fit.register, compare.register, sensitivity.register, report.register,
-            animate.register, compile.register_shapes, compile.register, bag.register,
+            fit.register, compare.register, sensitivity.register, show.register,
+            show.register_animate, compile.register_shapes, compile.register, bag.register,
             node.register, node.register_publish):
         register(commands)
     completion.register(commands, top)

@@ -94,12 +94,12 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
 
 
 def _maker(options: argparse.Namespace) -> Maker:
-    from ..catalogue import makers
+    from ..catalogue import making
 
     if options.scheduler is None:
-        return makers.on_processes(options.workers)
+        return making.on_processes(options.workers)
     with running.needing("distributed"):
-        return makers.on_cluster(options.scheduler)
+        return making.on_cluster(options.scheduler)
 
 
 def _print_json(made: Catalogue, seconds: float) -> None:

@@ -8,15 +8,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .flips import FlipStatistics
+    from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .part import Part
     from .scene import DropScene
     from .statistics import PoseStatistics, RestingShape, StablePose
-    from .trajectory import DropEvent, DropProgress, Trajectory
 
-_HOMES = {"DropEvent": "trajectory", "DropProgress": "trajectory", "DropScene": "scene",
-          "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics",
-          "RestingShape": "statistics", "StablePose": "statistics", "Trajectory": "trajectory"}
+_HOMES = {"DropEvent": "drops", "DropProgress": "drops", "DropScene": "scene",
+          "FlipStatistics": "drops", "Part": "part", "PoseStatistics": "statistics",
+          "RestingShape": "statistics", "StablePose": "statistics", "Trajectory": "drops"}
 
 __all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part",
            "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]

@@ -1,4 +1,4 @@
-"""The page about a part: one HTML file that needs nothing beside itself."""
+"""Pages about a part and its variants: each one HTML file that needs nothing beside itself."""
 
 from __future__ import annotations
 
@@ -14,11 +14,23 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from ..design.describe import CONTRADICTED, JUDGED, describe_order, name_feature, name_step
+from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
+from ..design.describe import (
+    CONTRADICTED,
+    JUDGED,
+    describe_matching,
+    describe_order,
+    describe_verdict,
+    letter,
+    name_feature,
+    name_step,
+    name_warnings,
+)
 from ..mesh.decimation import visible_triangles
-from ..plots import changes, files, kicks, sphere, splitting
-from ..plots.poses import pose_pictures
-from ..records import Part, StablePose
+from ..plots import changes, files, shares, sphere, splitting
+from ..plots.files import png_bytes
+from ..plots.poses import pictures_beside, pose_pictures
+from ..records import Part, PoseStatistics, StablePose
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..statistics.pose_shares import pose_shares
@@ -69,7 +81,8 @@ def viewer_script() -> str:
 
 
 MOST_SHOWN = 12
-"""Groups of like poses with a picture, the most frequent ones; the table lists more."""
+"""Groups of like poses, or pairs of two variants, with a picture: the most frequent ones; the
+table lists more."""
 
 LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
@@ -111,7 +124,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None else _svg_text(kicks.kick_figure(findings.sweep)),
+        kicks=None if findings.sweep is None else _svg_text(shares.kick_figure(findings.sweep)),
         graph=_graph(findings), changes=_changes(findings),
         spheres={name: _svg_text(sphere.sphere_figure(findings.sphere, name, findings.graph))
                  for name in ("R", "r")},
@@ -158,8 +171,8 @@ def _feeders(findings: Findings, groups: Sequence[PoseGroup]) -> list[tuple[Pose
     found = findings.simulated
     if found.drops == found.unsettled:
         return []
-    shares = pose_shares(found)
-    return [(group, drop_afresh(shares, group.indices)) for group in groups]
+    simulated = pose_shares(found)
+    return [(group, drop_afresh(simulated, group.indices)) for group in groups]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -217,3 +230,70 @@ def _direction(down: NDArray[np.float64]) -> str:
 def _coordinate(metres: float, radius: float) -> str:
     """A coordinate in millimetres; 0 where it is only rounding."""
     return "0" if abs(metres) < ROUNDING * radius else words.in_millimetres(metres)
+
+
+def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
+    """Write the page of a comparison.
+
+    `found`: of at least one drop; `commands`: commands that give the same answer again. Returns
+    HTML. No script, style, font or picture comes from anywhere else.
+    """
+    named = [f"{letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
+    sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
+    return _comparison_template().render(
+        found=found, named=named, first=found.found[0],
+        sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
+        centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
+                 for part in found.parts],
+        sections=[_section(found, one) for one in found.variants],
+        warnings=[(whose, *words.in_words(line)) for line, whose in name_warnings(found).items()],
+        commands=commands,
+        style=(ASSETS / "page.css").read_text(encoding="utf-8")
+        + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
+
+
+def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
+    """What the page says of the first variant beside another one."""
+    shown = one.poses[:MOST_SHOWN]
+    pairs = [(_first(found.found[0], pose.poses.first),
+              _first(found.found[one.second], pose.poses.second)) for pose in shown]
+    radius = max(found.found[0].radius, found.found[one.second].radius)
+    pictures = pictures_beside((found.parts[0], found.parts[one.second]),
+                               one.correspondence.turn, pairs, radius)
+    return {"other": letter(one.second), "comparison": one,
+            "verdict": describe_verdict(found, one), "matching": describe_matching(one),
+            "cards": [(pose, [None if each is None else address("png", png_bytes(each))
+                             for each in pair])
+                      for pose, pair in zip(shown, pictures, strict=True)],
+            "warnings": [words.in_words(line) for line in one.warnings]}
+
+
+def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
+    return next((pose for pose in found.poses if poses and pose.index == poses[0]), None)
+
+
+@cache
+def _comparison_template() -> Template:
+    return template("comparison.html", {"MOST_ROWS": LIMITS["MOST_ROWS"], "verdict": _verdict}, {
+        "points": _points, "numbered": _pose_numbers,
+        "of_bar": lambda share: f"{100.0 * share:.2f}"})
+
+
+def _verdict(pose: PoseComparison) -> str:
+    """What is to be read of a pose at a glance."""
+    if pose.share.on_plate == SHOWN:
+        return SHOWN
+    return "shown in the model only" if pose.share.in_model == SHOWN else NONE_SHOWN
+
+
+def _points(fraction: float) -> str:
+    """A signed difference in points."""
+    if math.isnan(fraction):
+        return "\N{EN DASH}"
+    rounded = round(100.0 * fraction, 1)
+    return f"{rounded:+.1f}".replace("-", "\N{MINUS SIGN}") if rounded else "0.0"
+
+
+def _pose_numbers(poses: tuple[int, ...]) -> str:
+    text = ranges(poses).replace("-", words.RANGE)
+    return f"pose{'s' if len(poses) > 1 else ''}{words.SPACE}{text}" if poses else "no partner"

@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     if page is not None and found.drops:
         with running.end_on_interrupt():
             from ...files import write_file
-            from ...report.comparison_page import comparison_page
+            from ...report.page import comparison_page
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode())

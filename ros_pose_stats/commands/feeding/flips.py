@@ -176,7 +176,7 @@ def sweep(options: argparse.Namespace) -> int:
     if picture is not None and found is not None and found.kicks:
         from ...files import write_file
         from ...plots.files import figure_png
-        from ...plots.kicks import kick_figure
+        from ...plots.shares import kick_figure
 
         write_file(picture, figure_png(kick_figure(found)))
     return running.INTERRUPTED if stopped else 0

@@ -16,7 +16,7 @@ from ... import records
 from ...errors import PoseStatsError
 from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
-from ...planning.observed import observe_counts
+from ...planning.confidence import observe_counts
 from ...recording.analysis.decoding import numbering_of
 from ...records import DropScene
 from ..messages.statistics_messages import (
