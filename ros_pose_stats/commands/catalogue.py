@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..text import printable, several
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress, Maker

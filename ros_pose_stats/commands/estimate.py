@@ -6,8 +6,7 @@ from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 CHOICES = {one.name: one for one in METHODS if one.drops != "all"}
 ALL = "all"

@@ -7,8 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 if TYPE_CHECKING:
     from ..records import Part, PoseStatistics, Trajectory

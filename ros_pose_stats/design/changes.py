@@ -19,8 +19,7 @@ from ..kernels.body.convex_body import BodyArrays
 from ..kernels.mesh.measures import solid_moments
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
-from ..records import Part
-from ..records import scene as scenes
+from ..records import Part, scene as scenes
 from ..resting.convex_body import ConvexBody, keep_body, polyhedron
 from ..resting.poses import RestingPoses, resting_poses
 from .features import EDGE, FACE, KINDS, Feature, find_features

@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..errors import RequestError
-from ..records import DropScene, Part
-from ..records import scene as scenes
+from ..records import DropScene, Part, scene as scenes
 from ..resting.poses import resting_poses
 from ..simulation.request import drop_request
 from ..statistics.feeding import check_wanted

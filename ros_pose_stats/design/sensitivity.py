@@ -13,8 +13,7 @@ import numpy as np
 from ..errors import MeshError, RequestError
 from ..estimators import estimate
 from ..methods import AUTO
-from ..records import DropScene, Part
-from ..records import scene as scenes
+from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
 from ..statistics import feeding, pose_groups
 from ..statistics.pose_shares import pose_shares

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records import DropScene, Part
-from ..records import scene as scenes
+from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
 from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded

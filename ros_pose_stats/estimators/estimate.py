@@ -5,8 +5,7 @@ import time
 from dataclasses import replace
 
 from ..methods import AUTO, DEFAULT_METHOD
-from ..records import DropScene, Part, PoseStatistics, statistics
-from ..records import scene as scenes
+from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses, trust
 from .expected import ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator

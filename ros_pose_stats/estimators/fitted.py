@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records import DropScene
-from ..records import scene as scenes
+from ..records import DropScene, scene as scenes
 from ..resting.poses import RestingPoses
 from .published import eae, meae, nonlinear, normalized, qse
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from .. import errors, methods
 from ..estimators.estimate import estimate_in
-from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records import scene as scenes
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes
 from ..simulation.request import Watch, drop_request
 
 MOST_DROPS = 10_000_000

@@ -15,8 +15,7 @@ from ..errors import RequestError
 from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..methods import OBSERVED
-from ..records import DropScene, PoseStatistics, StablePose
-from ..records import scene as scenes
+from ..records import DropScene, PoseStatistics, StablePose, scene as scenes
 from ..records.statistics import with_shares
 from ..resting.poses import RestingPoses
 from ..statistics.errors import AT_A_LOOK, Judged, judge_counts

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
-from ..records import scene as scenes
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops

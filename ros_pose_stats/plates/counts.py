@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
-from ..records import Part
-from ..records import scene as scenes
+from ..records import Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
 
 Index = NDArray[np.int64]

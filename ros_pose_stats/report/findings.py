@@ -12,8 +12,7 @@ from ..kernels.compilation import prepare_kernels
 from ..planning.confidence import pose_prior
 from ..planning.hybrid import hybrid_statistics
 from ..planning.kick_sweep import KickFeeding, KickSweep, sweep_kicks, usual_kicks
-from ..records import DropScene, Part, PoseStatistics
-from ..records import scene as scenes
+from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares

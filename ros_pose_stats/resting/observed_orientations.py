@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.arrays import real_array, real_number
-from ..records import Part
-from ..records import scene as scenes
+from ..records import Part, scene as scenes
 from .poses import RestingPoses, resting_poses
 
 Array = NDArray[np.float64]

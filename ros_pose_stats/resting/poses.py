@@ -15,8 +15,7 @@ from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
-from ..records import DropScene, Part, StablePose
-from ..records import scene as scenes
+from ..records import DropScene, Part, StablePose, scene as scenes
 from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria

@@ -9,12 +9,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.drops import drop
-from ..kernels.drops import layout as at
+from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene
-from ..records import scene as scenes
+from ..records import DropScene, scene as scenes
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
 

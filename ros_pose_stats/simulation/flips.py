@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ..errors import RequestError
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene, FlipStatistics, Part
-from ..records import scene as scenes
+from ..records import DropScene, FlipStatistics, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION

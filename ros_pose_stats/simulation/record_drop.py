@@ -10,8 +10,7 @@ from ..errors import RequestError
 from ..kernels.drops import layout as at
 from ..kernels.drops.evolve import sample_motion
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
-from ..records import DropEvent, DropScene, Part, Trajectory
-from ..records import scene as scenes
+from ..records import DropEvent, DropScene, Part, Trajectory, scene as scenes
 from .drop_body import PreparedBody, drop_body
 from .drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from .request import drop_request, real_number

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
-from ..records import DropProgress
-from ..records import scene as scenes
+from ..records import DropProgress, scene as scenes
 
 if TYPE_CHECKING:
     from .drops import DropChunk  # whose kernels are loaded where drops are made

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
-from ..records import DropProgress, DropScene, Part, PoseStatistics, statistics
-from ..records import scene as scenes
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.trust import pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from ...errors import RequestError
 from ...records.scene import DEFAULT_PLATE_ERROR
 from ...text import Column, columns, interval, percent, ranges, several
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...design.comparison import Comparison, VariantComparison

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...text import Column, columns, name_poses, several
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...design.effects import Effect, Sensitivity

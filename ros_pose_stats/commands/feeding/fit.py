@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import PoseStatsError, RequestError
 from ...records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ...text import Column, columns, interval, length_in_words, listed, percent, several
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile

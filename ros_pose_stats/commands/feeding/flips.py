@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import RequestError
 from ...records.scene import DEFAULT_DROPS
 from ...text import Column, columns, listed, millimetres, percent
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...planning.kick_sweep import KickSweep
