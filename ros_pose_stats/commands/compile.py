@@ -9,8 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from . import arguments as given
-from .running import ProgressBar
+from . import arguments as given, running
 
 if TYPE_CHECKING:
     from ..kernels.compilation import EntryKernel
@@ -65,7 +64,7 @@ def _compile_all(missing: list[EntryKernel]) -> None:
     workers = min(len(families), os.cpu_count() or 1)
     left, done = list(missing), 0
     with (ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _end_quietly) as pool,
-          ProgressBar(sys.stderr) as bar):
+          running.ProgressBar(sys.stderr) as bar):
         pending = {pool.submit(compile_family, family) for family in families}
         while pending:
             finished, pending = wait(pending, GLANCE)

@@ -14,8 +14,7 @@ from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
 from ..records import DropScene, Part
 from ..resting.poses import RestingPoses, poses_in
-from ..simulation import chunks, request
-from ..simulation.drop_body import drop_body
+from ..simulation import chunks, drop_body, request
 from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
 
@@ -130,7 +129,7 @@ def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
               should_stop: Callable[[], bool] | None,
               on_drops: Callable[[int], object] | None) -> tuple[Index, NDArray[np.bool_]]:
     """Pose (n,) from each direction, and whether it was released touching; fewer after a stop."""
-    body = drop_body(part, scene)
+    body = drop_body.drop_body(part, scene)
     rules = drop_rules(scene, body.radius)
 
     def drop(first: int, count: int) -> DropOutcomes:

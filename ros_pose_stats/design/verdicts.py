@@ -21,8 +21,7 @@ from ..methods import SIMULATION
 from ..records import Part, PoseStatistics, statistics
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
-from ..statistics import errors, feeding, paired_counts, pose_groups, prefix
-from ..statistics.pose_shares import pose_shares
+from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
 from . import comparison, correspondence, describe, paired_drops
 
 LEFT = 0.1
@@ -125,7 +124,7 @@ def _compare(pairs: paired_drops.PairedDrops, found: Sequence[PoseStatistics], s
         kept = correspondence.MatchedPoses(tuple(sorted(wanted)), match.partners(wanted))
         lost = tuple(one for one in kept.first if match.partner[one] < 0)
         feeder = comparison.FeederComparison(kept, lost, share_of(kept), (
-            feeding.drop_afresh(pose_shares(found[0]), kept.first),
+            feeding.drop_afresh(pose_shares.pose_shares(found[0]), kept.first),
             _feeding(found[second], kept.second)))
     return comparison.VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
         found[0].radius, found[second].radius, second))
@@ -134,7 +133,7 @@ def _compare(pairs: paired_drops.PairedDrops, found: Sequence[PoseStatistics], s
 def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> feeding.Feeding:
     """What a feeder gets; nothing where none of the wanted poses is left."""
     if wanted:
-        return feeding.drop_afresh(pose_shares(found), wanted)
+        return feeding.drop_afresh(pose_shares.pose_shares(found), wanted)
     nothing, never = feeding.Bounded(0.0, 0.0, 0.0), feeding.Bounded(math.inf, math.inf, math.inf)
     return feeding.Feeding(nothing, never, nothing, nothing)
 

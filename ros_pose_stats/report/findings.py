@@ -16,10 +16,8 @@ from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
-from ..simulation.flips import check_kick
-from ..simulation.simulate import simulate
-from ..statistics import feeding, pose_groups
-from ..statistics.pose_shares import pose_shares
+from ..simulation import flips, simulate
+from ..statistics import feeding, pose_groups, pose_shares
 from .words import said_once
 
 TARGET_ERROR = 0.01
@@ -51,7 +49,7 @@ class Feeder:
         if self.rate is not None:
             feeding.check_rate(self.rate)
         if self.kick_height is not None:
-            check_kick(self.kick_height)
+            flips.check_kick(self.kick_height)
             feeding.check_cycle_time(self.cycle_time)
             if self.rate is None:
                 raise RequestError("a rate of parts a minute beside the kick height", "none",
@@ -115,13 +113,13 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     asked.check(len(resting.poses))
     prepare_kernels()
     target = TARGET_ERROR if drops is None else 0.0
-    simulated = simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
-                         drop_height, target, workers, should_stop=should_stop,
-                         cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    simulated = simulate.simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
+                                  drop_height, target, workers, should_stop=should_stop,
+                                  cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     sweep = _sweep(part, simulated, asked, workers, should_stop)
     afresh = None
     if asked.wanted and simulated.drops > simulated.unsettled:
-        afresh = feeding.drop_afresh(pose_shares(simulated), asked.wanted,
+        afresh = feeding.drop_afresh(pose_shares.pose_shares(simulated), asked.wanted,
                                      math.nan if asked.rate is None else asked.rate)
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance, round_sides=round_sides)

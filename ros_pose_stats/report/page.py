@@ -14,18 +14,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from numpy.typing import NDArray
 
-from ..design.comparison import NONE_SHOWN, SHOWN, Comparison, PoseComparison, VariantComparison
-from ..design.describe import (
-    CONTRADICTED,
-    JUDGED,
-    describe_matching,
-    describe_order,
-    describe_verdict,
-    letter,
-    name_feature,
-    name_step,
-    name_warnings,
-)
+from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
 from ..plots import changes, files, shares, sphere, splitting
 from ..plots.files import png_bytes
@@ -194,12 +183,13 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
     return {"picture": address("png", files.figure_png(changes.changes_figure(found))),
             "found": found,
-            "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
-                      else 1.0) for one in clear],
-            "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
-                (one for one in found.effects if one.check is not None),
-                key=lambda one: -one.change)], "judged": JUDGED,
-            "order": describe_order(found), "contradicted": CONTRADICTED}
+            "rows": [(describe.name_feature(found.space, effect.number), effect,
+                      0.1 if effect.feature.is_length else 1.0) for effect in clear],
+            "checks": [(describe.name_step(found.space, effect.number, effect.step), effect)
+                       for effect in sorted((effect for effect in found.effects
+                                             if effect.check is not None),
+                                            key=lambda effect: -effect.change)], "judged": describe.JUDGED,
+            "order": describe.describe_order(found), "contradicted": describe.CONTRADICTED}
 
 
 def _svg_text(figure: Figure) -> str:
@@ -232,13 +222,13 @@ def _coordinate(metres: float, radius: float) -> str:
     return "0" if abs(metres) < ROUNDING * radius else words.in_millimetres(metres)
 
 
-def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
+def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()) -> str:
     """Write the page of a comparison.
 
     `found`: of at least one drop; `commands`: commands that give the same answer again. Returns
     HTML. No script, style, font or picture comes from anywhere else.
     """
-    named = [f"{letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
+    named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
     sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
     return _comparison_template().render(
         found=found, named=named, first=found.found[0],
@@ -246,13 +236,14 @@ def comparison_page(found: Comparison, commands: tuple[str, ...] = ()) -> str:
         centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
                  for part in found.parts],
         sections=[_section(found, one) for one in found.variants],
-        warnings=[(whose, *words.in_words(line)) for line, whose in name_warnings(found).items()],
+        warnings=[(whose, *words.in_words(line))
+                  for line, whose in describe.name_warnings(found).items()],
         commands=commands,
         style=(ASSETS / "page.css").read_text(encoding="utf-8")
         + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
 
 
-def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
+def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:
     """What the page says of the first variant beside another one."""
     shown = one.poses[:MOST_SHOWN]
     pairs = [(_first(found.found[0], pose.poses.first),
@@ -260,8 +251,9 @@ def _section(found: Comparison, one: VariantComparison) -> dict[str, Any]:
     radius = max(found.found[0].radius, found.found[one.second].radius)
     pictures = pictures_beside((found.parts[0], found.parts[one.second]),
                                one.correspondence.turn, pairs, radius)
-    return {"other": letter(one.second), "comparison": one,
-            "verdict": describe_verdict(found, one), "matching": describe_matching(one),
+    return {"other": describe.letter(one.second), "comparison": one,
+            "verdict": describe.describe_verdict(found, one),
+            "matching": describe.describe_matching(one),
             "cards": [(pose, [None if each is None else address("png", png_bytes(each))
                              for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)],
@@ -279,11 +271,13 @@ def _comparison_template() -> Template:
         "of_bar": lambda share: f"{100.0 * share:.2f}"})
 
 
-def _verdict(pose: PoseComparison) -> str:
+def _verdict(pose: comparison.PoseComparison) -> str:
     """What is to be read of a pose at a glance."""
-    if pose.share.on_plate == SHOWN:
-        return SHOWN
-    return "shown in the model only" if pose.share.in_model == SHOWN else NONE_SHOWN
+    if pose.share.on_plate == comparison.SHOWN:
+        return comparison.SHOWN
+    if pose.share.in_model == comparison.SHOWN:
+        return "shown in the model only"
+    return comparison.NONE_SHOWN
 
 
 def _points(fraction: float) -> str:

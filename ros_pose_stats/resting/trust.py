@@ -9,8 +9,7 @@ from scipy.spatial import cKDTree
 
 from .. import text, tolerances
 from ..records import StablePose
-from .clusters import RUN_TOLERANCE, clusters
-from .convex_body import ConvexBody
+from . import clusters, convex_body
 from .poses import RestingPoses
 
 MOST_NAMED = 3
@@ -27,7 +26,7 @@ def pose_warnings(resting: RestingPoses) -> list[str]:
     return [one for one in found if one]
 
 
-def _rounded(body: ConvexBody) -> str:
+def _rounded(body: convex_body.ConvexBody) -> str:
     if not body.rounded:
         return ""
     return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
@@ -105,7 +104,7 @@ def _facet_angles(resting: RestingPoses) -> list[float]:
     found = resting.equilibria
     if len(found.order) < tolerances.FEWEST_FACETS:
         return []
-    curve = clusters(found, max(resting.clusters.tolerance, RUN_TOLERANCE)).pose
+    curve = clusters.clusters(found, max(resting.clusters.tolerance, clusters.RUN_TOLERANCE)).pose
     as_given = found.body.run_of_face[found.faces] < 0
     many = np.flatnonzero(np.bincount(curve[as_given]) >= tolerances.FEWEST_FACETS)
     return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]

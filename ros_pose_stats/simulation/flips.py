@@ -15,8 +15,7 @@ from ..records import DropScene, FlipStatistics, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
-from .chunks import DropWorkers
-from .drop_body import PreparedBody, drop_body
+from . import chunks, drop_body
 from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
@@ -78,7 +77,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     kick = check_kick(kick_height)
-    body = drop_body(part, scene)
+    body = drop_body.drop_body(part, scene)
     poses = body.resting.poses
     request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers)
     outcomes = _count(body, scene, kick, request, watch, on_progress)
@@ -110,7 +109,7 @@ def check_kick(kick_height: float) -> float:
     return kick
 
 
-def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
+def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request: DropRequest,
            watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
@@ -120,8 +119,8 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
     def flip(first: int, count: int) -> DropOutcomes:
         return compute_motions(body, rules, kicks.states(request.seed, first, count))
 
-    workers = DropWorkers(flip, request.drops, request.workers, watch.should_stop,
-                          watch.background)
+    workers = chunks.DropWorkers(flip, request.drops, request.workers, watch.should_stop,
+                                 watch.background)
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():
@@ -141,7 +140,7 @@ Array = NDArray[np.float64]
 class Kicks:
     """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
 
-    body: PreparedBody
+    body: drop_body.PreparedBody
     height: float  # energy of a kick over the weight, radii
     # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that leave
     # it
@@ -184,7 +183,7 @@ class Kicks:
             (1.0 - along) * self.first[at] + along * self.second[at]))
 
 
-def kicks_of(body: PreparedBody, height: float) -> Kicks:
+def kicks_of(body: drop_body.PreparedBody, height: float) -> Kicks:
     """Prepare the contact polygons of a body."""
     resting = body.resting
     faces = resting.equilibria.faces[resting.clusters.lowest]
