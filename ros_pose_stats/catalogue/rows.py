@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
 from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.poses import pose_thumbnail
-from ..records import Part, PoseStatistics, statistics
+from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
 from ..statistics import feeding, pose_groups, pose_shares
 from ..text import serious_first
@@ -138,7 +137,7 @@ def entropy(shares: Sequence[float]) -> float:
         if not any(map(math.isnan, shares)) else math.nan
 
 
-def footprint(outline: NDArray[np.float64]) -> tuple[float, float]:
+def footprint(outline: Array) -> tuple[float, float]:
     """Length and width of the smallest rectangle around a convex outline.
 
     One of its sides lies on a side of the outline (Freeman and Shapira, 1975).

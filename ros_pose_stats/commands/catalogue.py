@@ -59,9 +59,8 @@ def register(commands: given.Commands) -> None:
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..catalogue.making import make_catalogue
+        from ..catalogue import making, tables
         from ..catalogue.request import CatalogueRequest, find_parts
-        from ..catalogue.tables import load_parquet
         from ..kernels.compilation import prepare_kernels
 
         request = CatalogueRequest(given.scene_of(options), options.unit, options.density,
@@ -69,16 +68,16 @@ def run(options: argparse.Namespace) -> int:
         maker = _maker(options)
         if options.parquet:
             with running.needing("pyarrow"):
-                load_parquet()
+                tables.load_parquet()
         parts = find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        made = make_catalogue(Path(options.output), parts, request, maker,
-                              parquet=options.parquet, keep_rows=options.json,
-                              on_progress=lambda one: bar.draw(*done(one)),
-                              should_stop=interrupted)
+        made = making.make_catalogue(Path(options.output), parts, request, maker,
+                                     parquet=options.parquet, keep_rows=options.json,
+                                     on_progress=lambda one: bar.draw(*done(one)),
+                                     should_stop=interrupted)
     (_print_json if options.json else _print_words)(made, time.monotonic() - begin)
     return 0 if made.complete else running.INTERRUPTED
 

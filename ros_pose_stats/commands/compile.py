@@ -40,10 +40,9 @@ def register(commands: given.Commands) -> None:
 
 def run(_: argparse.Namespace) -> int:
     """Compile the missing kernels, naming each, and print where all of them are."""
-    from ..kernels.compilation import all_kernels
-    from ..kernels.machine_code import cache_directory
+    from ..kernels import compilation, machine_code
 
-    kernels = all_kernels()
+    kernels = compilation.all_kernels()
     missing = [one for one in kernels if not one.is_stored()]
     if missing:
         begin = time.monotonic()
@@ -51,8 +50,8 @@ def run(_: argparse.Namespace) -> int:
         print(f"compiled in {time.monotonic() - begin:.0f} s")
     lost = [one for one in missing if not one.is_stored()]
     if lost:
-        raise OSError(f"{len(lost)} kernels into {cache_directory()}")
-    print(f"all {len(kernels)} kernels are in {cache_directory()}")
+        raise OSError(f"{len(lost)} kernels into {machine_code.cache_directory()}")
+    print(f"all {len(kernels)} kernels are in {machine_code.cache_directory()}")
     return 0
 
 

@@ -77,10 +77,9 @@ def run(options: argparse.Namespace) -> int:
     with running.end_on_interrupt():
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
-            from ..plots.files import png_bytes
-            from ..plots.shares import key_picture
+            from ..plots import files, shares
 
-            write_file(figure, png_bytes(key_picture(
+            write_file(figure, files.png_bytes(shares.key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
     print(f"{part.part_id}: {found.scene}\n{page}: {page.stat().st_size / 1e6:.2f} MB, "
           f"{several(len(found.poses), 'pose')}, {found.drops} drops")
@@ -139,8 +138,7 @@ def animate(options: argparse.Namespace) -> int:
     """Record the drop, draw it and say how it ended."""
     file = running.output_file(options.output, ENDINGS)
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..resting.poses import poses_in
-        from ..resting.splitting_graph import splitting_graph
+        from ..resting import poses, splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
 
         if file.suffix.lower() == ".mp4":
@@ -150,9 +148,9 @@ def animate(options: argparse.Namespace) -> int:
         part = given.load_named_part(options)
         scene = given.scene_of(options)
         found = watchable_drop(part, scene, options.seed, options.drop)
-        resting = poses_in(part, scene)
+        resting = poses.poses_in(part, scene)
         frames = drop_frames(part, found, resting)
-        _write(file, part, found, frames, splitting_graph(resting))
+        _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
     print(f"{part.part_id}: {found.scene}\n"
           f"drop {options.drop}, seed {options.seed}: {found.impacts} impacts, at rest in pose "
           f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB")
@@ -167,12 +165,11 @@ def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
         if file.suffix.lower() == ".mcap":
             _film(folder / file.name, part, found, frames, root)
             return
-        from ..plots.files import write_gif, write_mp4
-        from ..plots.trajectory import animation_frames
+        from ..plots import files, trajectory
         from ..simulation.frames import RATE
 
-        pictures = animation_frames(part, found, frames, root)
-        (write_mp4 if file.suffix.lower() == ".mp4" else write_gif)(
+        pictures = trajectory.animation_frames(part, found, frames, root)
+        (files.write_mp4 if file.suffix.lower() == ".mp4" else files.write_gif)(
             folder / file.name, pictures, RATE)
 
     write_whole(file.parent, write)

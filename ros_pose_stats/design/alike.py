@@ -3,16 +3,12 @@
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..records import Part
+from ..records import Array, Index, Mask, Part
 from ..resting import equilibria, symmetry
 from . import changes, features
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME_PLACE = 1e-3
 """Features that a rotation leaves this far apart, in radii, are not the same."""
@@ -46,7 +42,7 @@ def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     return np.array(held), np.array(images)
 
 
-def alike(space: changes.DesignSpace, kept: NDArray[np.bool_]) -> Index:
+def alike(space: changes.DesignSpace, kept: Mask) -> Index:
     """First feature (n,) of those that do the same to the share of the wanted poses.
 
     `kept` (P,) bool: the wanted poses. Only rotations count that take wanted poses to wanted ones.

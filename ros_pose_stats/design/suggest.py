@@ -10,9 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..records import DropScene, Part, scene as scenes
+from ..records import Array, DropScene, Mask, Part, scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
 from ..statistics.errors import jeffreys_interval
 from ..statistics.feeding import Bounded
@@ -22,8 +21,6 @@ from . import effects, features
 from .changes import ChangedPart, DesignSpace
 from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
 from .shares import WantedShare
-
-Array = NDArray[np.float64]
 
 CHOOSING_DROPS = 500
 """That choose between a suggestion with cut edges and one without."""
@@ -141,7 +138,7 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     return climbs[int(done.differences[0].value > 0.0)]
 
 
-def _share(is_in: NDArray[np.bool_]) -> Bounded:
+def _share(is_in: Mask) -> Bounded:
     count, total = int(is_in.sum()), is_in.size
     low, high = jeffreys_interval(count, total)
     return Bounded(count / total if total else float("nan"), float(low), float(high))

@@ -3,12 +3,10 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.equilibria import settle_on_stable
+from ..records import Array, Index
 from ..resting import convex_body, equilibria, poses
-
-Array = NDArray[np.float64]
 
 
 def normalized(weights: Array) -> Array:
@@ -114,7 +112,7 @@ def _toppled_shares(found: equilibria.Equilibria) -> Array:
     return found.arrays.toppled[found.faces]
 
 
-def _surfaces(resting: poses.RestingPoses) -> equilibria.Index:
+def _surfaces(resting: poses.RestingPoses) -> Index:
     """Number (F,) of the surface that each face belongs to: those of one pose share theirs."""
     faces, clusters = resting.equilibria.faces, resting.clusters
     surface = np.arange(resting.body.faces)
@@ -122,7 +120,7 @@ def _surfaces(resting: poses.RestingPoses) -> equilibria.Index:
     return np.asarray(np.unique(surface, return_inverse=True)[1])
 
 
-def _redistribute(body: convex_body.ConvexBody, surface: equilibria.Index, share: float) -> Array:
+def _redistribute(body: convex_body.ConvexBody, surface: Index, share: float) -> Array:
     arrays = body.arrays
     start = arrays.angle / arrays.angle.sum()
     areas = np.bincount(surface, arrays.area)

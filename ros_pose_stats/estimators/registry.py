@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 
 from .. import errors, methods
-from ..records import DropScene
+from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
-from .published import Array
 
 
 @dataclass(frozen=True)

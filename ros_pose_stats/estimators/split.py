@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
-from ..records import DropScene
+from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
 from . import fitted, published
 
@@ -32,7 +32,7 @@ SHALLOWEST = 1e-14
 """Least depth, in radii, by which growth is measured."""
 
 
-def split(resting: RestingPoses, scene: DropScene) -> published.Array:
+def split(resting: RestingPoses, scene: DropScene) -> Array:
     """Probabilities (P,) from fitted weights of the components at each split.
 
     They are exact where symmetry decides, and continuous in the shape where the modified energy
@@ -47,7 +47,7 @@ def split(resting: RestingPoses, scene: DropScene) -> published.Array:
     return published.normalized(resting.clusters.gather(probability))
 
 
-def split_inputs(resting: RestingPoses, scene: DropScene) -> published.Array:
+def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     """Inputs (3 K, 26) of the weights of the K splits.
 
     Those are the features, then what tells of the body, the scene and the corners, then rolling.
@@ -63,7 +63,7 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> published.Array:
     return np.hstack((rows, same, fitted.rolling_inputs(resting)))
 
 
-def kept_shares(resting: RestingPoses) -> published.Array:
+def kept_shares(resting: RestingPoses) -> Array:
     """Share of its own children's weights that each child of a join (S - 1, 2) keeps, 0 to 1.
 
     A child keeps all of them where its own split lies at the same level. A ridge that is low
@@ -85,7 +85,7 @@ def kept_shares(resting: RestingPoses) -> published.Array:
 
 
 def component_weights(rows: NDArray[np.floating],
-                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> published.Array:
+                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26).
 
     A part comes to rest in a component because the last of its energy leaves it there, or
@@ -96,7 +96,7 @@ def component_weights(rows: NDArray[np.floating],
     return np.asarray(sum(told) / len(fits))
 
 
-def component_bases(rows: NDArray[np.floating]) -> tuple[published.Array, published.Array]:
+def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
     """Logarithms (n,) of the area and of the angle that holds, without their fitted factors.
 
     The angle vanishes with the depth, where the level is hardly above the lowest face.

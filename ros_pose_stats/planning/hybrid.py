@@ -7,10 +7,17 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
+from ..records import (
+    DropProgress,
+    DropScene,
+    Index,
+    Part,
+    PoseStatistics,
+    scene as scenes,
+    statistics,
+)
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops
@@ -114,8 +121,8 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
-def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
-                      refuted: NDArray[np.int64]) -> str:
+def describe_conflict(counts: Index, prior: PosePrior,
+                      refuted: Index) -> str:
     """The warning, with the pose that is farthest off first.
 
     `counts` (P,) int; `refuted` (R,) int: indices of the poses in which counts contradict the

@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
-from ..records import Part, scene as scenes
+from ..records import Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

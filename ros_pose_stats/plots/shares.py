@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from ..planning.kick_sweep import KickSweep
 from ..records import Part, PoseStatistics
@@ -77,8 +76,6 @@ def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[int], aside: f
                       color=INK if not hatch else REFERENCE)
 
 
-Picture = NDArray[np.uint8]
-
 LEAST = 4.2
 """Least width, and height, of the bars, inches."""
 
@@ -86,7 +83,7 @@ TITLE = 0.34
 """Height of a title, inches."""
 
 
-def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> Picture:
+def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> files.Picture:
     """Draw a part's poses, their probabilities and the splitting graph as one picture.
 
     `found`: of that part, by one or two methods; the first is that of the pictures and the graph.
@@ -108,14 +105,14 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     return _stacked([_pixels(above), _side_by_side(below)])
 
 
-def _titled(words: str, figure: Figure) -> Picture:
+def _titled(words: str, figure: Figure) -> files.Picture:
     """A figure under a title."""
     title = Figure(figsize=(float(figure.get_figwidth()), TITLE))
     title.text(0.5, 0.5, words, fontsize=10.5, color=INK, ha="center", va="center")
     return _stacked([_pixels(title), _pixels(figure)])
 
 
-def _pixels(figure: Figure) -> Picture:
+def _pixels(figure: Figure) -> files.Picture:
     """Pixels of a figure."""
     figure.set_dpi(files.RASTER)
     canvas = FigureCanvasAgg(figure)
@@ -124,18 +121,18 @@ def _pixels(figure: Figure) -> Picture:
     return np.asarray(shown)[:, :, :3].copy()
 
 
-def _stacked(pictures: Sequence[Picture]) -> Picture:
+def _stacked(pictures: Sequence[files.Picture]) -> files.Picture:
     """Join pictures one below the other, the narrower ones centred on white."""
     wide = max(one.shape[1] for one in pictures)
     return np.concatenate([_widened(one, wide) for one in pictures])
 
 
-def _side_by_side(pictures: Sequence[Picture]) -> Picture:
+def _side_by_side(pictures: Sequence[files.Picture]) -> files.Picture:
     turned = _stacked([one.transpose(1, 0, 2) for one in pictures])
     return np.ascontiguousarray(turned.transpose(1, 0, 2))
 
 
-def _widened(picture: Picture, wide: int) -> Picture:
+def _widened(picture: files.Picture, wide: int) -> files.Picture:
     spare = wide - picture.shape[1]
     return np.pad(picture, ((0, 0), (spare // 2, spare - spare // 2), (0, 0)),
                   constant_values=255)

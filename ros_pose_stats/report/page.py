@@ -1,37 +1,27 @@
 """Pages about a part and its variants: each one HTML file that needs nothing beside itself."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
-from numpy.typing import NDArray
 
 from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
 from ..plots import changes, files, shares, sphere, splitting
-from ..plots.files import png_bytes
 from ..plots.poses import pictures_beside, pose_pictures
-from ..records import Part, PoseStatistics, StablePose
+from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics.feeding import drop_afresh
 from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
 from ..statistics.pose_shares import pose_shares
 from ..text import listed, ranges, several
 from . import words
 from .findings import Findings
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-Array = NDArray[np.float64]
 
 ASSETS = Path(__file__).parent / "assets"
 
@@ -109,13 +99,15 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(group, address("png", files.png_bytes(picture)))
+        cards=[(group, files.address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None else _svg_text(shares.kick_figure(findings.sweep)),
+        kicks=None if findings.sweep is None
+        else files.svg_address(shares.kick_figure(findings.sweep)),
         graph=_graph(findings), changes=_changes(findings),
-        spheres={name: _svg_text(sphere.sphere_figure(findings.sphere, name, findings.graph))
+        spheres={name: files.svg_address(sphere.sphere_figure(findings.sphere, name,
+                                                              findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
@@ -170,8 +162,9 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     if root.level is None:
         return None
     return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
-            "splitting": _svg_text(splitting.splitting_figure(root, findings.simulated.poses)),
-            "reachable": _svg_text(
+            "splitting": files.svg_address(
+                splitting.splitting_figure(root, findings.simulated.poses)),
+            "reachable": files.svg_address(
                 sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
 
 
@@ -181,24 +174,16 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     if found is None:
         return None
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
-    return {"picture": address("png", files.figure_png(changes.changes_figure(found))),
+    return {"picture": files.address("png", files.figure_png(changes.changes_figure(found))),
             "found": found,
             "rows": [(describe.name_feature(found.space, effect.number), effect,
                       0.1 if effect.feature.is_length else 1.0) for effect in clear],
             "checks": [(describe.name_step(found.space, effect.number, effect.step), effect)
                        for effect in sorted((effect for effect in found.effects
                                              if effect.check is not None),
-                                            key=lambda effect: -effect.change)], "judged": describe.JUDGED,
-            "order": describe.describe_order(found), "contradicted": describe.CONTRADICTED}
-
-
-def _svg_text(figure: Figure) -> str:
-    return address("svg+xml", files.svg_bytes(figure))
-
-
-def address(kind: str, picture: bytes) -> str:
-    """A picture as an address that contains its data."""
-    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
+                                            key=lambda effect: -effect.change)],
+            "judged": describe.JUDGED, "order": describe.describe_order(found),
+            "contradicted": describe.CONTRADICTED}
 
 
 def _named(group: PoseGroup) -> str:
@@ -213,7 +198,7 @@ def _numbered(group: PoseGroup) -> str:
     return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({group.size} in all)"
 
 
-def _direction(down: NDArray[np.float64]) -> str:
+def _direction(down: Array) -> str:
     return " ".join(f"{x + 0.0:+.3f}" for x in down.round(3))
 
 
@@ -254,7 +239,7 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
     return {"other": describe.letter(one.second), "comparison": one,
             "verdict": describe.describe_verdict(found, one),
             "matching": describe.describe_matching(one),
-            "cards": [(pose, [None if each is None else address("png", png_bytes(each))
+            "cards": [(pose, [None if each is None else files.address("png", files.png_bytes(each))
                              for each in pair])
                       for pose, pair in zip(shown, pictures, strict=True)],
             "warnings": [words.in_words(line) for line in one.warnings]}

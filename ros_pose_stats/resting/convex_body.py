@@ -8,7 +8,6 @@ positions are relative to the centre of mass, in part axes.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..kernels.body.convex_body import BodyArrays, build_body
@@ -16,12 +15,9 @@ from ..kernels.levels.splits import areas_below
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
-from ..records import Part
+from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
 from . import reshaping, rims, round_surfaces, thinning
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

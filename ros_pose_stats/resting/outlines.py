@@ -6,17 +6,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import errors, tolerances
 from ..mesh.arrays import real_number
 from ..mesh.vectors import lengths, rotation_matrices, turn_vectors
-from ..records import Part, StablePose
+from ..records import Array, Part, StablePose
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
-Array = NDArray[np.float64]
 Polygon = tuple[Array, ...]
 
 ROUNDINGS = 8.0

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..kernels.body.standing import silhouette, tops
@@ -15,15 +14,12 @@ from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
-from ..records import DropScene, Part, StablePose, scene as scenes
+from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
 from .symmetry import SurfaceTrial, symmetry_groups
 from .turns import axis_offsets, rolling_axes, yaw_symmetries
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""

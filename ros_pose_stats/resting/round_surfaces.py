@@ -8,18 +8,15 @@ together, for the facets between them are those of one cylinder, cone or toothed
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.hull import edges_on_surface
 from ..kernels.body.runs import AXIS, CENTER, DEVIATION, HALF_SPAN, RADIUS, Runs, circular_runs
 from ..mesh import hull, vectors, welding
-from ..records import Part
+from ..records import Array, Index, Mask, Part
 from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+Flags = Mask
 
 
 SEAM: Final = 2e-4

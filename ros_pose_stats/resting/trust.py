@@ -4,11 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .. import text, tolerances
-from ..records import StablePose
+from ..records import Array, StablePose
 from . import clusters, convex_body
 from .poses import RestingPoses
 
@@ -110,7 +109,7 @@ def _facet_angles(resting: RestingPoses) -> list[float]:
     return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]
 
 
-def _spacing(downs: NDArray[np.float64]) -> float:
+def _spacing(downs: Array) -> float:
     """Median distance to the nearest other direction."""
     return float(np.median(cKDTree(downs).query(downs, 2)[0][:, 1]))
 

@@ -4,15 +4,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..mesh.vectors import lengths
-from ..records import Part
+from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
 from . import convex_body, equilibria, rims, symmetry
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROLL = 0.5 * np.pi
 """Least turn that is a roll."""
@@ -56,7 +52,7 @@ def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) 
 
 
 def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
-                 ) -> tuple[NDArray[np.bool_], Array]:
+                 ) -> tuple[Mask, Array]:
     """Which poses roll, and about what.
 
     `downs` (P, 3); `heights` (P,): in radii; `tolerance`: rise over the height that does not stop

@@ -6,20 +6,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import build_body
 from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors
-from ..records import DropScene, Part
+from ..records import Array, DropScene, Index, Mask, Part
 from ..resting.convex_body import ConvexBody
 from ..resting.poses import RestingPoses, poses_in
 from ..resting.turns import LEVEL
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CROWD = 8
 """Corners that may come to lie lowest during a step, if they are spread evenly.
@@ -228,7 +224,7 @@ def _rims(body: ConvexBody) -> Iterator[tuple[Array, Index]]:
                 break
 
 
-def _sides_of(body: ConvexBody, faces: Index) -> tuple[Index, NDArray[np.bool_]]:
+def _sides_of(body: ConvexBody, faces: Index) -> tuple[Index, Mask]:
     """Sides of some faces, and whether they lead off them."""
     arrays, chosen = body.arrays, np.zeros(body.faces, dtype=np.bool_)
     chosen[faces] = True

@@ -7,17 +7,13 @@ from dataclasses import dataclass, fields
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene, scene as scenes
+from ..records import Array, DropScene, Index, Mask, scene as scenes
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NO_TAPE: Array = np.zeros((0, at.TAPE))
 
@@ -32,10 +28,10 @@ class DropOutcomes:
     seconds: Array  # (n,); from release until the outcome was certain
     energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
     # (n,) bool; whether the outcome was certain before the part came to rest
-    trapped: NDArray[np.bool_]
+    trapped: Mask
     # (n,) bool; whether it was released touching the plate, since it did not fit under the drop
     # height
-    touched: NDArray[np.bool_]
+    touched: Mask
 
     def first(self, count: int) -> DropOutcomes:
         """Outcomes of the first `count` drops."""

@@ -6,20 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene, FlipStatistics, Part, scene as scenes
+from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
 from . import chunks, drop_body
 from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
-
-Index = NDArray[np.int64]
 
 DEFAULT_FLIPS = 2000
 """Flips a pose: a share is told to a point."""
@@ -131,9 +128,6 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
         if on_progress is not None:
             on_progress(done, request.drops)
     return found.reshape(poses, 1 + poses)
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
