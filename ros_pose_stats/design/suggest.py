@@ -13,9 +13,7 @@ import numpy as np
 
 from ..records import Array, DropScene, Mask, Part, scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
-from ..statistics.errors import jeffreys_interval
-from ..statistics.feeding import Bounded
-from ..statistics.paired_counts import PairedDifference
+from ..statistics import errors, feeding, paired_counts
 from ..version import VERSION
 from . import effects, features
 from .changes import ChangedPart, DesignSpace
@@ -48,9 +46,10 @@ class Suggestion:
     after: float
     gain_error: float  # standard error of the estimated gain
     lost: tuple[int, ...]  # wanted poses that are gone
-    gain: PairedDifference  # by drops, from the same starts, none of which chose the change
-    dropped_before: Bounded  # shares by these drops
-    dropped_after: Bounded
+    # by drops, from the same starts, none of which chose the change
+    gain: paired_counts.PairedDifference
+    dropped_before: feeding.Bounded  # shares by these drops
+    dropped_after: feeding.Bounded
     drops: int
     seed: int
     most_drops: int  # that were asked for
@@ -138,7 +137,7 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     return climbs[int(done.differences[0].value > 0.0)]
 
 
-def _share(is_in: Mask) -> Bounded:
+def _share(is_in: Mask) -> feeding.Bounded:
     count, total = int(is_in.sum()), is_in.size
-    low, high = jeffreys_interval(count, total)
-    return Bounded(count / total if total else float("nan"), float(low), float(high))
+    low, high = errors.jeffreys_interval(count, total)
+    return feeding.Bounded(count / total if total else float("nan"), float(low), float(high))

@@ -9,15 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..methods import HYBRID
-from ..records import (
-    DropProgress,
-    DropScene,
-    Index,
-    Part,
-    PoseStatistics,
-    scene as scenes,
-    statistics,
-)
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops
@@ -121,8 +113,8 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
-def describe_conflict(counts: Index, prior: PosePrior,
-                      refuted: Index) -> str:
+def describe_conflict(counts: confidence.Counts, prior: PosePrior,
+                      refuted: confidence.Counts) -> str:
     """The warning, with the pose that is farthest off first.
 
     `counts` (P,) int; `refuted` (R,) int: indices of the poses in which counts contradict the

@@ -5,13 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from .arrays import Array, Index
 from .scene import describe_scene
 from .statistics import PoseStatistics, StablePose
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,8 +199,8 @@ class FlipStatistics:
     cluster_tolerance: float
     round_sides: int
     poses: tuple[StablePose, ...]
-    counts: NDArray[np.int64]
-    unsettled: NDArray[np.int64]
+    counts: Index
+    unsettled: Index
     transition: Array
     standard_error: Array
     seed: int

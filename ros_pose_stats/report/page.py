@@ -16,9 +16,7 @@ from ..mesh.decimation import visible_triangles
 from ..plots import changes, files, shares, sphere, splitting
 from ..plots.poses import pictures_beside, pose_pictures
 from ..records import Array, Part, PoseStatistics, StablePose
-from ..statistics.feeding import drop_afresh
-from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
-from ..statistics.pose_shares import pose_shares
+from ..statistics import feeding, pose_groups, pose_shares
 from ..text import listed, ranges, several
 from . import words
 from .findings import Findings
@@ -86,7 +84,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     HTML. No script, style, font or picture comes from anywhere else.
     """
     part, found = findings.part, findings.simulated
-    groups = pose_groups(found)
+    groups = pose_groups.pose_groups(found)
     shown = groups[:MOST_SHOWN]
     first = [group.first for group in shown]
     pictures = pose_pictures(part, first, found.radius)
@@ -131,29 +129,31 @@ def template(name: str, values: Mapping[str, object],
 
 @cache
 def _template() -> Template:
-    return template("page.html", {**LIMITS, "single_poses": single_poses}, {
+    return template("page.html", {**LIMITS, "single_poses": pose_groups.single_poses}, {
         "degrees": words.degrees, "in_millimetres": words.in_millimetres,
         "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
         "direction": _direction,
         "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
 
 
-def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+def _by_method(findings: Findings,
+               shown: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
     """Each group of poses with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
-    known = [(found, {group.first.index: group for group in pose_groups(found)})
+    known = [(found, {group.first.index: group for group in pose_groups.pose_groups(found)})
              for found in every]
     return [(group, [(found, groups[group.first.index]) for found, groups in known])
             for group in shown]
 
 
-def _feeders(findings: Findings, groups: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+def _feeders(findings: Findings,
+             groups: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
     """What a feeder gets that keeps one group only; nothing where no drop has settled."""
     found = findings.simulated
     if found.drops == found.unsettled:
         return []
-    simulated = pose_shares(found)
-    return [(group, drop_afresh(simulated, group.indices)) for group in groups]
+    simulated = pose_shares.pose_shares(found)
+    return [(group, feeding.drop_afresh(simulated, group.indices)) for group in groups]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -186,11 +186,11 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
             "contradicted": describe.CONTRADICTED}
 
 
-def _named(group: PoseGroup) -> str:
+def _named(group: pose_groups.PoseGroup) -> str:
     return f"pose{'s' if group.size > 1 else ''}{words.SPACE}{_numbered(group)}"
 
 
-def _numbered(group: PoseGroup) -> str:
+def _numbered(group: pose_groups.PoseGroup) -> str:
     """Numbers of the poses of a group; the last ones are left out of a long list."""
     text = ranges(group.indices).replace("-", words.RANGE)
     if len(text) <= MOST_NAMED:
