@@ -4,8 +4,6 @@ The names below are loaded when they are first used, so that importing the packa
 command that needs only some of them, costs little.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

@@ -1,22 +1,17 @@
 """The command `ros_pose_stats`: parses, dispatches, and turns refusals into exit statuses."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any
 
-from .commands import animate, catalogue, compile, completion, estimate, node, report
-from .commands.arguments import REFUSED, CommandParser
+from . import errors, text, version
+from .commands import catalogue, compile, completion, estimate, node, show
+from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
 from .commands.feeding import fit, flips
-from .errors import PoseStatsError
-from .text import printable
-from .version import VERSION
 
 INTERRUPTED = 130
 FAILED = 1
@@ -30,14 +25,14 @@ def parser() -> argparse.ArgumentParser:
             "each."),
         examples=("ros_pose_stats shapes demo",
                   "ros_pose_stats estimate demo/clamp.stl --unit mm"))
-    top.add_argument("--version", action="version", version=VERSION,
+    top.add_argument("--version", action="version", version=version.VERSION,
                      help="print the version and exit")
-    commands: argparse._SubParsersAction[Any] = top.add_subparsers(
+    commands: Commands = top.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
     for register in (
             estimate.register, estimate.register_simulate, catalogue.register, flips.register,
-            fit.register, compare.register, sensitivity.register, report.register,
-            animate.register, compile.register_shapes, compile.register, bag.register,
+            fit.register, compare.register, sensitivity.register, show.register,
+            show.register_animate, compile.register_shapes, compile.register, bag.register,
             node.register, node.register_publish):
         register(commands)
     completion.register(commands, top)
@@ -71,8 +66,8 @@ def run_parsed(parsed: argparse.Namespace) -> int:
     try:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
-    except PoseStatsError as refusal:
-        print(f"ros_pose_stats: {printable(str(refusal))}", file=sys.stderr)  # it names files
+    except errors.PoseStatsError as refusal:
+        print(f"ros_pose_stats: {text.printable(str(refusal))}", file=sys.stderr)  # it names files
         return REFUSED
     except KeyboardInterrupt:
         print("ros_pose_stats: interrupted", file=sys.stderr)

@@ -19,8 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ros_pose_stats.catalogue.makers import on_cluster, on_processes
-from ros_pose_stats.catalogue.making import Maker, make_catalogue
+from ros_pose_stats.catalogue.making import Maker, make_catalogue, on_cluster, on_processes
 from ros_pose_stats.catalogue.request import CatalogueRequest, PartFile, find_parts
 from ros_pose_stats.mesh.files import stl_bytes
 from study.random_parts import random_part

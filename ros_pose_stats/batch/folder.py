@@ -9,9 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from .. import files, version
 from ..errors import BatchError, reason
-from ..files import LOCK, DirectoryLock, read_file, replace_file
-from ..version import VERSION
 
 
 class WorkFolder:
@@ -28,7 +27,7 @@ class WorkFolder:
         self.directory = directory
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            lock = DirectoryLock.take(directory)
+            lock = files.DirectoryLock.take(directory)
         except OSError as error:
             raise BatchError("a directory that can be written to",
                              f"{directory} ({reason(error)})",
@@ -59,17 +58,17 @@ class WorkFolder:
     def leave(self) -> None:
         """Delete the folder if nothing but the lock is in it."""
         with suppress(OSError):  # leftovers do no harm
-            if [one.name for one in self.directory.iterdir()] == [LOCK]:
-                (self.directory / LOCK).unlink()
+            if [one.name for one in self.directory.iterdir()] == [files.LOCK]:
+                (self.directory / files.LOCK).unlink()
                 self.directory.rmdir()
 
     def _claim(self, claim: str, request: dict[str, Any], has_work: Callable[[], bool],
                what: str) -> None:
         """Write what is asked for, or find the same there."""
         path = self.directory / claim
-        mine = {"written_by": f"ros_pose_stats {VERSION}", **request}
+        mine = {"written_by": f"ros_pose_stats {version.VERSION}", **request}
         try:
-            theirs = json.loads(read_file(path))
+            theirs = json.loads(files.read_file(path))
         except (OSError, ValueError):
             theirs = None
         if theirs == mine:
@@ -90,7 +89,7 @@ def write_durably(path: Path, content: bytes) -> None:
     Raises BatchError if it cannot be written.
     """
     try:
-        replace_file(path, content)
+        files.replace_file(path, content)
     except OSError as error:
         raise BatchError("a disk that takes what is made", f"{path} ({reason(error)})",
                          "make room; the same command then goes on from here") from error

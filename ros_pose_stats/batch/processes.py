@@ -1,7 +1,5 @@
 """Work in processes of this machine, of which any may die without harm to the others."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable, Generator, Sequence

@@ -1,4 +1,7 @@
-"""Makes a catalogue: estimates of all parts first, then drops of those that need them."""
+"""Makes a catalogue: estimates of all parts first, then drops of those that need them.
+
+Parts are made by processes of this machine, or by a dask.distributed cluster.
+"""
 
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -7,12 +10,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from ..batch import processes, worker
 from ..batch.folder import WorkFolder
-from ..errors import BatchError, reason
+from ..errors import BatchError, PoseStatsError, RequestError, reason
 from ..files import remove_unfinished
 from .page import CHUNKS, PAGE, PageState, write_page
 from .request import CatalogueRequest, PartFile
-from .rows import Described, Row
+from .rows import Described, Row, content_of, describe_part, refused
 from .store import ROWS, Entry, RowStore, Tally, tally
 from .tables import TABLES, write_tables
 
@@ -68,8 +72,8 @@ def make_catalogue(folder: Path, parts: Sequence[PartFile], request: CatalogueRe
     Rows of files that have not changed since are kept; so a folder to which parts were added
     costs the new ones alone. The same files and request give the same tables.
 
-    `folder`: created where it is missing; `maker`: `on_processes(n)` of `processes`, or
-    `on_cluster(address)` of `cluster`; the results are the same; `parquet`: whether to write the
+    `folder`: created where it is missing; `maker`: `on_processes(n)` or
+    `on_cluster(address)`; the results are the same; `parquet`: whether to write the
     tables as Parquet files, too; `keep_rows`: whether to return the rows, too; hundreds of
     thousands fill the memory; `on_progress`: called with a `CatalogueProgress` after each part;
     `should_stop`: asked some twenty times a second; True ends the run with the parts that are
@@ -176,3 +180,121 @@ class _Run:
                              f"{self._folder / name} ({reason(error)})",
                              "make room; the same command then goes on from here") from error
         return name
+
+
+MOST_THREADS = 8
+"""Of a process for the drops of its part: the last part, which may be the longest, has the cores
+that the others have left."""
+
+ESTIMATE_SECONDS, DROP_SECONDS = 600.0, 3 * 3600.0
+"""A part that takes longer is refused, since one that never ends would hold back all tables.
+
+Estimates take a second, rarely a minute. Ten million drops, the most that a target error costs,
+take nine parts of ten an hour and a half on one core; tables of the estimates are there meanwhile.
+"""
+
+
+def on_processes(workers: int | None = None) -> Maker:
+    """Parts made by processes of this machine; one that dies costs its own part alone."""
+    count = processes.check_workers(workers)
+    threads = min(count, MOST_THREADS)
+
+    def make(request: CatalogueRequest, pieces: Sequence[Piece],
+             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
+        def call(process: worker.WorkerProcess, piece: Piece) -> Described:
+            return describe_within_limit(process, request, piece, threads)
+
+        yield from processes.work_in_processes(count, call, died, pieces, should_stop)
+
+    return make
+
+
+def describe_within_limit(process: worker.WorkerProcess, request: CatalogueRequest,
+                          piece: Piece,
+                          threads: int = 1) -> Described:
+    """Look at a part in a process, which is ended if that never ends.
+
+    Raises ProcessDiedError if the process ended; a `TookLongError` if it took too long.
+    """
+    part, drop = piece
+    return process.call_within(_limit(drop), describe_part, part.name, None, request, drop,
+                               threads)
+
+
+def _limit(drop: bool) -> float:
+    return DROP_SECONDS if drop else ESTIMATE_SECONDS
+
+
+def died(piece: Piece, how: worker.ProcessDiedError) -> Described:
+    """What comes of a part whose process died, from how it ended."""
+    part, drop = piece
+    why = (f"the process that looked at it {how}, and so did a second one; export the part anew, "
+           "or in fewer faces")
+    if isinstance(how, worker.TookLongError):
+        done, remedy = (("dropped", "ask for a larger target error") if drop else
+                        ("looked at", "export it in fewer faces"))
+        why = str(RequestError(f"a part that is {done} within {_limit(drop):g} s",
+                             "one that takes longer", remedy))
+    return Described(refused(part.name, why), None, False, 0.0)
+
+
+MOST_TOGETHER, FEWEST_BUNDLES = 8, 50
+"""Estimates that are handed out in a bundle, since a scheduler takes milliseconds for each; fewer
+where there would be too few bundles to share out."""
+
+FEWEST_IN_HAND, IN_HAND_A_THREAD = 4, 4
+"""Bundles handed out at a time: what files hold is sent along, into the scheduler's memory."""
+
+Bundle = tuple[Piece, ...]
+
+
+def on_cluster(address: str) -> Maker:
+    """Parts made by the workers of a scheduler; lost workers' parts are made by others.
+
+    The files are read here and sent, so that workers need not see them. Parts whose workers
+    died again and again are made in a process of this machine, where that harms nobody.
+
+    Raises BatchError while running if the scheduler cannot be reached or goes away, or no worker
+    comes; ImportError at once where distributed is not installed.
+    """
+    from ..batch.cluster import ClusterWork, work_on_cluster
+
+    def make(request: CatalogueRequest, pieces: Sequence[Piece],
+             should_stop: Callable[[], bool]) -> Generator[tuple[Piece, Described], None, None]:
+        work: ClusterWork[Bundle, list[Described]] = ClusterWork(
+            describe_bundle, lambda bundle: (_contents(bundle), request),
+            lambda threads: max(FEWEST_IN_HAND, IN_HAND_A_THREAD * threads),
+            lambda bundle: [_make_here(request, piece) for piece in bundle])
+        for bundle, made in work_on_cluster(address, work, bundles(pieces), should_stop):
+            yield from zip(bundle, made, strict=True)
+
+    return make
+
+
+def bundles(pieces: Sequence[Piece]) -> list[Bundle]:
+    """Pieces as they are handed out: those to be dropped, which take long, one by one."""
+    dropping = any(drop for _, drop in pieces)
+    size = 1 if dropping else max(1, min(MOST_TOGETHER, len(pieces) // FEWEST_BUNDLES))
+    return [tuple(pieces[first:first + size]) for first in range(0, len(pieces), size)]
+
+
+Contents = list[tuple[str, "bytes | PoseStatsError", bool]]
+
+
+def _contents(bundle: Bundle) -> Contents:
+    return [(part.name, content_of(part.name), drop) for part, drop in bundle]
+
+
+def describe_bundle(contents: Contents, request: CatalogueRequest) -> list[Described]:
+    """Look at the parts of a bundle, one after the other."""
+    return [describe_part(name, content, request, drop) for name, content, drop in contents]
+
+
+def _make_here(request: CatalogueRequest, piece: Piece) -> Described:
+    process = worker.WorkerProcess()
+    try:
+        return describe_within_limit(process, request, piece)
+    except worker.ProcessDiedError as error:
+        return died(piece, error)
+    finally:
+        process.kill()

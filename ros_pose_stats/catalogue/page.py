@@ -16,11 +16,9 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
-from ..errors import BatchError, reason
-from ..files import read_file, write_file
+from .. import errors, files, version
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
 from ..text import SERIOUS, percent, ranges, several
-from ..version import VERSION
 from .request import CatalogueRequest
 from .rows import Row
 from .store import ONE_WAY, Tally
@@ -65,17 +63,17 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         ours = {one for one in (folder / CHUNKS).glob("*.js") if one.stem.isdecimal()}
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
-        write_file(folder / PAGE, _template().render(
+        files.write_file(folder / PAGE, _template().render(
             state=state, tally=state.tally, one_way=f"{100.0 * ONE_WAY:g}", request=request,
-            version=VERSION, rows=own, chunks=chunks,
+            version=version.VERSION, rows=own, chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
             target=percent(request.target_error),
             settings=_script_json(_settings(folder, request)),
             style=(ASSETS / "catalogue.css").read_text(encoding="utf-8"),
             script=(ASSETS / "catalogue.js").read_text(encoding="utf-8")).encode())
     except OSError as error:
-        raise BatchError("a disk that takes the page", f"{folder} ({reason(error)})",
-                         "make room; the same command then goes on from here") from error
+        raise errors.BatchError("a disk that takes the page", f"{folder} ({errors.reason(error)})",
+                                "make room; the same command then goes on from here") from error
 
 
 def report_name(row: Row) -> str:
@@ -93,7 +91,7 @@ def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
         if not some:
             return
         name = f"{CHUNKS}/{number:05d}.js"
-        write_file(folder / name, f"addRows({_script_json(some)});\n".encode())
+        files.write_file(folder / name, f"addRows({_script_json(some)});\n".encode())
         yield name
 
 
@@ -119,7 +117,7 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
         return [row["file"], row["refusal"]]
     report = report_name(row)
     if embedded and picture:
-        data = base64.b64encode(read_file(folder / picture)).decode()
+        data = base64.b64encode(files.read_file(folder / picture)).decode()
         picture = f"data:image/png;base64,{data}"
     return [
         row["file"], "", picture, report, int((folder / report).exists()),

@@ -7,24 +7,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import PoseStatsError
 from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
 from ..plots.poses import pose_thumbnail
-from ..records import Part, PoseStatistics, statistics
+from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
-from ..statistics.feeding import Bounded, drop_afresh
-from ..statistics.pose_groups import PoseGroup, pose_groups
-from ..statistics.pose_shares import pose_shares
+from ..statistics import feeding, pose_groups, pose_shares
 from ..text import serious_first
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
 
-UNKNOWN = Bounded(math.nan, math.nan, math.nan)
+UNKNOWN = feeding.Bounded(math.nan, math.nan, math.nan)
 
 
 class Described(NamedTuple):
@@ -84,7 +81,7 @@ def _described(name: str, content: bytes | PoseStatsError | None, request: Catal
     found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
                  int(part.digest[:16], 16), scene.drop_height, workers=threads,
                  cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
-    groups = pose_groups(found)
+    groups = pose_groups.pose_groups(found)
     row = {"file": name, "unit_declared": mesh.declared is not None,
            **_row(part, found, groups), "refusal": "",
            "poses": [_pose_row(group, pose) for group in groups for pose in group.poses]}
@@ -100,13 +97,13 @@ def _too_unsure(part: Part, found: PoseStatistics, request: CatalogueRequest) ->
     return estimate_bound(prior_of(found, resting, scene)) > request.target_error
 
 
-def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
+def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGroup]) -> Row:
     size = np.ptp(part.surface_vertices, axis=0).tolist()
     best = groups[0]
     length, width = footprint(best.first.outline)
     passes = UNKNOWN
     if not math.isnan(best.probability):
-        passes = drop_afresh(pose_shares(found), best.indices).passes
+        passes = feeding.drop_afresh(pose_shares.pose_shares(found), best.indices).passes
     return {
         "part_digest": part.digest, "triangles": len(part.triangles), "size_x_m": size[0],
         "size_y_m": size[1], "size_z_m": size[2], "stable_poses": len(found.poses),
@@ -121,7 +118,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[PoseGroup]) -> Row:
     }
 
 
-def _pose_row(group: PoseGroup, pose: Any) -> Row:
+def _pose_row(group: pose_groups.PoseGroup, pose: Any) -> Row:
     length, width = footprint(pose.outline)
     return {
         "pose": pose.index, "group": pose.group, "group_size": group.size,
@@ -140,7 +137,7 @@ def entropy(shares: Sequence[float]) -> float:
         if not any(map(math.isnan, shares)) else math.nan
 
 
-def footprint(outline: NDArray[np.float64]) -> tuple[float, float]:
+def footprint(outline: Array) -> tuple[float, float]:
     """Length and width of the smallest rectangle around a convex outline.
 
     One of its sides lies on a side of the outline (Freeman and Shapira, 1975).

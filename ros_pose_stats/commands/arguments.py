@@ -10,19 +10,17 @@ import argparse
 import re
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    DropScene,
-)
+from ..records import scene as scenes
 
 if TYPE_CHECKING:
     from ..records import Part
 
 REFUSED = 2
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+"""Where a command adds its parser; argparse has no public name for it."""
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -172,11 +170,12 @@ def add_part_options(command: argparse.ArgumentParser) -> None:
 
 def add_pose_options(command: argparse.ArgumentParser) -> None:
     """Add what counts as a pose, and as round."""
-    command.add_argument("--cluster-tolerance", type=float, default=DEFAULT_CLUSTER_TOLERANCE,
+    command.add_argument("--cluster-tolerance", type=float,
+                         default=scenes.DEFAULT_CLUSTER_TOLERANCE,
                          metavar="T", help="least rise of the centre of mass out of a pose, as a "
                          "share of its height there; what is shallower belongs to the pose next "
                          "to it (default: %(default)s; 0 lists every stable face)")
-    command.add_argument("--round-sides", type=read_count, default=DEFAULT_ROUND_SIDES,
+    command.add_argument("--round-sides", type=read_count, default=scenes.DEFAULT_ROUND_SIDES,
                          metavar="N", help="sides a turn of the polygons that stand for round "
                          "surfaces, whatever the file has (default: %(default)s; 0 takes the "
                          "file as it is)")
@@ -184,7 +183,8 @@ def add_pose_options(command: argparse.ArgumentParser) -> None:
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:
     """Add the restitution and the drop height."""
-    command.add_argument("--restitution", type=float, default=DEFAULT_RESTITUTION, metavar="R",
+    command.add_argument("--restitution", type=float, default=scenes.DEFAULT_RESTITUTION,
+                         metavar="R",
                          help="coefficient of restitution of the plate, 0 to below 1 "
                          "(default: %(default)s)")
     command.add_argument("--drop-height", type=float, metavar="H",
@@ -193,9 +193,9 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
                          "released touching the plate")
 
 
-def scene_of(options: argparse.Namespace) -> DropScene:
+def scene_of(options: argparse.Namespace) -> scenes.DropScene:
     """The scene that the options name."""
-    return DropScene(**scene_keywords(options))
+    return scenes.DropScene(**scene_keywords(options))
 
 
 def scene_keywords(options: argparse.Namespace) -> dict[str, Any]:

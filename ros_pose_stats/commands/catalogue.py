@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..text import printable, several
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 if TYPE_CHECKING:
     from ..catalogue.making import Catalogue, CatalogueProgress, Maker
@@ -19,7 +18,7 @@ NAMED = 10
 """Refused parts that are named on the terminal."""
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "catalogue", help="list the poses of all parts of a folder, in a table and on a page",
@@ -60,9 +59,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace) -> int:
     """Make the catalogue and say where it is."""
     with running.announce_slow_start(), running.end_on_interrupt():
-        from ..catalogue.making import make_catalogue
+        from ..catalogue import making, tables
         from ..catalogue.request import CatalogueRequest, find_parts
-        from ..catalogue.tables import load_parquet
         from ..kernels.compilation import prepare_kernels
 
         request = CatalogueRequest(given.scene_of(options), options.unit, options.density,
@@ -70,16 +68,16 @@ def run(options: argparse.Namespace) -> int:
         maker = _maker(options)
         if options.parquet:
             with running.needing("pyarrow"):
-                load_parquet()
+                tables.load_parquet()
         parts = find_parts(options.parts)
         if options.scheduler is None:
             prepare_kernels()  # before several processes would compile them at once
     begin = time.monotonic()
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        made = make_catalogue(Path(options.output), parts, request, maker,
-                              parquet=options.parquet, keep_rows=options.json,
-                              on_progress=lambda one: bar.draw(*done(one)),
-                              should_stop=interrupted)
+        made = making.make_catalogue(Path(options.output), parts, request, maker,
+                                     parquet=options.parquet, keep_rows=options.json,
+                                     on_progress=lambda one: bar.draw(*done(one)),
+                                     should_stop=interrupted)
     (_print_json if options.json else _print_words)(made, time.monotonic() - begin)
     return 0 if made.complete else running.INTERRUPTED
 
@@ -94,12 +92,12 @@ def done(progress: CatalogueProgress) -> tuple[float, str]:
 
 
 def _maker(options: argparse.Namespace) -> Maker:
-    from ..catalogue import makers
+    from ..catalogue import making
 
     if options.scheduler is None:
-        return makers.on_processes(options.workers)
+        return making.on_processes(options.workers)
     with running.needing("distributed"):
-        return makers.on_cluster(options.scheduler)
+        return making.on_cluster(options.scheduler)
 
 
 def _print_json(made: Catalogue, seconds: float) -> None:

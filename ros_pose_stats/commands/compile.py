@@ -9,7 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from .running import ProgressBar
+from . import arguments as given, running
 
 if TYPE_CHECKING:
     from ..kernels.compilation import EntryKernel
@@ -26,7 +26,7 @@ GLANCE = 0.1
 """Seconds between checks of the kernels stored so far."""
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compile", help="compile all kernels, once for this user",
@@ -40,10 +40,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(_: argparse.Namespace) -> int:
     """Compile the missing kernels, naming each, and print where all of them are."""
-    from ..kernels.compilation import all_kernels
-    from ..kernels.machine_code import cache_directory
+    from ..kernels import compilation, machine_code
 
-    kernels = all_kernels()
+    kernels = compilation.all_kernels()
     missing = [one for one in kernels if not one.is_stored()]
     if missing:
         begin = time.monotonic()
@@ -51,8 +50,8 @@ def run(_: argparse.Namespace) -> int:
         print(f"compiled in {time.monotonic() - begin:.0f} s")
     lost = [one for one in missing if not one.is_stored()]
     if lost:
-        raise OSError(f"{len(lost)} kernels into {cache_directory()}")
-    print(f"all {len(kernels)} kernels are in {cache_directory()}")
+        raise OSError(f"{len(lost)} kernels into {machine_code.cache_directory()}")
+    print(f"all {len(kernels)} kernels are in {machine_code.cache_directory()}")
     return 0
 
 
@@ -64,7 +63,7 @@ def _compile_all(missing: list[EntryKernel]) -> None:
     workers = min(len(families), os.cpu_count() or 1)
     left, done = list(missing), 0
     with (ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _end_quietly) as pool,
-          ProgressBar(sys.stderr) as bar):
+          running.ProgressBar(sys.stderr) as bar):
         pending = {pool.submit(compile_family, family) for family in families}
         while pending:
             finished, pending = wait(pending, GLANCE)
@@ -102,7 +101,7 @@ def _end_quietly() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def register_shapes(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register_shapes(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser("shapes", help="write the demo parts as STL files",
                                   description="Write the demo parts (clamp, bracket, hex bolt, "

@@ -1,10 +1,10 @@
 """`completion SHELL`: a script that completes commands, options and their values on Tab."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 from functools import partial
+
+from . import arguments as given
 
 SHELLS = ("bash", "zsh")
 
@@ -57,7 +57,7 @@ _ros_pose_stats_ros_words() {
 }"""}}
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser],
+def register(commands: given.Commands,
              top: argparse.ArgumentParser) -> None:
     """Add the command, which reads all parsers below `top` when it runs."""
     command = commands.add_parser(

@@ -1,21 +1,18 @@
 """`estimate PART` and `simulate PART`: poses and probabilities, at once or by dropping a part."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..errors import RequestError
 from ..methods import AUTO, BESIDE_DROPS, DEFAULT_METHOD, METHODS
 from ..records.scene import DEFAULT_DROPS
 from ..text import listed
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 CHOICES = {one.name: one for one in METHODS if one.drops != "all"}
 ALL = "all"
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     knowing = listed([f"`{name}`" for name, one in CHOICES.items() if one.knows_scene])
     dropping = "; ".join(f"`{name}` is {CHOICES[name].about}" for name in BESIDE_DROPS)
@@ -92,7 +89,7 @@ def _check_drops(options: argparse.Namespace) -> None:
                                "part")
 
 
-def register_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register_simulate(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "simulate", help="drop a part many times and count its poses",

@@ -1,7 +1,5 @@
 """`node` and `publish PART`: the ROS 2 node, and a CAD file that is sent to it."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
@@ -9,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..errors import PoseStatsError, RequestError
-from .arguments import add_file_options
+from . import arguments as given
 
 INTERFACES = "ros_pose_stats_msgs"
 
@@ -50,7 +48,7 @@ def ros_arguments(program: str, rest: list[str]) -> list[str]:
     return [program, *rest]
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "node", help="start the ROS 2 node", usage="%(prog)s [-h] [--ros-args ...]",
@@ -87,7 +85,7 @@ def _run(rest: list[str]) -> int:
     return run_node(stop, arguments)
 
 
-def register_publish(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register_publish(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "publish", help="publish a part's mesh to the node",
@@ -98,7 +96,7 @@ def register_publish(commands: argparse._SubParsersAction[argparse.ArgumentParse
         "later gets it too.",
         examples=("ros_pose_stats publish demo/clamp.stl --unit mm",
                   "ros_pose_stats publish demo/clamp.stl --unit mm --mass 0.06 --restitution 0.3"))
-    add_file_options(command)
+    given.add_file_options(command)
     command.add_argument("--restitution", type=float, metavar="R",
                          help="coefficient of restitution for this part, 0 to below 1 "
                          "(default: the node's)")

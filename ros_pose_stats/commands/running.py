@@ -21,8 +21,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..errors import RequestError
-from ..files import refuse_unwritable
+from .. import errors, files
 from .arguments import load_named_part, scene_keywords
 
 if TYPE_CHECKING:
@@ -185,9 +184,9 @@ def output_file(name: str, endings: Sequence[str]) -> Path:
     """
     path = Path(name)
     if path.suffix.lower() not in endings or path.is_dir():
-        raise RequestError(f"a file name that ends in {' or '.join(endings)}", f"{name!r}",
-                           f"for instance part{endings[0]}")
-    refuse_unwritable(path.parent)
+        raise errors.RequestError(f"a file name that ends in {' or '.join(endings)}", f"{name!r}",
+                                  f"for instance part{endings[0]}")
+    files.refuse_unwritable(path.parent)
     return path
 
 
@@ -200,8 +199,8 @@ def needing(package: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise RequestError(f"the package {package}", f"none that can be imported ({error})",
-                           f"install it with `pip install {package}`") from error
+        raise errors.RequestError(f"the package {package}", f"none that can be imported ({error})",
+                                  f"install it with `pip install {package}`") from error
 
 
 def print_json(values: Any, *, interrupted: bool = False) -> None:

@@ -3,25 +3,12 @@
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..records import Part
-from ..resting.equilibria import Equilibria
-from ..resting.symmetry import (
-    MOST_EFFORT,
-    MOST_FACES,
-    SurfaceTrial,
-    candidates,
-    frame_of,
-    kinds_of,
-)
-from .changes import DesignSpace
-from .features import EDGE, FACE
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..records import Array, Index, Mask, Part
+from ..resting import equilibria, symmetry
+from . import changes, features
 
 SAME_PLACE = 1e-3
 """Features that a rotation leaves this far apart, in radii, are not the same."""
@@ -30,7 +17,7 @@ SAME_DOWN = 0.999
 """Cosine of the angle of two directions down that are one."""
 
 
-def feature_images(space: DesignSpace) -> tuple[Array, Index]:
+def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     """The part's rotations (k, 3, 3) and where each takes every feature, (k, n).
 
     Axes stay themselves; rotations that do not take faces to faces and edges to edges are left
@@ -42,7 +29,7 @@ def feature_images(space: DesignSpace) -> tuple[Array, Index]:
     held, images = [], []
     for rotation in proper_rotations(space.part, space.resting.equilibria):
         image = np.arange(len(kinds))
-        for kind in (FACE, EDGE):
+        for kind in (features.FACE, features.EDGE):
             mine = np.flatnonzero(kinds == kind)
             if not len(mine):
                 continue
@@ -55,7 +42,7 @@ def feature_images(space: DesignSpace) -> tuple[Array, Index]:
     return np.array(held), np.array(images)
 
 
-def alike(space: DesignSpace, kept: NDArray[np.bool_]) -> Index:
+def alike(space: changes.DesignSpace, kept: Mask) -> Index:
     """First feature (n,) of those that do the same to the share of the wanted poses.
 
     `kept` (P,) bool: the wanted poses. Only rotations count that take wanted poses to wanted ones.
@@ -79,7 +66,7 @@ def first_of_orbits(images: Index) -> Index:
     return np.asarray(np.unique(orbit, return_index=True)[1][orbit], dtype=np.int64)
 
 
-def proper_rotations(part: Part, found: Equilibria) -> Array:
+def proper_rotations(part: Part, found: equilibria.Equilibria) -> Array:
     """Rotation group of a part.
 
     Each rotation takes a stable face to one of its kind, so that those of the rarest kind tell
@@ -88,16 +75,16 @@ def proper_rotations(part: Part, found: Equilibria) -> Array:
     Returns (k, 3, 3): the identity first.
     """
     identity = np.eye(3)[None]
-    if found.order.shape[0] > MOST_FACES:
+    if found.order.shape[0] > symmetry.MOST_FACES:
         return identity
-    kind = kinds_of(found)
-    frames = lru_cache(maxsize=None)(partial(frame_of, found))
-    trial = SurfaceTrial(part, found.body)
+    kind = symmetry.kinds_of(found)
+    frames = lru_cache(maxsize=None)(partial(symmetry.frame_of, found))
+    trial = symmetry.SurfaceTrial(part, found.body)
     rarest = np.flatnonzero(kind == np.bincount(kind).argmin())
     held = []
     for other in rarest.tolist():
-        for rotation in candidates(frames, int(rarest[0]), other):
-            if trial.effort > MOST_EFFORT:
+        for rotation in symmetry.candidates(frames, int(rarest[0]), other):
+            if trial.effort > symmetry.MOST_EFFORT:
                 return identity
             if trial.holds(rotation):
                 held.append(rotation)

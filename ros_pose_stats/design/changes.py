@@ -19,8 +19,7 @@ from ..kernels.body.convex_body import BodyArrays
 from ..kernels.mesh.measures import solid_moments
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
-from ..records import Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ..records import Part, scene as scenes
 from ..resting.convex_body import ConvexBody, keep_body, polyhedron
 from ..resting.poses import RestingPoses, resting_poses
 from .features import EDGE, FACE, KINDS, Feature, find_features
@@ -66,8 +65,8 @@ class DesignSpace:
     Attributes `resting`: of the part as it is.
     """
 
-    def __init__(self, part: Part, cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                 round_sides: int = DEFAULT_ROUND_SIDES) -> None:
+    def __init__(self, part: Part, cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                 round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> None:
         self.part = part
         self.cluster_tolerance, self.round_sides = cluster_tolerance, round_sides
         self.resting: RestingPoses = resting_poses(part, cluster_tolerance, round_sides)

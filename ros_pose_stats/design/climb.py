@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, RequestError
 from ..resting.convex_body import convex_body
-from . import alike, features
-from .changes import ChangedPart, DesignSpace
-from .shares import WantedShare
+from . import alike, changes, features, shares
 
 Array = NDArray[np.float64]
 
@@ -20,7 +18,7 @@ NOTHING = 1e-6
 """Share of an axis that symmetry leaves, below which it leaves none."""
 
 
-def tied_steps(space: DesignSpace, within: float) -> Array:
+def tied_steps(space: changes.DesignSpace, within: float) -> Array:
     """Steps (t, n) of the features, each as far as the outline or the centre of mass may move.
 
     Faces and edges that a rotation of the part carries into each other are changed together. The
@@ -47,12 +45,12 @@ def tied_steps(space: DesignSpace, within: float) -> Array:
     return np.array(steps)
 
 
-def is_forward(space: DesignSpace, steps: Array) -> NDArray[np.bool_]:
+def is_forward(space: changes.DesignSpace, steps: Array) -> NDArray[np.bool_]:
     """Which of some steps (t, n) go one way only."""
     return np.asarray((steps[:, space.kinds == features.EDGE] > 0.0).any(axis=1))
 
 
-def outline_move(space: DesignSpace, changed: ChangedPart) -> float:
+def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the outline has moved, metres, measured across the faces before and after."""
     before, after = space.body, convex_body(changed.part, space.round_sides)
     shift = changed.part.center_of_mass - space.part.center_of_mass
@@ -62,7 +60,7 @@ def outline_move(space: DesignSpace, changed: ChangedPart) -> float:
     return float(max(beyond, left, 0.0))
 
 
-def center_move(space: DesignSpace, changed: ChangedPart) -> float:
+def center_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
     """How far the centre of mass has moved, metres, be it by itself or with the outline."""
     return float(np.linalg.norm(changed.part.center_of_mass - space.part.center_of_mass))
 
@@ -116,7 +114,7 @@ class Climb:
     The share by the part that is reached is `share`, by the part as it is `base`.
     """
 
-    def __init__(self, space: DesignSpace, model: WantedShare, within: float, *,
+    def __init__(self, space: changes.DesignSpace, model: shares.WantedShare, within: float, *,
                  edges: bool = True) -> None:
         self._space, self._model, self._within = space, model, within
         self._tied = tied_steps(space, within)

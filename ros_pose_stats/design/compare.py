@@ -6,18 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..errors import RequestError
-from ..records import DropScene, Part
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_PLATE_ERROR,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-)
+from ..records import DropScene, Part, scene as scenes
 from ..resting.poses import resting_poses
 from ..simulation.request import drop_request
 from ..statistics.feeding import check_wanted
-from . import correspondence, paired_drops, verdicts
-from .comparison import ONE_POINT, Comparison
+from . import comparison, correspondence, paired_drops, verdicts
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -29,13 +22,13 @@ MOST_VARIANTS = 26
 
 
 def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
-            restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+            restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
             drop_height: float | None = None, workers: int | None = None,
             on_progress: Callable[[int, int], object] | None = None,
             should_stop: Callable[[], bool] | None = None, *,
-            cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-            round_sides: int = DEFAULT_ROUND_SIDES,
-            plate_error: float = DEFAULT_PLATE_ERROR) -> Comparison:
+            cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+            round_sides: int = scenes.DEFAULT_ROUND_SIDES,
+            plate_error: float = scenes.DEFAULT_PLATE_ERROR) -> comparison.Comparison:
     """Compare the first variant of a part with each of the others, dropped from the same starts.
 
     Drops end where each of the others is expected to differ on a plate, in the share that a
@@ -103,7 +96,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         found = verdicts.compare_pairs(parts, pairs, matches,
                                        tuple(dict.fromkeys(map(int, wanted))),
                                        sizes[number] / sum(sizes), plate_error)
-        if pairs.drops < size or found.is_settled or found.half_width <= ONE_POINT:
+        if pairs.drops < size or found.is_settled or found.half_width <= comparison.ONE_POINT:
             break
     return replace(found, seconds=time.perf_counter() - begin)
 

@@ -6,14 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..statistics.feeding import Bounded
-from ..statistics.paired_counts import PairedDifference
+from ..statistics import feeding, paired_counts
 from ..text import listed, name_poses, several
-from .changes import DesignSpace
-from .comparison import NONE_SHOWN, SHOWN, Comparison, ShareDifference, VariantComparison
-from .effects import Effect, Sensitivity
-from .features import AXES
-from .suggest import Suggestion
+from . import changes, comparison, effects, features, suggest
 
 
 def letter(variant: int) -> str:
@@ -21,7 +16,7 @@ def letter(variant: int) -> str:
     return ascii_uppercase[variant]
 
 
-def describe_verdict(found: Comparison, one: VariantComparison) -> str:
+def describe_verdict(found: comparison.Comparison, one: comparison.VariantComparison) -> str:
     """Whether a variant differs from the first one: in what is accepted, else in any pose."""
     other, drops = letter(one.second), f"{found.drops} drops of each"
     if one.feeder is not None:
@@ -30,48 +25,48 @@ def describe_verdict(found: Comparison, one: VariantComparison) -> str:
                 f"{other}, {other} - A {_points(share)}: {name_verdict(share)} in {drops}."
                 f"{_largest(one, 'Of single poses the largest difference')}")
     verdict = name_verdict(one)
-    if one.in_model == NONE_SHOWN:
+    if one.in_model == comparison.NONE_SHOWN:
         widest = max(share.half_width for share in one.shares)
         return (f"A and {other}: {verdict} in {drops}; the widest interval of a difference is "
                 f"{200.0 * widest:.1f} points.")
     return f"A and {other}: {verdict}.{_largest(one, 'The largest')}"
 
 
-def name_verdict(judged: ShareDifference | VariantComparison) -> str:
+def name_verdict(judged: comparison.ShareDifference | comparison.VariantComparison) -> str:
     """Both verdicts in one phrase."""
-    if judged.on_plate == SHOWN:
+    if judged.on_plate == comparison.SHOWN:
         return "difference shown, in the model and on a plate"
-    if judged.in_model == SHOWN:
+    if judged.in_model == comparison.SHOWN:
         return "difference shown in the model, none on a plate"
     return "no difference shown"
 
 
-def _largest(one: VariantComparison, what: str) -> str:
+def _largest(one: comparison.VariantComparison, what: str) -> str:
     """The largest difference of a pose that is shown, on a plate if any is; nothing for none."""
-    shown = ([pose for pose in one.poses if pose.share.on_plate == SHOWN]
-             or [pose for pose in one.poses if pose.share.in_model == SHOWN])
+    shown = ([pose for pose in one.poses if pose.share.on_plate == comparison.SHOWN]
+             or [pose for pose in one.poses if pose.share.in_model == comparison.SHOWN])
     if not shown:
         return ""
     largest = max(shown, key=lambda pose: abs(pose.share.difference.value))
-    where = "on a plate" if largest.share.on_plate == SHOWN else "in the model"
+    where = "on a plate" if largest.share.on_plate == comparison.SHOWN else "in the model"
     sides = [f"{name_poses(poses)} of {name}" for name, poses in
              zip(("A", letter(one.second)), largest.poses, strict=True) if poses]
     alone = "" if largest.poses.is_pair else ", without a partner"
     return (f" {what} shown {where} is {_points(largest.share)}, of {listed(sides)}{alone}.")
 
 
-def _percent(share: Bounded) -> str:
+def _percent(share: feeding.Bounded) -> str:
     return f"{100.0 * share.value:.1f} %"
 
 
-def _points(share: ShareDifference) -> str:
+def _points(share: comparison.ShareDifference) -> str:
     """A signed difference with its interval."""
     value, low, high = (f"{round(100.0 * one, 1) + 0.0:+.1f}" for one in (
         share.difference.value, share.difference.low, share.difference.high))
     return f"{value} points ({low} to {high})"
 
 
-def describe_matching(one: VariantComparison) -> list[str]:
+def describe_matching(one: comparison.VariantComparison) -> list[str]:
     """What is to be known about which poses correspond; nothing where all do, in one frame."""
     match, other = one.correspondence, letter(one.second)
     told = []
@@ -90,7 +85,7 @@ def describe_matching(one: VariantComparison) -> list[str]:
     return told
 
 
-def name_warnings(found: Comparison) -> dict[str, str]:
+def name_warnings(found: comparison.Comparison) -> dict[str, str]:
     """Warnings of all variants, each once, with the variants that it is said of."""
     whose: dict[str, list[str]] = {}
     for place, one in enumerate(found.found):
@@ -103,13 +98,13 @@ JUDGED = ("judged by the outer shape (the convex hull) and the centre of mass al
           "whether the part can be made or still does its work")
 
 
-def describe_order(found: Sensitivity) -> str:
+def describe_order(found: effects.Sensitivity) -> str:
     """In which order effects stand: a millimetre and a percent have no common measure."""
     return (f"in the order of what a step changes, {1e3 * found.step:.3g} mm or "
             f"{100.0 * found.step / found.space.body.radius:.3g} % of stretching, the most first")
 
 
-def describe_time(found: Sensitivity | Suggestion) -> str:
+def describe_time(found: effects.Sensitivity | suggest.Suggestion) -> str:
     """That time ended the drops, and how to go on; nothing where it did not."""
     if not found.out_of_time:
         return ""
@@ -120,34 +115,35 @@ def describe_time(found: Sensitivity | Suggestion) -> str:
 CONTRADICTED = "drops contradict the estimate"
 
 
-def place(space: DesignSpace, number: int) -> list[float]:
+def place(space: changes.DesignSpace, number: int) -> list[float]:
     """Middle (3,) of a feature in the part frame, metres; of axes the centre of mass."""
     anchor = space.features[number].anchor * space.body.radius
     return [float(x) + 0.0 for x in space.part.center_of_mass + anchor]
 
 
-def name_feature(space: DesignSpace, number: int) -> str:
+def name_feature(space: changes.DesignSpace, number: int) -> str:
     """What is changed, in words."""
     feature = space.features[number]
     if feature.kind == "centre":
-        return f"centre of mass along {AXES[feature.axis]}"
+        return f"centre of mass along {features.AXES[feature.axis]}"
     if feature.kind == "stretch":
-        return f"stretched along {AXES[feature.axis]}"
+        return f"stretched along {features.AXES[feature.axis]}"
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} outward"
     where = ", ".join(f"{1e3 * x:.3g}" for x in np.round(place(space, number), 7))
     return f"{'rounded edge' if feature.is_rounded else 'edge'} at ({where}) mm cut"
 
 
-def name_step(space: DesignSpace, number: int, step: float) -> str:
+def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
     """What a step does, in words."""
     feature, length = space.features[number], f"{1e3 * abs(step):.3g} mm"
     if feature.kind == "centre":
-        return f"centre of mass {length} towards {'-' if step < 0.0 else '+'}{AXES[feature.axis]}"
+        return (f"centre of mass {length} towards "
+                f"{'-' if step < 0.0 else '+'}{features.AXES[feature.axis]}")
     if feature.kind == "stretch":
         longer = abs(step) * float(np.ptp(space.part.surface_vertices[:, feature.axis]))
         return f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along " \
-               f"{AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
+               f"{features.AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
     if feature.kind == "face":
         return f"face of pose {listed(feature.poses)} moved {'in' if step < 0.0 else 'out'} by " \
                f"{length}"
@@ -155,7 +151,7 @@ def name_step(space: DesignSpace, number: int, step: float) -> str:
         " more than its rounding" if feature.is_rounded else "")
 
 
-def suggested_steps(found: Suggestion) -> list[str]:
+def suggested_steps(found: suggest.Suggestion) -> list[str]:
     """The steps of a suggestion in words; those that symmetry ties together are one line."""
     lines = []
     for tied in found.taken:
@@ -167,7 +163,7 @@ def suggested_steps(found: Suggestion) -> list[str]:
     return lines
 
 
-def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
+def sensitivity_as_dict(found: effects.Sensitivity) -> dict[str, Any]:
     """Plain values; lengths in metres, shares as fractions, NaN as None."""
     space = found.space
     return {"part_id": space.part.part_id, "part_digest": space.part.digest,
@@ -183,7 +179,7 @@ def sensitivity_as_dict(found: Sensitivity) -> dict[str, Any]:
             "warnings": list(found.warnings), "version": found.version}
 
 
-def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:
+def suggestion_as_dict(found: suggest.Suggestion) -> dict[str, Any]:
     """Plain values; lengths in metres, shares as fractions."""
     return {"within": found.within, "outline": found.outline, "center_shift": found.center_shift,
             "judged": JUDGED,
@@ -199,22 +195,23 @@ def suggestion_as_dict(found: Suggestion) -> dict[str, Any]:
             "out_of_time": found.out_of_time, "seed": found.seed, "seconds": found.seconds}
 
 
-def _feature(space: DesignSpace, number: int) -> dict[str, Any]:
+def _feature(space: changes.DesignSpace, number: int) -> dict[str, Any]:
     feature = space.features[number]
-    return {"kind": feature.kind, "axis": AXES[feature.axis] if feature.axis >= 0 else None,
+    return {"kind": feature.kind, "axis": features.AXES[feature.axis] if feature.axis >= 0
+            else None,
             "poses": list(feature.poses), "place": place(space, number),
             "size": feature.size * space.body.radius ** (2 if feature.kind == "face" else 1),
             "unit": "m" if feature.is_length else "1"}
 
 
-def _effect(space: DesignSpace, effect: Effect) -> dict[str, Any]:
+def _effect(space: changes.DesignSpace, effect: effects.Effect) -> dict[str, Any]:
     return {**_feature(space, effect.number), "alike": len(effect.alike), "slope": effect.slope,
             "error": effect.error, "step": effect.step, "change": effect.change,
             "lost": list(effect.lost), "contradicted": effect.contradicted,
             "check": None if effect.check is None else _difference(effect.check)}
 
 
-def _difference(found: PairedDifference) -> dict[str, Any]:
+def _difference(found: paired_counts.PairedDifference) -> dict[str, Any]:
     known = {"change": found.value, "standard_error": found.standard_error, "low": found.low,
              "high": found.high, "drops": found.trials, "p_value": found.p_value}
     return {name: value if math.isfinite(value) else None for name, value in known.items()}

@@ -13,8 +13,7 @@ import numpy as np
 
 from ..records import DropScene
 from ..simulation.request import DropRequest
-from ..statistics.feeding import Bounded
-from ..statistics.paired_counts import PairedDifference
+from ..statistics import feeding, paired_counts
 from ..version import VERSION
 from .changes import ChangedPart, DesignSpace
 from .features import Feature
@@ -44,7 +43,7 @@ class Effect:
     change: float  # estimated change of the share by that step
     lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
     # the same change by drops; None where it was not checked
-    check: PairedDifference | None = None
+    check: paired_counts.PairedDifference | None = None
 
     @property
     def helps(self) -> bool:
@@ -69,7 +68,7 @@ class Sensitivity:
     wanted: tuple[int, ...]
     scene: DropScene  # with the drop height in metres
     method: str  # the estimator
-    accepted: Bounded  # estimated share of the wanted poses of the part as it is
+    accepted: feeding.Bounded  # estimated share of the wanted poses of the part as it is
     step: float  # the change that is meant, metres; stretching is by the same share of the radius
     effects: tuple[Effect, ...]  # the greatest first, by what their step changes
     drops: int  # of each check
@@ -110,7 +109,7 @@ class CheckDrops(NamedTuple):
 
     pairs: PairedDrops
     # of the share of the wanted poses, from the first part to each of the others
-    differences: list[PairedDifference]
+    differences: list[paired_counts.PairedDifference]
     out_of_time: bool  # whether time ended them before the drops that were asked for
 
 
@@ -154,7 +153,7 @@ def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], mod
 
 
 def compare_with_first(pairs: PairedDrops, changed: Sequence[ChangedPart], model: WantedShare
-                       ) -> list[PairedDifference]:
+                       ) -> list[paired_counts.PairedDifference]:
     """Change of the wanted share from the first part to each of the others."""
     accepted = [np.flatnonzero(model.accepted(resting, one.origin)).tolist()
                 for resting, one in zip(pairs.resting, changed, strict=True)]

@@ -8,20 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene, Part
+from ..records import Array, DropScene, Index, Mask, Part
 from ..resting.poses import RestingPoses, poses_in
-from ..simulation import request
-from ..simulation.chunks import DropWorkers
-from ..simulation.drop_body import drop_body
+from ..simulation import chunks, drop_body, request
 from ..simulation.drops import DropOutcomes, compute_drops, drop_rules, random_starts
 from ..statistics.paired_counts import PairedDifference, paired_difference
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 UNSETTLED = -1
 
@@ -45,7 +39,7 @@ class PairedDrops:
         return int(self.outcome.shape[1])
 
     @property
-    def settled(self) -> NDArray[np.bool_]:
+    def settled(self) -> Mask:
         """Starts (n,) from which every variant came to rest; only these count."""
         return np.asarray((self.outcome != UNSETTLED).all(axis=0))
 
@@ -54,7 +48,7 @@ class PairedDrops:
         return np.bincount(self.outcome[variant, self.settled],
                            minlength=len(self.resting[variant].poses))
 
-    def is_in(self, variant: int, poses: Sequence[int]) -> NDArray[np.bool_]:
+    def is_in(self, variant: int, poses: Sequence[int]) -> Mask:
         """From which of the settled starts a variant came to rest in one of some poses."""
         wanted = np.zeros(len(self.resting[variant].poses), dtype=np.bool_)
         wanted[list(poses)] = True
@@ -102,7 +96,7 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
     if more <= 0:
         return pairs
     directions = random_starts(asked.seed, done, more)
-    rows: list[tuple[Index, NDArray[np.bool_]]] = []
+    rows: list[tuple[Index, Mask]] = []
     for place, part in enumerate(parts):
         turn = None if turns is None else turns[place]
         rows.append(_outcomes(
@@ -129,17 +123,17 @@ def drop_together(parts: Sequence[Part], drops: int, scene: DropScene, seed: int
 
 def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
               should_stop: Callable[[], bool] | None,
-              on_drops: Callable[[int], object] | None) -> tuple[Index, NDArray[np.bool_]]:
+              on_drops: Callable[[int], object] | None) -> tuple[Index, Mask]:
     """Pose (n,) from each direction, and whether it was released touching; fewer after a stop."""
-    body = drop_body(part, scene)
+    body = drop_body.drop_body(part, scene)
     rules = drop_rules(scene, body.radius)
 
     def drop(first: int, count: int) -> DropOutcomes:
         return compute_drops(body, rules, directions[first:first + count])
 
-    at_work = DropWorkers(drop, len(directions), workers, should_stop or (lambda: False))
+    at_work = chunks.DropWorkers(drop, len(directions), workers, should_stop or (lambda: False))
     found: list[Index] = [np.zeros(0, dtype=np.int64)]
-    touched: list[NDArray[np.bool_]] = [np.zeros(0, dtype=np.bool_)]
+    touched: list[Mask] = [np.zeros(0, dtype=np.bool_)]
     done = 0
     for outcomes in at_work.outcomes_in_order():
         found.append(outcomes.pose)

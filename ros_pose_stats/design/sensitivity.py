@@ -13,16 +13,12 @@ import numpy as np
 from ..errors import MeshError, RequestError
 from ..estimators import estimate
 from ..methods import AUTO
-from ..records import DropScene, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
-from ..statistics import feeding, pose_groups
-from ..statistics.pose_shares import pose_shares
+from ..statistics import feeding, pose_groups, pose_shares
 from ..tolerances import number_equal
-from .alike import alike
-from .changes import DesignSpace
+from . import alike, changes, shares
 from .effects import Effect, Sensitivity, check_effects, effect_error
-from .shares import WantedShare
 
 STEP = 0.05
 """Of the radius, and of stretching as a fraction: a change that a designer would make. What less
@@ -40,9 +36,9 @@ CHECK_SECONDS = 1.0
 
 def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
                 checks: int = CHECKS, drops: int | None = None, seed: int | None = None,
-                restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-                cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+                restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
                 on_progress: Callable[[float], object] | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Sensitivity:
     """How the share of wanted poses changes with centre of mass, proportions, faces and edges.
@@ -77,8 +73,8 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(CHECK_DROPS if drops is None else drops, seed, 0.0, workers, None)
-    space = DesignSpace(part, cluster_tolerance, round_sides)
-    model = WantedShare(space, wanted, scene)
+    space = changes.DesignSpace(part, cluster_tolerance, round_sides)
+    model = shares.WantedShare(space, wanted, scene)
     reach = check_step(STEP * space.body.radius if step is None else step, space.body.radius)
     told = estimate(part, AUTO, restitution=restitution, drop_height=model.scene.drop_height,
                     cluster_tolerance=cluster_tolerance, round_sides=round_sides)
@@ -98,7 +94,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
         effects = [known.get(one.number, one) for one in effects]
     kept = tuple(np.flatnonzero(model.kept).tolist())
     return Sensitivity(space, kept, model.scene, told.method,
-                       feeding.drop_afresh(pose_shares(told), kept).accepted, reach,
+                       feeding.drop_afresh(pose_shares.pose_shares(told), kept).accepted, reach,
                        tuple(effects), dropped, asked.seed, asked.drops, out_of_time,
                        time.perf_counter() - begin,
                        (*told.warnings, *pose_groups.warn_of_alike(told, kept)))
@@ -116,9 +112,9 @@ def check_step(step: float, radius: float) -> float:
     return step
 
 
-def _effects(space: DesignSpace, model: WantedShare, reach: float, workers: int,
+def _effects(space: changes.DesignSpace, model: shares.WantedShare, reach: float, workers: int,
              progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Effect]:
-    first = alike(space, model.kept)
+    first = alike.alike(space, model.kept)
     numbers = np.unique(first)
     base = model.estimate(space.change_one(0, 0.0))
     done = 0
@@ -140,7 +136,8 @@ def _effects(space: DesignSpace, model: WantedShare, reach: float, workers: int,
     return [found[k] for k in sorted(range(len(found)), key=lambda k: (rank[k], found[k].number))]
 
 
-def _effect(space: DesignSpace, model: WantedShare, base: float, same: tuple[int, ...],
+def _effect(space: changes.DesignSpace, model: shares.WantedShare, base: float,
+            same: tuple[int, ...],
             reach: float) -> Effect | None:
     """Effect of the first of some features alike; None where no body remains after the step."""
     number = same[0]

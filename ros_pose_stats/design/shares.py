@@ -4,17 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..estimators import expected, registry
-from ..records import DropScene
+from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics.feeding import check_wanted
 from .changes import ChangedPart, DesignSpace
 from .features import pose_of_faces
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class WantedShare:
@@ -43,7 +39,7 @@ class WantedShare:
         there = self.poses_before(resting, changed.origin)
         return tuple(np.setdiff1d(np.flatnonzero(self.kept), there).tolist())
 
-    def accepted(self, resting: RestingPoses, origin: Index) -> NDArray[np.bool_]:
+    def accepted(self, resting: RestingPoses, origin: Index) -> Mask:
         """Which poses (P,) of a changed part are wanted."""
         before = self.poses_before(resting, origin)
         return np.asarray((before >= 0) & self.kept[before])

@@ -10,21 +10,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..records import DropScene, Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import Array, DropScene, Mask, Part, scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
-from ..statistics.errors import jeffreys_interval
-from ..statistics.feeding import Bounded
-from ..statistics.paired_counts import PairedDifference
+from ..statistics import errors, feeding, paired_counts
 from ..version import VERSION
 from . import effects, features
 from .changes import ChangedPart, DesignSpace
 from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
 from .shares import WantedShare
-
-Array = NDArray[np.float64]
 
 CHOOSING_DROPS = 500
 """That choose between a suggestion with cut edges and one without."""
@@ -52,9 +46,10 @@ class Suggestion:
     after: float
     gain_error: float  # standard error of the estimated gain
     lost: tuple[int, ...]  # wanted poses that are gone
-    gain: PairedDifference  # by drops, from the same starts, none of which chose the change
-    dropped_before: Bounded  # shares by these drops
-    dropped_after: Bounded
+    # by drops, from the same starts, none of which chose the change
+    gain: paired_counts.PairedDifference
+    dropped_before: feeding.Bounded  # shares by these drops
+    dropped_after: feeding.Bounded
     drops: int
     seed: int
     most_drops: int  # that were asked for
@@ -64,10 +59,10 @@ class Suggestion:
 
 
 def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | None = None,
-            seed: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+            seed: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
             drop_height: float | None = None,
-            cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-            round_sides: int = DEFAULT_ROUND_SIDES, workers: int | None = None,
+            cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+            round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
             on_progress: Callable[[float], object] | None = None,
             should_stop: Callable[[], bool] | None = None) -> Suggestion:
     """Combine changes of a part, within bounds, so that it comes to rest as wanted more often.
@@ -142,7 +137,7 @@ def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: 
     return climbs[int(done.differences[0].value > 0.0)]
 
 
-def _share(is_in: NDArray[np.bool_]) -> Bounded:
+def _share(is_in: Mask) -> feeding.Bounded:
     count, total = int(is_in.sum()), is_in.size
-    low, high = jeffreys_interval(count, total)
-    return Bounded(count / total if total else float("nan"), float(low), float(high))
+    low, high = errors.jeffreys_interval(count, total)
+    return feeding.Bounded(count / total if total else float("nan"), float(low), float(high))

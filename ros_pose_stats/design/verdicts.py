@@ -18,24 +18,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..methods import SIMULATION
-from ..records import Part, PoseStatistics
-from ..records.statistics import pose_statistics
+from ..records import Part, PoseStatistics, statistics
 from ..resting.trust import pose_warnings
 from ..simulation.simulate import height_warnings, touching_warnings
-from ..statistics import errors, paired_counts, pose_groups
-from ..statistics.feeding import Bounded, Feeding, drop_afresh
-from ..statistics.pose_shares import pose_shares
-from ..statistics.prefix import Prefix
-from .comparison import (
-    Comparison,
-    FeederComparison,
-    PoseComparison,
-    ShareDifference,
-    VariantComparison,
-)
-from .correspondence import Correspondence, MatchedPoses
-from .describe import letter
-from .paired_drops import UNSETTLED, PairedDrops
+from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
+from . import comparison, correspondence, describe, paired_drops
 
 LEFT = 0.1
 """Error of a difference that is nearly 0, over the plate's error of a single share."""
@@ -71,7 +58,7 @@ def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
     `first, second`: radii of the first variant and of another, metres; `variant`: which one that
     is, from 1 on.
     """
-    names = ("A", letter(variant)) if first > second else (letter(variant), "A")
+    names = ("A", describe.letter(variant)) if first > second else (describe.letter(variant), "A")
     ratio = max(first, second) / min(first, second)
     if not any(one / ABOUT < ratio < one * ABOUT for one in RATIOS):
         return ()
@@ -79,9 +66,10 @@ def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
             "one of the files is in another unit, and what follows means nothing.",)
 
 
-def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
-                  matches: Sequence[Correspondence], wanted: tuple[int, ...], look: float,
-                  plate_error: float) -> Comparison:
+def compare_pairs(parts: Sequence[Part], pairs: paired_drops.PairedDrops,
+                  matches: Sequence[correspondence.Correspondence], wanted: tuple[int, ...],
+                  look: float,
+                  plate_error: float) -> comparison.Comparison:
     """Compare the first variant with the others by the drops so far.
 
     `matches`: of the first variant and each of the others; `wanted`: poses of the first variant
@@ -94,15 +82,15 @@ def compare_pairs(parts: Sequence[Part], pairs: PairedDrops,
     accepted = [wanted, *(match.partners(wanted) for match in matches)]
     found = tuple(replace(one, warnings=(*one.warnings, *pose_groups.warn_of_alike(one, some)))
                   for one, some in zip(found, accepted, strict=True))
-    return Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
-                      pairs.seed, wanted, plate_error)
+    return comparison.Comparison(tuple(parts), found, _tested_together(single, look), pairs.scene,
+                                 pairs.seed, wanted, plate_error)
 
 
-def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
+def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> PoseStatistics:
     """Statistics of one variant, from the starts that all variants settled from."""
     resting, scene = pairs.resting[variant], pairs.scene
-    counted = Prefix(len(resting.poses), max(pairs.drops, 1), 0.0)
-    counted.add(np.where(pairs.settled, pairs.outcome[variant], UNSETTLED))
+    counted = prefix.Prefix(len(resting.poses), max(pairs.drops, 1), 0.0)
+    counted.add(np.where(pairs.settled, pairs.outcome[variant], paired_drops.UNSETTLED))
     unsettled = pairs.drops - counted.settled
     told = height_warnings(scene, resting.body.radius)
     if pairs.touched:
@@ -110,57 +98,58 @@ def _statistics(part: Part, pairs: PairedDrops, variant: int) -> PoseStatistics:
     told += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {pairs.drops} drops were given up before the pose of every "
         f"variant was certain; they are left out of the probabilities."]
-    return pose_statistics(
+    return statistics.pose_statistics(
         part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, scene,
         drops=pairs.drops, unsettled=unsettled, seed=pairs.seed,
         warnings=(*pose_warnings(resting), *told))
 
 
-def _compare(pairs: PairedDrops, found: Sequence[PoseStatistics], second: int,
-             match: Correspondence, wanted: tuple[int, ...], plate_error: float
-             ) -> VariantComparison:
+def _compare(pairs: paired_drops.PairedDrops, found: Sequence[PoseStatistics], second: int,
+             match: correspondence.Correspondence, wanted: tuple[int, ...], plate_error: float
+             ) -> comparison.VariantComparison:
     is_round = any(pairs.resting[place].body.runs for place in (0, second))
 
-    def share_of(poses: MatchedPoses) -> ShareDifference:
+    def share_of(poses: correspondence.MatchedPoses) -> comparison.ShareDifference:
         difference = pairs.difference(0, poses.first, second, poses.second)
         value = 0.0 if math.isnan(difference.value) else difference.value
-        return ShareDifference(
+        return comparison.ShareDifference(
             _share(pairs, 0, poses.first), _share(pairs, second, poses.second), difference,
             EXPORTED if is_round else 0.0, plate_part(value, plate_error))
 
-    poses = [PoseComparison(one, share_of(one)) for one in match.matches]
+    poses = [comparison.PoseComparison(one, share_of(one)) for one in match.matches]
     poses.sort(key=lambda one: (not one.poses.is_pair, -max(one.share.first.value,
                                                             one.share.second.value)))
     feeder = None
     if wanted and pairs.settled.any():
-        kept = MatchedPoses(tuple(sorted(wanted)), match.partners(wanted))
+        kept = correspondence.MatchedPoses(tuple(sorted(wanted)), match.partners(wanted))
         lost = tuple(one for one in kept.first if match.partner[one] < 0)
-        feeder = FeederComparison(kept, lost, share_of(kept), (
-            drop_afresh(pose_shares(found[0]), kept.first),
+        feeder = comparison.FeederComparison(kept, lost, share_of(kept), (
+            feeding.drop_afresh(pose_shares.pose_shares(found[0]), kept.first),
             _feeding(found[second], kept.second)))
-    return VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
+    return comparison.VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
         found[0].radius, found[second].radius, second))
 
 
-def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> Feeding:
+def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> feeding.Feeding:
     """What a feeder gets; nothing where none of the wanted poses is left."""
     if wanted:
-        return drop_afresh(pose_shares(found), wanted)
-    nothing, never = Bounded(0.0, 0.0, 0.0), Bounded(math.inf, math.inf, math.inf)
-    return Feeding(nothing, never, nothing, nothing)
+        return feeding.drop_afresh(pose_shares.pose_shares(found), wanted)
+    nothing, never = feeding.Bounded(0.0, 0.0, 0.0), feeding.Bounded(math.inf, math.inf, math.inf)
+    return feeding.Feeding(nothing, never, nothing, nothing)
 
 
-def _share(pairs: PairedDrops, variant: int, poses: tuple[int, ...]) -> Bounded:
+def _share(pairs: paired_drops.PairedDrops, variant: int,
+           poses: tuple[int, ...]) -> feeding.Bounded:
     """Share of some poses of a variant with its 90 % interval."""
     inside = pairs.is_in(variant, poses)
     if not poses or not inside.size:
-        return Bounded(0.0, 0.0, 0.0 if not poses else 1.0)
+        return feeding.Bounded(0.0, 0.0, 0.0 if not poses else 1.0)
     low, high = errors.jeffreys_interval(int(inside.sum()), inside.size)
-    return Bounded(float(inside.mean()), float(low), float(high))
+    return feeding.Bounded(float(inside.mean()), float(low), float(high))
 
 
-def _tested_together(single: Sequence[VariantComparison], look: float
-                     ) -> tuple[VariantComparison, ...]:
+def _tested_together(single: Sequence[comparison.VariantComparison], look: float
+                     ) -> tuple[comparison.VariantComparison, ...]:
     """Tell each difference its chances, adjusted for all of them and for the looks."""
     tests = {key: share for one in single for key, share in _tests(one)}
     alone = paired_counts.adjust_together([share.difference.p_value for share in tests.values()])
@@ -182,7 +171,7 @@ def _tested_together(single: Sequence[VariantComparison], look: float
     return tuple(told)
 
 
-def _tests(one: VariantComparison) -> list[tuple[Hashable, ShareDifference]]:
+def _tests(one: comparison.VariantComparison) -> list[tuple[Hashable, comparison.ShareDifference]]:
     """What is tested, each with a key that is equal where the same drops decide.
 
     Where some poses gain, all others together lose as much: that is one test, not two.
@@ -192,7 +181,7 @@ def _tests(one: VariantComparison) -> list[tuple[Hashable, ShareDifference]]:
     listed = [(pose.poses, pose.share) for pose in one.poses]
     if one.feeder is not None:
         listed.append((one.feeder.poses, one.feeder.share))
-    found: list[tuple[Hashable, ShareDifference]] = []
+    found: list[tuple[Hashable, comparison.ShareDifference]] = []
     for poses, share in listed:
         inside = frozenset((variant, index) for variant, those in enumerate(poses)
                            for index in those)
@@ -200,7 +189,7 @@ def _tests(one: VariantComparison) -> list[tuple[Hashable, ShareDifference]]:
     return found
 
 
-def _chance_beyond(share: ShareDifference, error: float) -> float:
+def _chance_beyond(share: comparison.ShareDifference, error: float) -> float:
     """Chance of a difference this large from the drops and a normal error."""
     known = share.difference
     spread = math.hypot(known.standard_error, error)

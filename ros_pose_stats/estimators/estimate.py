@@ -5,11 +5,8 @@ import time
 from dataclasses import replace
 
 from ..methods import AUTO, DEFAULT_METHOD
-from ..records import DropScene, Part, PoseStatistics
-from ..records import scene as scenes
-from ..records.statistics import pose_statistics
-from ..resting.poses import RestingPoses, poses_in
-from ..resting.trust import pose_warnings
+from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
+from ..resting import poses, trust
 from .expected import ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator
 
@@ -57,10 +54,10 @@ def estimate_in(part: Part, scene: DropScene, method: str = DEFAULT_METHOD) -> P
     """Estimate the probabilities of a part in a scene; see `estimate`."""
     begin = time.perf_counter()
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
-    resting = poses_in(part, scene)
+    resting = poses.poses_in(part, scene)
     probability = chosen.function(resting, scene)
     expected = expected_error(chosen.name, resting, probability, scene)
-    found = pose_statistics(
+    found = statistics.pose_statistics(
         part, resting.body.radius, resting.poses, expected.shares(probability), chosen.name, scene,
         knows_scene=chosen.knows_scene, seconds=time.perf_counter() - begin,
         warnings=_warnings(resting, chosen, scene, expected))
@@ -76,9 +73,9 @@ def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,
     return [estimate_in(part, scene, name) for name in ESTIMATORS]
 
 
-def _warnings(resting: RestingPoses, chosen: Estimator, scene: DropScene,
+def _warnings(resting: poses.RestingPoses, chosen: Estimator, scene: DropScene,
               expected: ExpectedError) -> list[str]:
-    warnings = pose_warnings(resting)
+    warnings = trust.pose_warnings(resting)
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
     if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(

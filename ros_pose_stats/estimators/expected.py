@@ -16,14 +16,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..records import DropScene
+from ..records import Array, DropScene, Index
 from ..records.statistics import Shares
 from ..resting.poses import RestingPoses
 from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
 from . import fitted
-from .published import Array, normalized
+from .published import normalized
 
 UNUSUAL = 2.0
 """Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
@@ -137,7 +136,7 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     return np.asarray(np.abs(normalized(probability + gain) - probability))
 
 
-def largest_of(errors: Array, group: NDArray[np.int64], fit: fitted.ErrorFit,
+def largest_of(errors: Array, group: Index, fit: fitted.ErrorFit,
                noise: Array | None = None) -> float:
     """Bound that errors of poses keep together with 90 % confidence, by the scatter over parts.
 

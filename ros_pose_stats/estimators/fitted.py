@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..records import DropScene
-from ..records.scene import DEFAULT_DROP_RADII
+from ..records import DropScene, scene as scenes
 from ..resting.poses import RestingPoses
 from .published import eae, meae, nonlinear, normalized, qse
 
@@ -136,7 +135,7 @@ def scene_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 def drop_radii(resting: RestingPoses, scene: DropScene) -> float:
     """Drop height in radii of the part."""
     if scene.drop_height is None:
-        return DEFAULT_DROP_RADII
+        return scenes.DEFAULT_DROP_RADII
     return scene.drop_height / resting.body.radius
 
 

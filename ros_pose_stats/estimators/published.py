@@ -3,14 +3,10 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.equilibria import settle_on_stable
-from ..resting.convex_body import ConvexBody
-from ..resting.equilibria import Equilibria, Index
-from ..resting.poses import RestingPoses
-
-Array = NDArray[np.float64]
+from ..records import Array, Index
+from ..resting import convex_body, equilibria, poses
 
 
 def normalized(weights: Array) -> Array:
@@ -18,7 +14,7 @@ def normalized(weights: Array) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def area(resting: RestingPoses) -> Array:
+def area(resting: poses.RestingPoses) -> Array:
     """Probabilities (P,) proportional to the surface area of the stable faces [24].
 
     The paper names it in section 4.B beside Eq. 5, with an error of 0.112. The estimate jumps
@@ -28,7 +24,7 @@ def area(resting: RestingPoses) -> Array:
     return normalized(resting.gather(found.body.arrays.area[found.faces]))
 
 
-def csae(resting: RestingPoses) -> Array:
+def csae(resting: poses.RestingPoses) -> Array:
     """Centroid solid angle estimator, Eq. 5 [27].
 
     Probabilities (P,) proportional to the centroid solid angle of the stable faces. It jumps
@@ -38,7 +34,7 @@ def csae(resting: RestingPoses) -> Array:
     return normalized(resting.gather(found.body.arrays.angle[found.faces]))
 
 
-def adre(resting: RestingPoses) -> Array:
+def adre(resting: poses.RestingPoses) -> Array:
     """Angle-distance ratio estimator [28], [29]: Eq. 5 with the ratio of section 4.B.
 
     Probabilities (P,) proportional to the centroid solid angle of a stable face over its
@@ -57,7 +53,7 @@ PQSE_SHARE: Final = 0.4
 paper's Table I, and neither over- nor underestimates large faces (`python -m study table`)."""
 
 
-def qse(resting: RestingPoses) -> Array:
+def qse(resting: poses.RestingPoses) -> Array:
     """Quasi-static estimator [26], section 4.B.
 
     Every face starts with its centroid solid angle over 4 pi. An unstable face topples over
@@ -68,7 +64,7 @@ def qse(resting: RestingPoses) -> Array:
     return normalized(resting.gather(_toppled_shares(resting.equilibria)))
 
 
-def nqse(resting: RestingPoses) -> Array:
+def nqse(resting: poses.RestingPoses) -> Array:
     """Nonlinear quasi-static estimator, Eq. 6 with the published coefficients.
 
     Probabilities proportional to f(e_j), e_j the quasi-static estimate of pose j. For a
@@ -78,7 +74,7 @@ def nqse(resting: RestingPoses) -> Array:
     return normalized(nonlinear(qse(resting)))
 
 
-def pqse(resting: RestingPoses) -> Array:
+def pqse(resting: poses.RestingPoses) -> Array:
     """Perturbed quasi-static estimator [25], in this project's reading.
 
     The paper says that probability moves between each pair of adjacent faces to the larger one,
@@ -95,7 +91,7 @@ def pqse(resting: RestingPoses) -> Array:
     return perturbed_quasi_static(resting, PQSE_SHARE)
 
 
-def perturbed_quasi_static(resting: RestingPoses, share: float) -> Array:
+def perturbed_quasi_static(resting: poses.RestingPoses, share: float) -> Array:
     """The estimate of `pqse` for any redistributed share, `share` >= 0, without unit."""
     found = resting.equilibria
     start = _redistribute(found.body, _surfaces(resting), share)
@@ -111,12 +107,12 @@ def nonlinear(share: Array) -> Array:
     return np.maximum(share + share * (1.0 - share) * bend, 0.0)
 
 
-def _toppled_shares(found: Equilibria) -> Array:
+def _toppled_shares(found: equilibria.Equilibria) -> Array:
     """Share (S,) of each stable face after all toppling, by rising height."""
     return found.arrays.toppled[found.faces]
 
 
-def _surfaces(resting: RestingPoses) -> Index:
+def _surfaces(resting: poses.RestingPoses) -> Index:
     """Number (F,) of the surface that each face belongs to: those of one pose share theirs."""
     faces, clusters = resting.equilibria.faces, resting.clusters
     surface = np.arange(resting.body.faces)
@@ -124,7 +120,7 @@ def _surfaces(resting: RestingPoses) -> Index:
     return np.asarray(np.unique(surface, return_inverse=True)[1])
 
 
-def _redistribute(body: ConvexBody, surface: Index, share: float) -> Array:
+def _redistribute(body: convex_body.ConvexBody, surface: Index, share: float) -> Array:
     arrays = body.arrays
     start = arrays.angle / arrays.angle.sum()
     areas = np.bincount(surface, arrays.area)
@@ -140,7 +136,7 @@ def _redistribute(body: ConvexBody, surface: Index, share: float) -> Array:
     return np.asarray(np.maximum(start + change, 0.0))
 
 
-def _arcs(body: ConvexBody) -> Array:
+def _arcs(body: convex_body.ConvexBody) -> Array:
     """Angle (N,) that each polygon side spans seen from the centre of mass."""
     arrays = body.arrays
     return _arctangents(arrays.start / arrays.reach) + _arctangents(arrays.stop / arrays.reach)
@@ -164,7 +160,7 @@ COMBINED_WEIGHT: Final = 0.75
 """c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E)."""
 
 
-def eae(resting: RestingPoses) -> Array:
+def eae(resting: poses.RestingPoses) -> Array:
     """Energy absorption estimator, Eqs. 7 and 8.
 
     At each split of the reachable set {R < E} the two components are taken with
@@ -175,12 +171,12 @@ def eae(resting: RestingPoses) -> Array:
     return normalized(resting.clusters.gather(probability))
 
 
-def meae(resting: RestingPoses) -> Array:
+def meae(resting: poses.RestingPoses) -> Array:
     """Modified energy absorption estimator: Eq. 8 with r in place of R (Appendix C)."""
     _, probability = resting.passage_r
     return normalized(resting.clusters.gather(probability))
 
 
-def combined(resting: RestingPoses) -> Array:
+def combined(resting: poses.RestingPoses) -> Array:
     """Combined estimator, Eq. 9 with the published c = 0.75."""
     return COMBINED_WEIGHT * meae(resting) + (1.0 - COMBINED_WEIGHT) * nqse(resting)

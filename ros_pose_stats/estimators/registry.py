@@ -4,15 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from ..errors import RequestError
-from ..methods import AT_ONCE, METHODS, Method
-from ..records import DropScene
+from .. import errors, methods
+from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
-from .published import Array
 
 
 @dataclass(frozen=True)
-class Estimator(Method):
+class Estimator(methods.Method):
     """A method with its function."""
 
     # from `RestingPoses` and `DropScene` to probabilities (P,), in the order of `index`, summing
@@ -20,14 +18,14 @@ class Estimator(Method):
     function: Callable[[RestingPoses, DropScene], Array] = field(kw_only=True)
 
 
-def bind_function(method: Method) -> Estimator:
+def bind_function(method: methods.Method) -> Estimator:
     """Join a row and the function of its name, which then takes poses and scene in any case."""
     function = getattr(import_module(f".{method.module}", __package__), method.name)
     return Estimator(**vars(method), function=function if method.knows_scene
                      else lambda resting, _: function(resting))
 
 
-ESTIMATORS = {method.name: bind_function(method) for method in METHODS if method.module}
+ESTIMATORS = {method.name: bind_function(method) for method in methods.METHODS if method.module}
 
 
 def estimator(name: str) -> Estimator:
@@ -38,5 +36,5 @@ def estimator(name: str) -> Estimator:
     try:
         return ESTIMATORS[name]
     except KeyError:
-        raise RequestError(f"a method out of {', '.join(AT_ONCE)}", f"{name!r}",
-                           "see `ros_pose_stats estimate --help`") from None
+        raise errors.RequestError(f"a method out of {', '.join(methods.AT_ONCE)}", f"{name!r}",
+                                  "see `ros_pose_stats estimate --help`") from None

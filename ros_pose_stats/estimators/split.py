@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from ..kernels.features.split_features import DEPTH, LEVEL, LOG_AREA, LOG_HELD, LOWEST
 from ..kernels.levels.splits import descend_splits
-from ..records import DropScene
+from ..records import Array, DropScene
 from ..resting.poses import RestingPoses
-from .fitted import SPLIT_FITS, SplitFit, corner_inputs, rolling_inputs, scene_inputs
-from .published import Array, normalized
+from . import fitted, published
 
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
@@ -45,7 +44,7 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
     weight = np.zeros((tree.level.shape[0], 3))
     weight[wanted] = component_weights(rows).reshape(-1, 3)
     probability = descend_splits(weight, kept_shares(resting), tree, wanted)
-    return normalized(resting.clusters.gather(probability))
+    return published.normalized(resting.clusters.gather(probability))
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
@@ -58,10 +57,10 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
     rows = features.reshape(-1, features.shape[2])
-    about = np.concatenate((resting.shape_features, scene_inputs(resting, scene),
-                            corner_inputs(resting)))
+    about = np.concatenate((resting.shape_features, fitted.scene_inputs(resting, scene),
+                            fitted.corner_inputs(resting)))
     same = np.broadcast_to(about, (rows.shape[0], about.shape[0]))
-    return np.hstack((rows, same, rolling_inputs(resting)))
+    return np.hstack((rows, same, fitted.rolling_inputs(resting)))
 
 
 def kept_shares(resting: RestingPoses) -> Array:
@@ -86,7 +85,7 @@ def kept_shares(resting: RestingPoses) -> Array:
 
 
 def component_weights(rows: NDArray[np.floating],
-                      fits: Sequence[SplitFit] = SPLIT_FITS) -> Array:
+                      fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
     """Logarithm (n,) of the weights of components from their inputs (n, 26).
 
     A part comes to rest in a component because the last of its energy leaves it there, or

@@ -4,8 +4,6 @@ A type checker sees NumPy arrays; `signature_of` finds what numba is to compile 
 only reads is declared `Fixed`: such an argument may be read-only or not; any other is written to.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any, get_type_hints
 

@@ -30,8 +30,16 @@ if "numba" not in sys.modules:
 import llvmlite
 import llvmlite.binding as llvm
 import numba
-from numba.core import codegen, compiler, cpu, dispatcher, registry, serialize, target_extension
-from numba.core import config as _config
+from numba.core import (
+    codegen,
+    compiler,
+    config as _config,
+    cpu,
+    dispatcher,
+    registry,
+    serialize,
+    target_extension,
+)
 from numba.core.runtime import rtsys
 
 from ..files import write_file

@@ -17,13 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from ..kernels.mesh.connections import component_labels
-from ..kernels.mesh.measures import bounds
-from ..text import several
-from ..tolerances import COPLANAR
-from .overlap import reach_into_each_other
-from .vectors import lengths
-from .winding import Shells, closed_shells, wound_alike
+from .. import text, tolerances
+from ..kernels.mesh import connections, measures
+from . import overlap, vectors, winding
 
 LARGEST_SHARE: Final = 0.5
 """Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
@@ -45,7 +41,7 @@ _MOST_OPEN_EDGES: Final = 1.0
 class Closing(NamedTuple):
     """What came of closing the holes of a mesh."""
 
-    shells: Shells | None  # the closed surface; None where it is not plain how to close it
+    shells: winding.Shells | None  # the closed surface; None where it is not plain how to close it
     problem: str = ""  # why there is none, to go on from "the mesh"
     holes: int = 0  # loops of open edges
     # largest volume that other caps without corners of their own may add or remove: that of the
@@ -58,7 +54,7 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
 
     `vertices` (V, 3): welded; `triangles` (T, 3): of no closed surface.
     """
-    wound = wound_alike(vertices, triangles)
+    wound = winding.wound_alike(vertices, triangles)
     if wound is None:
         return Closing(None, "is one-sided like a Möbius strip")
     edges = open_edges(wound)
@@ -70,8 +66,8 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
         return Closing(None, "is made of loose triangles")
     rims = join_loops(edges)
     loops = [edges.begin[rim] for rim in rims]
-    holes = several(len(loops), "hole")
-    low, high = bounds(vertices)
+    holes = text.several(len(loops), "hole")
+    low, high = measures.bounds(vertices)
     size = float((high - low).max())
     points = (vertices - (low + 0.5 * (high - low))) / size
     if _wall_lost(points, edges, rims):
@@ -81,9 +77,9 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     if _area(points, closed[len(wound):]) > LARGEST_SHARE * _area(points, wound):
         return Closing(None, f"is a sheet, with {holes}, rather than the surface of a solid")
     cap = np.repeat(np.arange(len(caps) + 1), [len(wound), *map(len, caps)])
-    if reach_into_each_other(points, closed, cap):
+    if overlap.reach_into_each_other(points, closed, cap):
         return Closing(None, f"has {holes}, whose caps would cross the surface")
-    shells = closed_shells(vertices, closed)
+    shells = winding.closed_shells(vertices, closed)
     if shells is None:
         return Closing(None, f"has {holes}, which touch in more than one way")
     volume = sum(_hull_volume(points[loop]) for loop in loops)
@@ -104,12 +100,12 @@ def _wall_lost(points: NDArray[np.float64], edges: OpenEdges, rims: Sequence[NDA
         corners, beside = points[edges.begin[rim]], points[edges.beside[rim]]
         normal, center = _normal(corners), corners.sum(axis=0) / len(rim)
         if np.abs(((np.concatenate((corners, beside)) - center) * normal).sum(axis=1)
-                  ).max() > COPLANAR:
+                  ).max() > tolerances.COPLANAR:
             continue
-        away = np.sort(lengths(corners - center))
+        away = np.sort(vectors.lengths(corners - center))
         away /= away[-1]
         for other, its_center, its_normal in shapes:
-            apart = abs(float(((center - its_center) * its_normal).sum())) > COPLANAR
+            apart = abs(float(((center - its_center) * its_normal).sum())) > tolerances.COPLANAR
             if apart and len(other) == len(away) and np.allclose(other, away, 0.0, 1e-3):
                 return True
         shapes.append((away, center, normal))
@@ -125,7 +121,7 @@ def _coplanar(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
         normal = _normal(points[loop]) if len(loop) > 3 else np.zeros(3)
         heights = (points[loop] * normal).sum(axis=1)
         plane: NDArray[np.float64] = np.full(4, np.nan)  # of a loop alone: equal to none
-        if normal.any() and float(np.ptp(heights)) < COPLANAR:
+        if normal.any() and float(np.ptp(heights)) < tolerances.COPLANAR:
             plane = np.append(normal, heights.mean())
         same = [k for k, other in enumerate(planes) if any(
             (np.abs(plane - side * other) < SAME_PLANE).all() for side in (1.0, -1.0))]
@@ -152,16 +148,16 @@ def _across(points: NDArray[np.float64], loops: Sequence[NDArray[np.int64]]
             ) -> NDArray[np.float64]:
     """Two axes (3, 2) of the plane onto which loops are projected, the largest one's own."""
     spokes = points[loops[0]] - points[loops[0][0]]
-    longest = spokes[lengths(spokes).argmax()]
+    longest = spokes[vectors.lengths(spokes).argmax()]
     normals = np.array([_area_vector(points[loop]) for loop in loops])
-    normal = normals[lengths(normals).argmax()]
+    normal = normals[vectors.lengths(normals).argmax()]
     if float((normal * normal).sum()) > _SLIT * float((longest * longest).sum()) ** 2:
         along = _least_axis(normal)
     else:  # any plane that holds the slit will do
         along, normal = longest, np.cross(longest, _least_axis(longest))
     second = np.cross(normal, along)
     axes = np.array([np.cross(second, normal), second])
-    return np.asarray((axes / lengths(axes)[:, None]).T)
+    return np.asarray((axes / vectors.lengths(axes)[:, None]).T)
 
 
 def _least_axis(vector: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -181,14 +177,14 @@ def _area_vector(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit normal of a loop (n, 3); zeros where it has no area."""
     area = _area_vector(corners)
-    length = float(lengths(area[None])[0])
+    length = float(vectors.lengths(area[None])[0])
     return area / length if length > 0.0 else area
 
 
 def _area(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
     """Area of triangles (T, 3)."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    return float(lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()) / 2.0
+    return float(vectors.lengths(np.asarray(np.cross(b - a, c - a), dtype=np.float64)).sum()) / 2.0
 
 
 def _hull_volume(corners: NDArray[np.float64]) -> float:
@@ -232,7 +228,7 @@ def open_edges(triangles: NDArray[np.int64]) -> OpenEdges | None:
     one, two = order[first[uses == 2]], order[first[uses == 2] + 1]
     links = np.concatenate((np.stack((one, after[two]), axis=1),
                             np.stack((after[one], two), axis=1)))
-    fan = component_labels(len(begin), links)
+    fan = connections.component_labels(len(begin), links)
     lacking = np.flatnonzero(surplus)
     # Of three along an edge any one of the surplus direction stands for the edge.
     excess = (np.where(begin < end, 1, -1)[order] == np.repeat(surplus, uses))

@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
+from . import units, vectors
 from .step import STEP_SUFFIXES, Placed, declared_step_unit, tessellate_step, unpack_3mf
-from .units import UnitSource, asked_unit, unit_that_counts
-from .vectors import turn_vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
@@ -50,7 +49,7 @@ class FileMesh(NamedTuple):
     unit: float  # metres a unit
     # whether the unit was `given`, `declared` by the file, `guessed` from the size because that
     # was asked for, or `assumed` to be the metre
-    unit_source: UnitSource = "given"
+    unit_source: units.UnitSource = "given"
     # metres a unit as the file declares, whichever counts; None for files that declare none
     declared: float | None = None
 
@@ -80,7 +79,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     `path`: for the format, and for messages. Raises MeshFileError if it is damaged, or holds no
     triangles. Raises RequestError as `read_mesh`.
     """
-    asked = asked_unit(unit)
+    asked = units.asked_unit(unit)
     suffix = path.suffix.lower()
     data = _plain(path, suffix, content)
     declared = None
@@ -103,7 +102,7 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
         raise MeshFileError(f"triangles in {path}", "none",
                             "the file is empty, cut off, or holds only points or curves")
     extent = float(np.ptp(vertices[triangles.ravel()], axis=0).max())
-    metres, source = unit_that_counts(asked, declared, extent, unless_declared)
+    metres, source = units.unit_that_counts(asked, declared, extent, unless_declared)
     return FileMesh(vertices, triangles, metres, source, declared)
 
 
@@ -170,7 +169,7 @@ def _joined(objects: Iterable[Placed]) -> tuple[NDArray[np.float64], NDArray[np.
     offset = 0
     for points, corners, transform in objects:
         if not np.array_equal(transform, np.eye(4)):
-            points = turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
+            points = vectors.turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
             a, b, c = transform[:3, :3]
             if float((np.cross(a, b) * c).sum()) < 0.0:  # a reflection
                 corners = corners[:, ::-1]

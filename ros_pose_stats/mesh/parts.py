@@ -11,13 +11,9 @@ from ..kernels.mesh.measures import bounds
 from ..kernels.principal_axes import principal_axes
 from ..records.part import Part
 from ..tolerances import ON_HULL, TRIANGLE_INEQUALITY
-from .arrays import checked_mesh, coordinate_rounding
-from .files import FileMesh, read_mesh
+from . import arrays, files, mass_properties, units, vectors
 from .hull import Hull, hull_of_part, keep_hull
-from .mass_properties import GivenProperties, check_given, check_offset, checked_mass
 from .surface import Surface, beyond_hull, surface_of
-from .units import UnitSource, metres_per_unit, unit_warnings
-from .vectors import lengths
 
 
 def load_part(
@@ -61,14 +57,15 @@ def load_part(
     MeshFileError, MeshError, MassPropertiesError, RequestError
         Each with one line that says what is wrong.
     """
-    mesh = read_mesh(file, unit, unless_declared=unless_declared)
+    mesh = files.read_mesh(file, unit, unless_declared=unless_declared)
     if center_in_unit and center_of_mass is not None:
         center_of_mass = mesh.unit * np.asarray(center_of_mass)
-    return part_of_file(mesh, check_given(center_of_mass, mass, inertia, density),
+    return part_of_file(mesh, mass_properties.check_given(center_of_mass, mass, inertia, density),
                         part_id or Path(file).stem)
 
 
-def part_of_file(mesh: FileMesh, given: GivenProperties, part_id: str) -> Part:
+def part_of_file(mesh: files.FileMesh, given: mass_properties.GivenProperties,
+                 part_id: str) -> Part:
     """Make a part from the mesh of a file.
 
     Returns with a warning `UNIT_GUESSED` where its unit was guessed, and `UNIT_OVERRIDDEN` where
@@ -131,19 +128,20 @@ def part_from_mesh(
     """
     if not isinstance(part_id, str):
         raise RequestError("text for part_id", f"{part_id!r}", "leave it out for a name by digest")
-    given = check_given(center_of_mass, mass, inertia, density)
-    return _part(vertices, triangles, metres_per_unit(unit), given, part_id, "given")
+    given = mass_properties.check_given(center_of_mass, mass, inertia, density)
+    return _part(vertices, triangles, units.metres_per_unit(unit), given, part_id, "given")
 
 
-def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float, given: GivenProperties,
-          part_id: str, unit_source: UnitSource, declared: float | None = None) -> Part:
+def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float,
+          given: mass_properties.GivenProperties,
+          part_id: str, unit_source: units.UnitSource, declared: float | None = None) -> Part:
     """Check, weld, close, orient and integrate; `unit` and `declared` in metres."""
-    metres, corners = checked_mesh(vertices, triangles, unit)
+    metres, corners = arrays.checked_mesh(vertices, triangles, unit)
     surface = surface_of(metres, corners.astype(np.int64))
-    rounding = coordinate_rounding(vertices, corners) * unit
+    rounding = arrays.coordinate_rounding(vertices, corners) * unit
     kilograms, center, tensor = _mass_properties(given, surface)
     low, high = bounds(surface.vertices)
-    warnings = (*unit_warnings(float((high - low).max()), unit, unit_source, declared),
+    warnings = (*units.unit_warnings(float((high - low).max()), unit, unit_source, declared),
                 *surface.warnings,
                 *_inertia_warning(tensor, kilograms, center, surface))
     part = Part(part_id, metres, corners, surface.vertices, surface.triangles, kilograms, center,
@@ -152,7 +150,7 @@ def _part(vertices: ArrayLike, triangles: ArrayLike, unit: float, given: GivenPr
     return part
 
 
-def _mass_properties(given: GivenProperties, surface: Surface
+def _mass_properties(given: mass_properties.GivenProperties, surface: Surface
                      ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
     """Mass, centre of mass and inertia as they are used: given ones, else those of the solid."""
     center, kilograms = surface.solid.centroid, 1.0 if given.mass is None else given.mass
@@ -161,7 +159,7 @@ def _mass_properties(given: GivenProperties, surface: Surface
             raise MassPropertiesError("a closed mesh where a density is given",
                                       "one whose volume is not known, as it is open",
                                       "give the mass instead, or export the mesh closed")
-        kilograms = checked_mass(given.density * surface.solid.volume)
+        kilograms = mass_properties.checked_mass(given.density * surface.solid.volume)
     if given.center_of_mass is not None:
         _check_inside(given.center_of_mass, surface.vertices, surface.hull)
         center = given.center_of_mass
@@ -191,7 +189,7 @@ def shift_center(part: Part, offset: ArrayLike) -> Part:
     MassPropertiesError
         If the offset is not three finite numbers, or leads out of the convex hull.
     """
-    step = check_offset(offset)
+    step = mass_properties.check_offset(offset)
     if not step.any():
         return part
     center, hull = part.center_of_mass + step, hull_of_part(part)
@@ -220,7 +218,7 @@ def _check_inside(center: NDArray[np.float64], vertices: NDArray[np.float64],
 
 def _reach(center: NDArray[np.float64], vertices: NDArray[np.float64]) -> float:
     """Largest distance of a vertex from the centre of mass, metres."""
-    return float(lengths(vertices - center).max())
+    return float(vectors.lengths(vertices - center).max())
 
 
 def _inertia_warning(inertia: NDArray[np.float64], mass: float, center: NDArray[np.float64],

@@ -5,18 +5,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError
+from .. import errors, text, tolerances
 from ..kernels.mesh.measures import bounds, thinness
 from ..kernels.principal_axes import principal_axes
-from ..text import several
-from ..tolerances import FLATTEST, HOLLOW
-from .arrays import in_standard_order
+from . import arrays, mass_properties, welding, winding
 from .closing import Closing, close_holes
 from .hull import Hull, hull_of
-from .mass_properties import Solid, solid_of
 from .shells import oriented_outward
-from .welding import weld, without_unused
-from .winding import Shells, closed_shells
 
 MOST_OPEN: Final = 1e-3
 """Largest volume that the caps of holes may be wrong by, as a fraction of the solid's. The centre
@@ -32,7 +27,7 @@ class Surface(NamedTuple):
 
     vertices: NDArray[np.float64]  # (W, 3); metres
     triangles: NDArray[np.int64]  # (U, 3); normals point out of the material
-    solid: Solid
+    solid: mass_properties.Solid
     hull: Hull  # of `vertices`
     from_hull: bool  # whether the hull stands in for the part
     warnings: tuple[str, ...]
@@ -45,9 +40,9 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     `OPEN_MESH` and `BODIES_OVERLAP` where they apply. Raises MeshError if the triangles span no
     volume.
     """
-    vertices, triangles = weld(vertices, triangles)
+    vertices, triangles = welding.weld(vertices, triangles)
     _check_spans_volume(vertices, triangles)
-    shells = closed_shells(vertices, triangles)
+    shells = winding.closed_shells(vertices, triangles)
     closing = Closing(shells) if shells is not None else close_holes(vertices, triangles)
     problem = closing.problem
     if closing.shells is not None:
@@ -56,7 +51,7 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
             problem = "encloses no solid"
         elif closing.open_volume > MOST_OPEN * surface.solid.volume:
             share = closing.open_volume / surface.solid.volume
-            problem = (f"has {several(closing.holes, 'hole')}, whose caps may be wrong by "
+            problem = (f"has {text.several(closing.holes, 'hole')}, whose caps may be wrong by "
                        f"{100.0 * share:.2g} % of the volume")
         elif closing.holes:
             return surface._replace(warnings=(_holes_closed(closing, surface),
@@ -66,11 +61,12 @@ def surface_of(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> S
     return _hull_surface(vertices, problem)
 
 
-def _solid_surface(vertices: NDArray[np.float64], shells: Shells) -> Surface:
+def _solid_surface(vertices: NDArray[np.float64], shells: winding.Shells) -> Surface:
     """The solid that closed shells bound."""
-    points, kept = without_unused(vertices, shells.triangles)
+    points, kept = welding.without_unused(vertices, shells.triangles)
     oriented, overlapping = oriented_outward(points, shells._replace(triangles=kept))
-    return Surface(points, np.ascontiguousarray(oriented), solid_of(points, oriented),
+    return Surface(points, np.ascontiguousarray(oriented),
+                   mass_properties.solid_of(points, oriented),
                    hull_of(points), False, (_BODIES_OVERLAP,) if overlapping else ())
 
 
@@ -78,7 +74,7 @@ def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
     """The hull in place of a mesh that has a problem."""
     hull = hull_of(vertices)
     around = _hull_triangles(vertices, hull)
-    solid = solid_of(vertices, around)
+    solid = mass_properties.solid_of(vertices, around)
     warning = (f"OPEN_MESH: the mesh {problem}, so its convex hull stands in for it, with the "
                f"centre of mass at {_place(solid, hull)}; mass properties that you do not give "
                "are the hull's.")
@@ -88,23 +84,23 @@ def _hull_surface(vertices: NDArray[np.float64], problem: str) -> Surface:
 def _holes_closed(closing: Closing, surface: Surface) -> str:
     """The warning of a mesh whose holes were closed."""
     share = closing.open_volume / surface.solid.volume
-    return (f"HOLES_CLOSED: {several(closing.holes, 'hole')} in the mesh "
+    return (f"HOLES_CLOSED: {text.several(closing.holes, 'hole')} in the mesh "
             f"{'was' if closing.holes == 1 else 'were'} closed without further corners, which "
             f"leaves {100.0 * share:.2g} % of the volume uncertain; the centre of "
             f"mass is then at {_place(surface.solid, surface.hull)}.")
 
 
-def _place(solid: Solid, hull: Hull) -> str:
+def _place(solid: mass_properties.Solid, hull: Hull) -> str:
     """The centroid in words, without rounding errors."""
     far = np.abs(solid.centroid) > 1e-6 * hull.scale
     x, y, z = (1e3 * np.where(far, solid.centroid, 0.0)).tolist()
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
-def _is_solid(solid: Solid, hull: Hull) -> bool:
+def _is_solid(solid: mass_properties.Solid, hull: Hull) -> bool:
     """Whether a solid in this hull can have such a volume, centroid and inertia."""
     whole = hull.qhull.volume * (hull.scale * hull.scale * hull.scale)
-    return bool(solid.volume > HOLLOW * whole
+    return bool(solid.volume > tolerances.HOLLOW * whole
                 and beyond_hull(solid.centroid, hull) < 0.0
                 and principal_axes(solid.inertia)[0][0] > 0.0)
 
@@ -112,13 +108,13 @@ def _is_solid(solid: Solid, hull: Hull) -> bool:
 def _hull_triangles(vertices: NDArray[np.float64], hull: Hull) -> NDArray[np.int64]:
     """Triangles of the hull, normals outward."""
     triangles = hull.qhull.simplices.astype(np.int64)
-    shells = closed_shells(vertices, triangles)
+    shells = winding.closed_shells(vertices, triangles)
     if shells is not None:
-        return in_standard_order(oriented_outward(vertices, shells)[0])
+        return arrays.in_standard_order(oriented_outward(vertices, shells)[0])
     # Qhull may split a merged facet into slivers that fold, but its normals are right.
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     inward = (np.cross(b - a, c - a) * hull.qhull.equations[:, :3]).sum(axis=1) < 0.0
-    return in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
+    return arrays.in_standard_order(np.where(inward[:, None], triangles[:, ::-1], triangles))
 
 
 def beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
@@ -135,10 +131,11 @@ def beyond_hull(point: NDArray[np.float64], hull: Hull) -> float:
 def _check_spans_volume(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
     """Refuse points that are one point, a line or a plane to within `FLATTEST`."""
     if len(triangles) == 0:
-        raise MeshError("triangles that span an area", "only triangles with coincident corners",
-                        "check the mesh's unit and export it again with more digits")
+        raise errors.MeshError("triangles that span an area",
+                               "only triangles with coincident corners",
+                               "check the mesh's unit and export it again with more digits")
     thinnest = thinness(vertices, *bounds(vertices))
-    if thinnest < FLATTEST:
-        raise MeshError(f"a part at least {FLATTEST:g} of its length thick",
-                        f"one that is {thinnest:.2g} of its length thick",
-                        "give a flat part its real thickness")
+    if thinnest < tolerances.FLATTEST:
+        raise errors.MeshError(f"a part at least {tolerances.FLATTEST:g} of its length thick",
+                               f"one that is {thinnest:.2g} of its length thick",
+                               "give a flat part its real thickness")

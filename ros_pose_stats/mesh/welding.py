@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.mesh.measures import bounds
-from ..kernels.mesh.nearness import first_of_coincident
+from ..kernels.mesh import measures, nearness
 from ..tolerances import WELD
 
 
@@ -24,11 +23,11 @@ def weld(
     vertices, triangles = without_unused(vertices, triangles)
     if len(triangles) == 0:
         return vertices, triangles
-    low, high = bounds(vertices)
+    low, high = measures.bounds(vertices)
     extent = float((high - low).max())
     if extent == 0.0:
         return vertices[:1], triangles[:0]
-    found, first = first_of_coincident(vertices, low, WELD * extent)
+    found, first = nearness.first_of_coincident(vertices, low, WELD * extent)
     if not found:
         return without_unused(vertices, _without_collapsed(triangles))
     kept = first == np.arange(len(vertices))

@@ -5,11 +5,9 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..errors import RequestError
+from .. import errors, methods
 from ..estimators.estimate import estimate_in
-from ..methods import AUTO
-from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes
 from ..simulation.request import Watch, drop_request
 
 MOST_DROPS = 10_000_000
@@ -17,13 +15,13 @@ MOST_DROPS = 10_000_000
 
 
 def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
-         restitution: float = DEFAULT_RESTITUTION, seed: int | None = None,
+         restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
          drop_height: float | None = None, max_seconds: float = 0.0,
          workers: int | None = None,
          on_progress: Callable[[DropProgress], object] | None = None,
          should_stop: Callable[[], bool] | None = None, *,
-         cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-         round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
+         cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+         round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
     The target is kept if the root mean square error over the poses, against what infinitely
@@ -63,7 +61,7 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    found = estimate_in(part, scene, AUTO)
+    found = estimate_in(part, scene, methods.AUTO)
     choice = found.choice
     if target_error > 0.0:
         from .hybrid import keep_target  # with all that drops the part
@@ -84,7 +82,7 @@ class TimeLimit:
                  should_stop: Callable[[], bool] | None) -> None:
         number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
         if not number or not 0.0 <= seconds < math.inf:
-            raise RequestError("max_seconds from 0 up", f"{seconds!r}", "0 sets no limit")
+            raise errors.RequestError("max_seconds from 0 up", f"{seconds!r}", "0 sets no limit")
         self._seconds = seconds
         self._until = begin + seconds if seconds else math.inf
         self._should_stop = should_stop

@@ -7,12 +7,9 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..methods import HYBRID
-from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
-from ..records.statistics import with_shares
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.poses import poses_in
 from ..simulation.request import DropRequest, Watch, drop_request
 from ..simulation.simulate import count_drops
@@ -22,13 +19,13 @@ from ..text import percent, ranges, several
 from . import confidence
 
 
-def hybrid(part: Part, drops: int | None = None, restitution: float = DEFAULT_RESTITUTION,
+def hybrid(part: Part, drops: int | None = None, restitution: float = scenes.DEFAULT_RESTITUTION,
            seed: int | None = None, drop_height: float | None = None, target_error: float = 0.0,
            workers: int | None = None,
            on_progress: Callable[[DropProgress], object] | None = None,
            should_stop: Callable[[], bool] | None = None, *,
-           cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-           round_sides: int = DEFAULT_ROUND_SIDES) -> PoseStatistics:
+           cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+           round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Drop a part, and take an estimate as if it were drops already made.
 
     How many drops the estimate is worth is judged by its expected error on this part, and by
@@ -113,11 +110,11 @@ def hybrid_statistics(counted: PoseStatistics, prior: PosePrior) -> PoseStatisti
     if refuted.size:
         return replace(counted, warnings=(*counted.warnings, describe_conflict(counts, prior,
                                                                                refuted)))
-    return with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
+    return statistics.with_shares(counted, HYBRID, prior.updated(counts).shares(counts))
 
 
-def describe_conflict(counts: NDArray[np.int64], prior: PosePrior,
-                      refuted: NDArray[np.int64]) -> str:
+def describe_conflict(counts: confidence.Counts, prior: PosePrior,
+                      refuted: confidence.Counts) -> str:
     """The warning, with the pose that is farthest off first.
 
     `counts` (P,) int; `refuted` (R,) int: indices of the poses in which counts contradict the

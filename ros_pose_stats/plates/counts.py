@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..files import read_file
-from ..records import Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ..records import Index, Part, scene as scenes
 from ..resting.poses import RestingPoses, resting_poses
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +46,8 @@ class CountedPart:
 
 
 def count_part(part: Part, counts: Mapping[int, int], *,
-               cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-               round_sides: int = DEFAULT_ROUND_SIDES) -> CountedPart:
+               cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+               round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> CountedPart:
     """Join a part and what was counted of it.
 
     `counts`: from the `index` of a pose to the parts seen in it; 0 for those left out;

@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from ..statistics.chi_square import goodness_of_fit
+from . import plate_fit, response, round_parts, scenes
 from .counts import CountedPart
 from .likelihood import REACH, SceneEstimate, averaged, most_likely
-from .plate_fit import PartEvidence, PlateFit
-from .response import Shares
-from .round_parts import UNTOLD_SIDES
-from .scenes import SceneGrid
 
 Array = NDArray[np.float64]
 
@@ -29,7 +26,7 @@ class ExplainedPart(NamedTuple):
     """A counted part: its expected shares and its likelihood (S, n) at the scenes of a grid."""
 
     counted: CountedPart
-    shares: Shares
+    shares: response.Shares
     likelihood: Array
 
 
@@ -53,7 +50,7 @@ def weigh_scenes(alternatives: Alternatives, without: int | None = None) -> Arra
         for parts in alternatives.values()])
 
 
-def conclude(grid: SceneGrid, alternatives: Alternatives) -> PlateFit:
+def conclude(grid: scenes.SceneGrid, alternatives: Alternatives) -> plate_fit.PlateFit:
     """Fit a plate to parts whose shares are known at the scenes of a grid."""
     weights = weigh_scenes(alternatives)
     sides, place = _likeliest(alternatives, weights)
@@ -65,10 +62,11 @@ def conclude(grid: SceneGrid, alternatives: Alternatives) -> PlateFit:
         _evidence(one, place, left_out, most_likely(grid, averaged(one.likelihood)))
         for one, left_out in zip(explained, predicted, strict=True))
     p_value = _p_value(explained, place, fitted)
-    return PlateFit(best.restitution, best.drop_height,
-                    _plate_error(alternatives, sides, place, predicted, p_value), p_value,
-                    sum(one.counted.counted for one in explained), parts,
-                    _sides_with_bounds(alternatives, sides, weights))
+    return plate_fit.PlateFit(best.restitution, best.drop_height,
+                              _plate_error(alternatives, sides, place, predicted, p_value),
+                              p_value,
+                              sum(one.counted.counted for one in explained), parts,
+                              _sides_with_bounds(alternatives, sides, weights))
 
 
 def _likeliest(alternatives: Alternatives, weights: Array) -> tuple[int, int]:
@@ -80,7 +78,7 @@ def _likeliest(alternatives: Alternatives, weights: Array) -> tuple[int, int]:
 def _sides_with_bounds(alternatives: Alternatives, sides: int,
                        weights: Array) -> tuple[int, int, int]:
     if len(alternatives) == 1:
-        return UNTOLD_SIDES
+        return round_parts.UNTOLD_SIDES
     likely = weights.max(axis=1) >= weights.max() - 0.5 * REACH
     left = [each for each, is_left in zip(alternatives, likely, strict=True) if is_left]
     return sides, min(left), max(left)
@@ -107,14 +105,15 @@ def _predict_part(alternatives: Alternatives, left_out: int) -> ExplainedPart | 
 def _in_scene(one: ExplainedPart, place: int) -> ExplainedPart:
     """The same at one scene of the grid only."""
     at = slice(place, place + 1)
-    return ExplainedPart(one.counted, Shares(one.shares.share[at], one.shares.dispersion[at]),
+    return ExplainedPart(one.counted,
+                         response.Shares(one.shares.share[at], one.shares.dispersion[at]),
                          one.likelihood[:, at])
 
 
 def _evidence(one: ExplainedPart, place: int, predicted: ExplainedPart | None,
-              alone: SceneEstimate) -> PartEvidence:
+              alone: SceneEstimate) -> plate_fit.PartEvidence:
     counts, group = one.counted.by_group, one.counted.resting.group
-    return PartEvidence(
+    return plate_fit.PartEvidence(
         one.counted.part.part_id, one.counted.part.digest, one.counted.counted,
         tuple(tuple(np.flatnonzero(group == each).tolist()) for each in range(counts.size)),
         counts / counts.sum(), one.shares.share[place], _root(_square_error(one, place)),

@@ -8,15 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RequestError
-from ..text import several
-from .counts import CountedPart, merge_counts
+from .. import errors, text
+from . import counts, likelihood, plate_fit, round_parts, scenes
 from .evidence import Alternatives, ExplainedPart, conclude, weigh_scenes
-from .likelihood import most_likely, plausible_bounds, scene_likelihood
-from .plate_fit import PlateFit
 from .response import Response
-from .round_parts import stand_on_sides
-from .scenes import SceneGrid, SceneRange
 
 Array = NDArray[np.float64]
 
@@ -39,10 +34,10 @@ GRID, FINER, FALL = 40, 24, 6.0
 """Values of each coordinate all over, and where the likelihood is within exp(-FALL)."""
 
 
-def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | None = None,
+def fit_plate(counted: Sequence[counts.CountedPart], *, seed: int = 0, workers: int | None = None,
               on_progress: Callable[[float], object] | None = None,
               should_stop: Callable[[], bool] | None = None,
-              background: bool = False) -> PlateFit | None:
+              background: bool = False) -> plate_fit.PlateFit | None:
     """Fit restitution, drop height and what rolling loses to counts by maximum likelihood.
 
     Every part is dropped at many scenes, first all over the range of `SceneRange`, then where the
@@ -58,10 +53,10 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
     missing.
     """
     begin = time.perf_counter()
-    told = [one for one in merge_counts(counted) if one.counted and one.free_shares]
+    told = [one for one in counts.merge_counts(counted) if one.counted and one.free_shares]
     refuse_too_little(counted, told)
-    within = SceneRange.of_radii([one.resting.body.radius for one in told])
-    standing = stand_on_sides(told)
+    within = scenes.SceneRange.of_radii([one.resting.body.radius for one in told])
+    standing = round_parts.stand_on_sides(told)
     ways = {(number, one.round_sides): one
             for parts in standing.values() for number, one in enumerate(parts)}
     responses = {way: Response(one, within, (seed, way[0])) for way, one in ways.items()}
@@ -71,7 +66,7 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
         return {sides: [explained[number, one.round_sides] for number, one in enumerate(parts)]
                 for sides, parts in standing.items()}
 
-    grid = SceneGrid.over(within.bounds, GRID)
+    grid = scenes.SceneGrid.over(within.bounds, GRID)
     points = within.spread_points(FIRST_POINTS)
     random = np.random.default_rng(seed)
     for stage in range(ROUNDS + 1):
@@ -85,7 +80,7 @@ def fit_plate(counted: Sequence[CountedPart], *, seed: int = 0, workers: int | N
         if stage < ROUNDS:
             points = likely_points(grid, explain_all(), random, POINTS)
     weights = weigh_scenes(explain_all()).max(axis=0)
-    grid = grid.refined(plausible_bounds(grid, weights, FALL), FINER)
+    grid = grid.refined(likelihood.plausible_bounds(grid, weights, FALL), FINER)
     explained = explain_all()
     refuse_undecided(grid, within, explained)
     return replace(conclude(grid, explained), drops=sum(one.drops for one in responses.values()),
@@ -97,7 +92,7 @@ def drops_for(counted: int) -> int:
     return min(max(counted // 12, FEWEST_DROPS), MOST_DROPS)
 
 
-def likely_points(grid: SceneGrid, alternatives: Alternatives, random: np.random.Generator,
+def likely_points(grid: scenes.SceneGrid, alternatives: Alternatives, random: np.random.Generator,
                   count: int) -> Array:
     """Scenes (count, 2) drawn from flattened likelihoods, anywhere in the cells of the grid.
 
@@ -126,14 +121,16 @@ def _flattened(logarithm: Array, area: Array) -> Array:
     return np.asarray(weight / weight.sum())
 
 
-def explain(counted: CountedPart, response: Response, grid: SceneGrid) -> ExplainedPart:
+def explain(counted: counts.CountedPart, response: Response,
+            grid: scenes.SceneGrid) -> ExplainedPart:
     """Expected shares of a part at all scenes of a grid, and how likely they make its counts."""
     shares = response.shares_at(grid.points)
     return ExplainedPart(counted, shares,
-                         scene_likelihood(counted.by_group.astype(np.float64), shares))
+                         likelihood.scene_likelihood(counted.by_group.astype(np.float64), shares))
 
 
-def refuse_too_little(counted: Sequence[CountedPart], told: Sequence[CountedPart]) -> None:
+def refuse_too_little(counted: Sequence[counts.CountedPart],
+                      told: Sequence[counts.CountedPart]) -> None:
     """Refuse counts from which two numbers cannot follow, whatever they are.
 
     Raises RequestError.
@@ -142,24 +139,24 @@ def refuse_too_little(counted: Sequence[CountedPart], told: Sequence[CountedPart
     if free < 2:
         mute = [one.part.part_id for one in counted if not one.free_shares]
         said = f" ({', '.join(mute)} can lie in one way only, which says nothing)" if mute else ""
-        raise RequestError(
+        raise errors.RequestError(
             "counts that tell two numbers, of a part that can lie in three ways or of two parts",
-            f"{several(free, 'number')} from {several(len(told), 'part')}{said}",
+            f"{text.several(free, 'number')} from {text.several(len(told), 'part')}{said}",
             "count another part on this plate")
     total = sum(one.counted for one in told)
     if total < FEWEST_COUNTS:
-        raise RequestError(f"at least {FEWEST_COUNTS} counted parts", f"{total}",
-                           f"count {FEWEST_COUNTS - total} more")
+        raise errors.RequestError(f"at least {FEWEST_COUNTS} counted parts", f"{total}",
+                                  f"count {FEWEST_COUNTS - total} more")
 
 
-def refuse_undecided(grid: SceneGrid, within: SceneRange,
+def refuse_undecided(grid: scenes.SceneGrid, within: scenes.SceneRange,
                      alternatives: Alternatives) -> None:
     """Refuse counts that leave restitution and drop height anywhere in their range.
 
     Raises RequestError.
     """
     logarithm = weigh_scenes(alternatives).max(axis=0)
-    found = most_likely(grid, logarithm)
+    found = likelihood.most_likely(grid, logarithm)
     (slow, low), (fast, high) = within.bounds
     open_restitution = found.restitution[1] <= slow and found.restitution[2] >= fast
     open_height = (found.drop_height[1] <= math.exp(low) * 1.001
@@ -169,7 +166,7 @@ def refuse_undecided(grid: SceneGrid, within: SceneRange,
         total = sum(one.counted.counted for one in explained)
         fall = float(logarithm.max() - logarithm.min())
         needed = math.ceil(total * max(4.0 / max(fall, 0.1), 2.0) / 10.0) * 10
-        raise RequestError(
+        raise errors.RequestError(
             "counts that tell some restitutions and drop heights from others",
-            f"{total} of {several(len(explained), 'part')} that fit all of them alike",
+            f"{total} of {text.several(len(explained), 'part')} that fit all of them alike",
             f"count about {needed}, or parts of other shapes")

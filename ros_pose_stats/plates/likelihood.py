@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln
 
-from .response import Shares
-from .scenes import SceneGrid
+from . import response, scenes
 
 Array = NDArray[np.float64]
 
@@ -26,7 +25,7 @@ REACH = 2.7055
 """Twice the fall of the logarithm of the likelihood at the bounds of a 90 % interval."""
 
 
-def scene_likelihood(counts: Array, shares: Shares) -> Array:
+def scene_likelihood(counts: Array, shares: response.Shares) -> Array:
     """Logarithm (S, n) of the likelihood of one part's counts (G,), by scatter and scene."""
     dispersion = shares.dispersion + 4.0 * np.square(SCATTERS)[:, None]
     return log_likelihood(counts, shares.share, np.minimum(dispersion, 0.5))
@@ -47,7 +46,7 @@ class SceneEstimate(NamedTuple):
     drop_height: tuple[float, float, float]
 
 
-def most_likely(grid: SceneGrid, logarithm: Array) -> SceneEstimate:
+def most_likely(grid: scenes.SceneGrid, logarithm: Array) -> SceneEstimate:
     """The most likely scene, with intervals by the profile of the likelihood.
 
     The interval of one of the two holds the values at which some value of the other leaves the
@@ -64,7 +63,7 @@ def most_likely(grid: SceneGrid, logarithm: Array) -> SceneEstimate:
                          (float(np.exp(grid.log_height[column])), lowest, highest))
 
 
-def plausible_bounds(grid: SceneGrid, logarithm: Array, fall: float) -> Array:
+def plausible_bounds(grid: scenes.SceneGrid, logarithm: Array, fall: float) -> Array:
     """Smallest box (2, 2) around the scenes whose likelihood's logarithm falls by at most that.
 
     It is wider by a step of the grid on each side.

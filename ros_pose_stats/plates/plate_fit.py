@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .likelihood import SceneEstimate
-from .round_parts import UNTOLD_SIDES
+from . import likelihood, round_parts
 
 Array = NDArray[np.float64]
 
@@ -27,7 +26,7 @@ class PartEvidence:
     # the same in the scene that the other parts alone ask for; NaN where they ask for none, or
     # where this is the only round part
     left_out_error: float
-    alone: SceneEstimate  # what this part alone asks for
+    alone: likelihood.SceneEstimate  # what this part alone asks for
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +43,6 @@ class PlateFit:
     parts: tuple[PartEvidence, ...]
     # most likely sides a turn of round parts, and the least and most of those looked at that the
     # counts do not exclude
-    round_sides: tuple[int, int, int] = UNTOLD_SIDES
+    round_sides: tuple[int, int, int] = round_parts.UNTOLD_SIDES
     drops: int = 0  # of all parts, on which the fit rests
     seconds: float = math.nan

@@ -12,12 +12,10 @@ from typing import Any
 
 import yaml
 
-from ..errors import RequestError
-from ..files import make_directories, read_file, replace_file
+from .. import errors, files
 from ..records import DropScene
 from ..version import VERSION
-from .plate_fit import PlateFit
-from .round_parts import UNTOLD_SIDES
+from . import plate_fit, round_parts
 
 HEAD = "plates"
 MOST_PLATES = 256
@@ -55,22 +53,22 @@ class PlateProfile:
     version: str  # of this package
     # sides a turn that round parts stand as, and the ends of the range that the counts do not
     # exclude
-    round_sides: int = UNTOLD_SIDES[0]
-    round_sides_low: int = UNTOLD_SIDES[1]
-    round_sides_high: int = UNTOLD_SIDES[2]
+    round_sides: int = round_parts.UNTOLD_SIDES[0]
+    round_sides_low: int = round_parts.UNTOLD_SIDES[1]
+    round_sides_high: int = round_parts.UNTOLD_SIDES[2]
 
     def __post_init__(self) -> None:
         refuse_name(self.name)
         for sides in (self.round_sides, self.round_sides_low, self.round_sides_high):
             DropScene(self.restitution, self.drop_height, round_sides=sides)
         if not 0.0 <= self.plate_error <= 1.0:
-            raise RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
-                               "0.05 is 5 points")
+            raise errors.RequestError("a plate_error from 0 to 1", f"{self.plate_error}",
+                                      "0.05 is 5 points")
 
     @property
     def tells_round_sides(self) -> bool:
         """Whether round parts were counted and left some numbers of sides out."""
-        return (self.round_sides_low, self.round_sides_high) != UNTOLD_SIDES[1:]
+        return (self.round_sides_low, self.round_sides_high) != round_parts.UNTOLD_SIDES[1:]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values that JSON and YAML can hold, without the name."""
@@ -86,11 +84,11 @@ def refuse_name(name: str) -> None:
     Raises RequestError.
     """
     if not 0 < len(name.strip()) <= LONGEST_NAME or not name.isprintable():
-        raise RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
-                           f"{name!r}", "for instance glass")
+        raise errors.RequestError(f"a plate's name of 1 to {LONGEST_NAME} printable characters",
+                                  f"{name!r}", "for instance glass")
 
 
-def profile_of(name: str, fit: PlateFit) -> PlateProfile:
+def profile_of(name: str, fit: plate_fit.PlateFit) -> PlateProfile:
     """The profile of a plate as it was fitted, with today's date."""
     return PlateProfile(
         name, *fit.restitution, *fit.drop_height, fit.plate_error, fit.p_value,
@@ -120,8 +118,8 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     plates[profile.name] = profile.as_dict()
     text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True)
     # A link to the file stays a link.
-    make_directories(file.resolve().parent)
-    replace_file(file.resolve(), text.encode())
+    files.make_directories(file.resolve().parent)
+    files.replace_file(file.resolve(), text.encode())
 
 
 def refuse_foreign(file: Path) -> None:
@@ -136,23 +134,23 @@ def refuse_foreign(file: Path) -> None:
 def _read(file: Path) -> dict[str, Any]:
     """Plates of a file by name, as YAML has them."""
     try:
-        data = read_file(file, MOST_BYTES)
+        data = files.read_file(file, MOST_BYTES)
         if len(data) > MOST_BYTES:
             raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
         found = yaml.load(data.decode("utf-8"), _BoundedLoader)
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
         said = error.strerror if isinstance(error, OSError) else error
-        raise RequestError("a YAML file of plates", f"{file} ({said})",
-                           "name another one with --plates") from error
+        raise errors.RequestError("a YAML file of plates", f"{file} ({said})",
+                                  "name another one with --plates") from error
     plates = found.get(HEAD) if isinstance(found, Mapping) else None
     if found is None or (isinstance(found, Mapping) and HEAD in found and plates is None):
         return {}  # an empty file, or one without a plate yet
     if not isinstance(plates, Mapping) or len(found) != 1:
-        raise RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
-                           f"{file}", "name another one with --plates")
+        raise errors.RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
+                                  f"{file}", "name another one with --plates")
     if len(plates) > MOST_PLATES:
-        raise RequestError(f"a file of at most {MOST_PLATES} plates", f"{len(plates)} in {file}",
-                           "split it")
+        raise errors.RequestError(f"a file of at most {MOST_PLATES} plates",
+                                  f"{len(plates)} in {file}", "split it")
     return {str(name): values for name, values in plates.items()}
 
 
@@ -181,8 +179,8 @@ class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:
     """One plate; numbers may be written as YAML takes for text (1e-3)."""
     if not isinstance(values, Mapping):
-        raise RequestError("restitution and drop_height of each plate",
-                           f"{values!r} for {name} in {file}", "fit the plate again")
+        raise errors.RequestError("restitution and drop_height of each plate",
+                                  f"{values!r} for {name} in {file}", "fit the plate again")
     fields = {key: values.get(key) for key in PlateProfile.__dataclass_fields__ if key != "name"}
     try:
         numbers = {key: float(values[key]) for key in (
@@ -190,7 +188,7 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
             "drop_height_low", "drop_height_high", "plate_error")}
         p_value = math.nan if fields["p_value"] is None else float(fields["p_value"])
         sides = [default if (told := fields[key]) is None else int(told)
-                 for key, default in zip(SIDES_FIELDS, UNTOLD_SIDES, strict=True)]
+                 for key, default in zip(SIDES_FIELDS, round_parts.UNTOLD_SIDES, strict=True)]
         parts = fields["parts"] if isinstance(fields["parts"], list) else []
         return PlateProfile(
             name=name, **numbers, p_value=p_value, parts=tuple(map(str, parts)),
@@ -198,12 +196,12 @@ def _profile(file: Path, name: str, values: Any) -> PlateProfile:
             version=str(fields["version"] or ""),
             round_sides=sides[0], round_sides_low=sides[1], round_sides_high=sides[2])
     except KeyError as error:
-        raise RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
-                           "fit the plate again") from error
-    except RequestError as error:
-        raise RequestError(error.expected, f"{error.found} for {name} in {file}",
-                           "fit the plate again") from error
+        raise errors.RequestError(f"{error.args[0]} of each plate", f"none for {name} in {file}",
+                                  "fit the plate again") from error
+    except errors.RequestError as error:
+        raise errors.RequestError(error.expected, f"{error.found} for {name} in {file}",
+                                  "fit the plate again") from error
     except (TypeError, ValueError, OverflowError) as error:
-        raise RequestError("numbers for each plate",
-                           f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
-                           "fit the plate again") from error
+        raise errors.RequestError("numbers for each plate",
+                                  f"{re.sub(r'^.*: ', '', str(error))} for {name} in {file}",
+                                  "fit the plate again") from error

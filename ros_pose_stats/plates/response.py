@@ -11,17 +11,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from ..estimators.split import split
-from ..records import DropScene
+from ..records import Array, DropScene
 from ..simulation.request import Watch, drop_request
 from ..simulation.simulate import count_drops
 from .counts import CountedPart
 from .scenes import SceneGrid, SceneRange
-
-Array = NDArray[np.float64]
 
 STEPS = 30
 """Most steps of Newton's method; five to ten are usual."""

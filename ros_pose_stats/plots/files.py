@@ -1,5 +1,6 @@
-"""Figures as files, and sequences of pictures as films: GIF, or MP4 where ffmpeg is installed."""
+"""Figures as files and as addresses; pictures as films: GIF, or MP4 where ffmpeg is installed."""
 
+import base64
 import io
 import shutil
 import subprocess
@@ -70,6 +71,16 @@ KEPT = ((255, 255, 255), (213, 94, 0), (0, 114, 178), (34, 34, 34))
 
 NEAR = 8
 """Levels within which a colour is replaced by one of those kept."""
+
+
+def address(kind: str, picture: bytes) -> str:
+    """A picture as an address that contains its data."""
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
+
+
+def svg_address(figure: Figure) -> str:
+    """A figure as such an address."""
+    return address("svg+xml", svg_bytes(figure))
 
 
 def write_gif(file: Path, pictures: Iterable[Picture], rate: int) -> None:

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from ..mesh.decimation import visible_triangles
-from ..mesh.vectors import rotation_matrices
+from ..mesh import decimation, vectors
 from ..records import Part, PoseStatistics, StablePose
 from .rendering import View, rendered, view_axes
 from .style import INK, REFERENCE, in_digits, new_figure
@@ -68,7 +67,7 @@ def pose_pictures(part: Part, poses: Sequence[StablePose], radius: float,
 
     `radius`: of the part, metres. Returns high enough for the highest of the poses.
     """
-    triangles = visible_triangles(part) - part.center_of_mass
+    triangles = decimation.visible_triangles(part) - part.center_of_mass
     laid = [placed(triangles, pose) for pose in poses]
     view = resting_view(laid, radius, pixels)
     return [rendered(one, view) for one in laid]
@@ -89,7 +88,7 @@ def resting_view(laid: Sequence[Array], radius: float, pixels: int) -> View:
 
 def placed(triangles: Array, pose: StablePose) -> Array:
     """Turn triangles (t, 3, 3) about the centre of mass into a pose, in the plate frame."""
-    rotation = rotation_matrices(pose.orientation[None, :])[0]
+    rotation = vectors.rotation_matrices(pose.orientation[None, :])[0]
     return np.asarray(triangles @ rotation.T + np.array([0.0, 0.0, pose.height]))
 
 
@@ -124,7 +123,7 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
     `rows`: of the first part and of the second; None where there is none; `radius`: of the larger
     part, metres. Returns the second part is turned about the vertical as the first one is.
     """
-    first, second = (visible_triangles(part) - part.center_of_mass for part in parts)
+    first, second = (decimation.visible_triangles(part) - part.center_of_mass for part in parts)
     back = np.eye(3) if turn is None else turn.T
     laid: list[tuple[Array | None, Array | None]] = []
     for one, other in rows:
@@ -143,7 +142,7 @@ def pictures_beside(parts: tuple[Part, Part], turn: Array | None,
 
 
 def _rotation(pose: StablePose) -> Array:
-    return np.asarray(rotation_matrices(pose.orientation[None, :])[0])
+    return np.asarray(vectors.rotation_matrices(pose.orientation[None, :])[0])
 
 
 def _laid(triangles: Array, rotation: Array, pose: StablePose) -> Array:

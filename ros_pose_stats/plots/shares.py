@@ -1,4 +1,4 @@
-"""Probabilities of the poses as bars, alone and in one picture with poses and splitting graph."""
+"""Charts of shares: of poses as bars, alone and in a picture of all; accepted parts over kicks."""
 
 import math
 from collections.abc import Sequence
@@ -7,13 +7,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from ..planning.kick_sweep import KickSweep
 from ..records import Part, PoseStatistics
 from ..resting.splitting_graph import SplittingNode, with_shares
+from ..text import listed, shortened
 from . import files, splitting
 from .poses import poses_figure
-from .style import INK, REFERENCE, new_figure, open_axes
+from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
 
 MOST = 8
 """Most poses with a bar, the most probable ones."""
@@ -74,8 +76,6 @@ def _draw_bars(axes: Axes, found: PoseStatistics, shown: Sequence[int], aside: f
                       color=INK if not hatch else REFERENCE)
 
 
-Picture = NDArray[np.uint8]
-
 LEAST = 4.2
 """Least width, and height, of the bars, inches."""
 
@@ -83,7 +83,7 @@ TITLE = 0.34
 """Height of a title, inches."""
 
 
-def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> Picture:
+def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode) -> files.Picture:
     """Draw a part's poses, their probabilities and the splitting graph as one picture.
 
     `found`: of that part, by one or two methods; the first is that of the pictures and the graph.
@@ -105,14 +105,14 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     return _stacked([_pixels(above), _side_by_side(below)])
 
 
-def _titled(words: str, figure: Figure) -> Picture:
+def _titled(words: str, figure: Figure) -> files.Picture:
     """A figure under a title."""
     title = Figure(figsize=(float(figure.get_figwidth()), TITLE))
     title.text(0.5, 0.5, words, fontsize=10.5, color=INK, ha="center", va="center")
     return _stacked([_pixels(title), _pixels(figure)])
 
 
-def _pixels(figure: Figure) -> Picture:
+def _pixels(figure: Figure) -> files.Picture:
     """Pixels of a figure."""
     figure.set_dpi(files.RASTER)
     canvas = FigureCanvasAgg(figure)
@@ -121,18 +121,84 @@ def _pixels(figure: Figure) -> Picture:
     return np.asarray(shown)[:, :, :3].copy()
 
 
-def _stacked(pictures: Sequence[Picture]) -> Picture:
+def _stacked(pictures: Sequence[files.Picture]) -> files.Picture:
     """Join pictures one below the other, the narrower ones centred on white."""
     wide = max(one.shape[1] for one in pictures)
     return np.concatenate([_widened(one, wide) for one in pictures])
 
 
-def _side_by_side(pictures: Sequence[Picture]) -> Picture:
+def _side_by_side(pictures: Sequence[files.Picture]) -> files.Picture:
     turned = _stacked([one.transpose(1, 0, 2) for one in pictures])
     return np.ascontiguousarray(turned.transpose(1, 0, 2))
 
 
-def _widened(picture: Picture, wide: int) -> Picture:
+def _widened(picture: files.Picture, wide: int) -> files.Picture:
     spare = wide - picture.shape[1]
     return np.pad(picture, ((0, 0), (spare // 2, spare - spare // 2), (0, 0)),
                   constant_values=255)
+
+
+BEST = "#D55E00"
+TICKS = (1.0, 2.0, 5.0)
+ROOM = 1.1
+"""Height of the axes over that of what is drawn, so that the best one's numbers fit in."""
+
+
+def kick_figure(sweep: KickSweep) -> Figure:
+    """Draw a sweep.
+
+    Returns accepted parts a minute with 90 % intervals over the kick height in millimetres, the
+    best kick marked, and beside it what dropping afresh brings.
+    """
+    figure = new_figure(6.4, 3.9, layout="constrained")
+    axes = figure.add_subplot()
+    _draw_afresh(axes, sweep)
+    height = np.array([1e3 * one.kick_height for one in sweep.kicks])
+    value, low, high = np.array([one.feeding.per_minute for one in sweep.kicks]).T
+    known = np.isfinite(low) & np.isfinite(high)
+    axes.plot(height, value, color=BLUE, linewidth=1.4, zorder=3)
+    axes.errorbar(height[known], value[known], [(value - low)[known], (high - value)[known]],
+                  fmt="o", color=BLUE, markersize=4.0, elinewidth=1.1, capsize=2.2, zorder=4,
+                  label="kicked where they lie wrong")
+    axes.plot(height[~known], value[~known], "x", color=BLUE, markersize=5.0, zorder=4,
+              clip_on=False)
+    _mark_best(axes, sweep)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda at, _: in_digits(at, 3)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylim(0.0, ROOM * max(axes.get_ylim()[1], sweep.best.feeding.per_minute.value))
+    axes.set_title(_title(sweep), fontsize=9.5, color=INK, loc="left")
+    axes.set_xlabel("kick height, mm: how high it would throw the part without turning it",
+                    fontsize=9.5)
+    axes.set_ylabel("accepted parts a minute", fontsize=9.5)
+    open_axes(axes, "#e5e5e5", 0.6)
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    return figure
+
+
+def _title(sweep: KickSweep) -> str:
+    flips, one = sweep.best.flips, len(sweep.wanted) == 1
+    return (f"{shortened(flips.part_id, 30)}: pose{'' if one else 's'} "
+            f"{shortened(listed(sweep.wanted), 30)} wanted, {sweep.rate:g} dropped a minute, "
+            f"{sweep.cycle_time:g} s a kick")
+
+
+def _draw_afresh(axes: Axes, sweep: KickSweep) -> None:
+    """A line for dropping afresh, which knows no kick, and its interval as a band."""
+    value, low, high = sweep.afresh.per_minute
+    axes.axhline(value, color=REFERENCE, linewidth=1.2, linestyle=(0, (5, 2)), zorder=2,
+                 label="dropped again")
+    if np.isfinite(low) and np.isfinite(high):
+        axes.axhspan(low, high, color=REFERENCE, alpha=0.18, linewidth=0.0, zorder=1)
+
+
+def _mark_best(axes: Axes, sweep: KickSweep) -> None:
+    """A ring around the best kick, and its numbers above."""
+    best = sweep.best
+    at, (value, _, high) = 1e3 * best.kick_height, best.feeding.per_minute
+    above = high if np.isfinite(high) else value
+    axes.plot([at], [value], "o", markersize=11.0, markerfacecolor="none", markeredgecolor=BEST,
+              markeredgewidth=1.6, zorder=5)
+    axes.annotate(f"{in_digits(at, 3)} mm: {value:.3g} a minute", (at, above), xytext=(0.0, 8.0),
+                  textcoords="offset points", ha="center", va="bottom", fontsize=9, color=BEST)

@@ -10,9 +10,8 @@ from itertools import count
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from ..records import StablePose
+from ..records import Array, StablePose
 from ..resting.splitting_graph import SAME_LEVEL, SplittingNode
 from .style import INK, REFERENCE, apart, in_digits, new_figure
 
@@ -206,7 +205,7 @@ def place(top: Branch, ends: Sequence[Branch],
     return list(zip(true.tolist(), shown.tolist(), strict=True))
 
 
-def _distinct(levels: Sequence[float | None]) -> NDArray[np.float64]:
+def _distinct(levels: Sequence[float | None]) -> Array:
     """Levels by rising value, equal ones once."""
     values = np.array(sorted({float(level) for level in levels if level is not None}))
     if not len(values):

@@ -11,8 +11,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from ..mesh.decimation import visible_triangles
-from ..mesh.vectors import rotation_matrices
+from ..mesh import decimation, vectors
 from ..records import Part, Trajectory
 from ..resting.splitting_graph import SplittingNode, levels_above, poses_within
 from ..simulation.frames import DropFrames
@@ -190,8 +189,8 @@ def animation_frames(part: Part, trajectory: Trajectory, frames: DropFrames,
     canvas.draw()  # type: ignore[no-untyped-call]
     background = canvas.copy_from_bbox(stage.figure.bbox)  # type: ignore[no-untyped-call]
     levels = levels_above(root, trajectory.pose)
-    triangles = visible_triangles(part) - part.center_of_mass
-    turns = rotation_matrices(frames.orientations)
+    triangles = decimation.visible_triangles(part) - part.center_of_mass
+    turns = vectors.rotation_matrices(frames.orientations)
     energy = energy_heights(trajectory)
     for k, time in enumerate(frames.times):
         canvas.restore_region(background)  # type: ignore[no-untyped-call]

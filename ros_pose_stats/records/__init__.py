@@ -4,24 +4,23 @@ They are loaded when they are first used: the command line takes defaults from `
 not load numpy for `--version` or `--help`.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .flips import FlipStatistics
+    from .arrays import Array, Index, Mask
+    from .drops import DropEvent, DropProgress, FlipStatistics, Trajectory
     from .part import Part
     from .scene import DropScene
     from .statistics import PoseStatistics, RestingShape, StablePose
-    from .trajectory import DropEvent, DropProgress, Trajectory
 
-_HOMES = {"DropEvent": "trajectory", "DropProgress": "trajectory", "DropScene": "scene",
-          "FlipStatistics": "flips", "Part": "part", "PoseStatistics": "statistics",
-          "RestingShape": "statistics", "StablePose": "statistics", "Trajectory": "trajectory"}
+_HOMES = {"Array": "arrays", "DropEvent": "drops", "DropProgress": "drops", "DropScene": "scene",
+          "FlipStatistics": "drops", "Index": "arrays", "Mask": "arrays", "Part": "part",
+          "PoseStatistics": "statistics", "RestingShape": "statistics",
+          "StablePose": "statistics", "Trajectory": "drops"}
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part",
-           "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
+__all__ = ["Array", "DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Index", "Mask",
+           "Part", "PoseStatistics", "RestingShape", "StablePose", "Trajectory"]
 
 
 def __getattr__(name: str) -> Any:

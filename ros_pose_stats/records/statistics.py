@@ -9,15 +9,12 @@ from functools import cached_property
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..tolerances import SAME_SHARE, number_equal
 from ..version import VERSION
+from .arrays import Array, Index
 from .part import Part
 from .scene import DEFAULT_PLATE_ERROR, DropScene, describe_scene
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -41,10 +38,10 @@ STATISTICS_FIELDS: Final = (
 class RestingShape(Protocol):
     """Contact polygon and silhouette of a part in one of its poses."""
 
-    def support_polygon(self) -> NDArray[np.float64]:
+    def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise."""
 
-    def outline(self) -> NDArray[np.float64]:
+    def outline(self) -> Array:
         """Convex silhouette (k, 2) in the plate frame, metres, counter-clockwise."""
 
 
@@ -100,19 +97,19 @@ class StablePose:
 
     index: int
     group: int
-    down: NDArray[np.float64]
+    down: Array
     height: float
     top: float
     margin: float
     barrier: float
     spread: float
     members: tuple[int, ...]
-    orientation: NDArray[np.float64]
-    position: NDArray[np.float64]
+    orientation: Array
+    position: Array
     shape: RestingShape = field(repr=False)
     group_size: int = 1
     rolls: bool = False
-    roll_axis: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    roll_axis: Array = field(default_factory=lambda: np.zeros(3))
     yaw_symmetry: int = 1
     probability: float = math.nan
     probability_low: float = math.nan
@@ -122,12 +119,12 @@ class StablePose:
     group_probability: float = math.nan
 
     @cached_property
-    def support_polygon(self) -> NDArray[np.float64]:
+    def support_polygon(self) -> Array:
         """Contact polygon (k, 2) in the plate frame, metres, counter-clockwise from above."""
         return self.shape.support_polygon()
 
     @cached_property
-    def outline(self) -> NDArray[np.float64]:
+    def outline(self) -> Array:
         """Silhouette (k, 2) of the hull in the plate frame, metres, counter-clockwise."""
         return self.shape.outline()
 

@@ -12,16 +12,12 @@ from ..kernels.compilation import prepare_kernels
 from ..planning.confidence import pose_prior
 from ..planning.hybrid import hybrid_statistics
 from ..planning.kick_sweep import KickFeeding, KickSweep, sweep_kicks, usual_kicks
-from ..records import DropScene, Part, PoseStatistics
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_RESTITUTION, DEFAULT_ROUND_SIDES
+from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
-from ..simulation.flips import check_kick
-from ..simulation.simulate import simulate
-from ..statistics.feeding import Feeding, check_cycle_time, check_rate, check_wanted, drop_afresh
-from ..statistics.pose_groups import warn_of_alike
-from ..statistics.pose_shares import pose_shares
+from ..simulation import flips, simulate
+from ..statistics import feeding, pose_groups, pose_shares
 from .words import said_once
 
 TARGET_ERROR = 0.01
@@ -49,12 +45,12 @@ class Feeder:
         """
         if (self.wanted or self.changes or self.rate is not None
                 or self.kick_height is not None):
-            check_wanted(self.wanted, poses)
+            feeding.check_wanted(self.wanted, poses)
         if self.rate is not None:
-            check_rate(self.rate)
+            feeding.check_rate(self.rate)
         if self.kick_height is not None:
-            check_kick(self.kick_height)
-            check_cycle_time(self.cycle_time)
+            flips.check_kick(self.kick_height)
+            feeding.check_cycle_time(self.cycle_time)
             if self.rate is None:
                 raise RequestError("a rate of parts a minute beside the kick height", "none",
                                    "count the parts that can be dropped, those sent back "
@@ -72,7 +68,7 @@ class Findings:
     graph: SplittingNode  # splitting graph with the shares of the simulated drops
     sphere: PoseSphere
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
-    afresh: Feeding | None  # what it gets if parts that lie wrong are dropped again
+    afresh: feeding.Feeding | None  # what it gets if parts that lie wrong are dropped again
     # what it gets by kicking them, from several heights, with that of the feeder among them
     sweep: KickSweep | None
     target_error: float  # that the drops were to reach; 0 where their number was given
@@ -93,15 +89,15 @@ class Findings:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of all methods, each once, and of the wanted poses."""
-        return (*warn_of_alike(self.simulated, self.feeder.wanted),
+        return (*pose_groups.warn_of_alike(self.simulated, self.feeder.wanted),
                 *said_once((found.method, found.warnings)
                            for found in (self.simulated, *self.estimates)))
 
 
 def investigate(part: Part, *, drops: int | None = None, seed: int | None = None,
-                restitution: float = DEFAULT_RESTITUTION, drop_height: float | None = None,
-                cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                round_sides: int = DEFAULT_ROUND_SIDES,
+                restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+                cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                round_sides: int = scenes.DEFAULT_ROUND_SIDES,
                 workers: int | None = None, feeder: Feeder | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Findings:
     """Compute the numbers of a report.
@@ -117,14 +113,14 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     asked.check(len(resting.poses))
     prepare_kernels()
     target = TARGET_ERROR if drops is None else 0.0
-    simulated = simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
-                         drop_height, target, workers, should_stop=should_stop,
-                         cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    simulated = simulate.simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
+                                  drop_height, target, workers, should_stop=should_stop,
+                                  cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     sweep = _sweep(part, simulated, asked, workers, should_stop)
     afresh = None
     if asked.wanted and simulated.drops > simulated.unsettled:
-        afresh = drop_afresh(pose_shares(simulated), asked.wanted,
-                             math.nan if asked.rate is None else asked.rate)
+        afresh = feeding.drop_afresh(pose_shares.pose_shares(simulated), asked.wanted,
+                                     math.nan if asked.rate is None else asked.rate)
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)

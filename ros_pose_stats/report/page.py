@@ -1,6 +1,4 @@
-"""The page about a part: one HTML file that needs nothing beside itself."""
-
-from __future__ import annotations
+"""Pages about a part and its variants: each one HTML file that needs nothing beside itself."""
 
 import base64
 import json
@@ -8,29 +6,20 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
-from numpy.typing import NDArray
 
-from ..design.describe import CONTRADICTED, JUDGED, describe_order, name_feature, name_step
+from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
-from ..plots import changes, files, kicks, sphere, splitting
-from ..plots.poses import pose_pictures
-from ..records import Part, StablePose
-from ..statistics.feeding import drop_afresh
-from ..statistics.pose_groups import PoseGroup, pose_groups, single_poses
-from ..statistics.pose_shares import pose_shares
+from ..plots import changes, files, shares, sphere, splitting
+from ..plots.poses import pictures_beside, pose_pictures
+from ..records import Array, Part, PoseStatistics, StablePose
+from ..statistics import feeding, pose_groups, pose_shares
 from ..text import listed, ranges, several
 from . import words
 from .findings import Findings
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-Array = NDArray[np.float64]
 
 ASSETS = Path(__file__).parent / "assets"
 
@@ -69,7 +58,8 @@ def viewer_script() -> str:
 
 
 MOST_SHOWN = 12
-"""Groups of like poses with a picture, the most frequent ones; the table lists more."""
+"""Groups of like poses, or pairs of two variants, with a picture: the most frequent ones; the
+table lists more."""
 
 LIMITS = {
     "MOST_ROWS": 60,  # of the tables of all poses
@@ -94,7 +84,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     HTML. No script, style, font or picture comes from anywhere else.
     """
     part, found = findings.part, findings.simulated
-    groups = pose_groups(found)
+    groups = pose_groups.pose_groups(found)
     shown = groups[:MOST_SHOWN]
     first = [group.first for group in shown]
     pictures = pose_pictures(part, first, found.radius)
@@ -107,13 +97,15 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
-        cards=[(group, address("png", files.png_bytes(picture)))
+        cards=[(group, files.address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None else _svg_text(kicks.kick_figure(findings.sweep)),
+        kicks=None if findings.sweep is None
+        else files.svg_address(shares.kick_figure(findings.sweep)),
         graph=_graph(findings), changes=_changes(findings),
-        spheres={name: _svg_text(sphere.sphere_figure(findings.sphere, name, findings.graph))
+        spheres={name: files.svg_address(sphere.sphere_figure(findings.sphere, name,
+                                                              findings.graph))
                  for name in ("R", "r")},
         view=viewer_data(part, first, found.radius), script=viewer_script(),
         style=(ASSETS / "page.css").read_text(encoding="utf-8"))
@@ -137,29 +129,31 @@ def template(name: str, values: Mapping[str, object],
 
 @cache
 def _template() -> Template:
-    return template("page.html", {**LIMITS, "single_poses": single_poses}, {
+    return template("page.html", {**LIMITS, "single_poses": pose_groups.single_poses}, {
         "degrees": words.degrees, "in_millimetres": words.in_millimetres,
         "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
         "direction": _direction,
         "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
 
 
-def _by_method(findings: Findings, shown: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+def _by_method(findings: Findings,
+               shown: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
     """Each group of poses with the answer of every method."""
     every = [findings.simulated, findings.hybrid, *findings.estimates]
-    known = [(found, {group.first.index: group for group in pose_groups(found)})
+    known = [(found, {group.first.index: group for group in pose_groups.pose_groups(found)})
              for found in every]
     return [(group, [(found, groups[group.first.index]) for found, groups in known])
             for group in shown]
 
 
-def _feeders(findings: Findings, groups: Sequence[PoseGroup]) -> list[tuple[PoseGroup, Any]]:
+def _feeders(findings: Findings,
+             groups: Sequence[pose_groups.PoseGroup]) -> list[tuple[pose_groups.PoseGroup, Any]]:
     """What a feeder gets that keeps one group only; nothing where no drop has settled."""
     found = findings.simulated
     if found.drops == found.unsettled:
         return []
-    shares = pose_shares(found)
-    return [(group, drop_afresh(shares, group.indices)) for group in groups]
+    simulated = pose_shares.pose_shares(found)
+    return [(group, feeding.drop_afresh(simulated, group.indices)) for group in groups]
 
 
 def _graph(findings: Findings) -> dict[str, Any] | None:
@@ -168,8 +162,9 @@ def _graph(findings: Findings) -> dict[str, Any] | None:
     if root.level is None:
         return None
     return {"ends": sum(not branch.parts for branch in splitting.drawn_tree(root).walk()),
-            "splitting": _svg_text(splitting.splitting_figure(root, findings.simulated.poses)),
-            "reachable": _svg_text(
+            "splitting": files.svg_address(
+                splitting.splitting_figure(root, findings.simulated.poses)),
+            "reachable": files.svg_address(
                 sphere.reachable_figure(findings.sphere, root, sphere.telling_energies(root)))}
 
 
@@ -179,30 +174,23 @@ def _changes(findings: Findings) -> dict[str, Any] | None:
     if found is None:
         return None
     clear = [one for one in found.effects if abs(one.slope) > one.error][:MOST_EFFECTS]
-    return {"picture": address("png", files.figure_png(changes.changes_figure(found))),
+    return {"picture": files.address("png", files.figure_png(changes.changes_figure(found))),
             "found": found,
-            "rows": [(name_feature(found.space, one.number), one, 0.1 if one.feature.is_length
-                      else 1.0) for one in clear],
-            "checks": [(name_step(found.space, one.number, one.step), one) for one in sorted(
-                (one for one in found.effects if one.check is not None),
-                key=lambda one: -one.change)], "judged": JUDGED,
-            "order": describe_order(found), "contradicted": CONTRADICTED}
+            "rows": [(describe.name_feature(found.space, effect.number), effect,
+                      0.1 if effect.feature.is_length else 1.0) for effect in clear],
+            "checks": [(describe.name_step(found.space, effect.number, effect.step), effect)
+                       for effect in sorted((effect for effect in found.effects
+                                             if effect.check is not None),
+                                            key=lambda effect: -effect.change)],
+            "judged": describe.JUDGED, "order": describe.describe_order(found),
+            "contradicted": describe.CONTRADICTED}
 
 
-def _svg_text(figure: Figure) -> str:
-    return address("svg+xml", files.svg_bytes(figure))
-
-
-def address(kind: str, picture: bytes) -> str:
-    """A picture as an address that contains its data."""
-    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
-
-
-def _named(group: PoseGroup) -> str:
+def _named(group: pose_groups.PoseGroup) -> str:
     return f"pose{'s' if group.size > 1 else ''}{words.SPACE}{_numbered(group)}"
 
 
-def _numbered(group: PoseGroup) -> str:
+def _numbered(group: pose_groups.PoseGroup) -> str:
     """Numbers of the poses of a group; the last ones are left out of a long list."""
     text = ranges(group.indices).replace("-", words.RANGE)
     if len(text) <= MOST_NAMED:
@@ -210,10 +198,81 @@ def _numbered(group: PoseGroup) -> str:
     return f"{text[:MOST_NAMED].rpartition(',')[0]}, ... ({group.size} in all)"
 
 
-def _direction(down: NDArray[np.float64]) -> str:
+def _direction(down: Array) -> str:
     return " ".join(f"{x + 0.0:+.3f}" for x in down.round(3))
 
 
 def _coordinate(metres: float, radius: float) -> str:
     """A coordinate in millimetres; 0 where it is only rounding."""
     return "0" if abs(metres) < ROUNDING * radius else words.in_millimetres(metres)
+
+
+def comparison_page(found: comparison.Comparison, commands: tuple[str, ...] = ()) -> str:
+    """Write the page of a comparison.
+
+    `found`: of at least one drop; `commands`: commands that give the same answer again. Returns
+    HTML. No script, style, font or picture comes from anywhere else.
+    """
+    named = [f"{describe.letter(place)} {one.part_id}" for place, one in enumerate(found.found)]
+    sizes = [1e3 * np.ptp(part.surface_vertices, axis=0) for part in found.parts]
+    return _comparison_template().render(
+        found=found, named=named, first=found.found[0],
+        sizes=[" × ".join(f"{x:.4g}" for x in size) for size in sizes],
+        centers=[" ".join(f"{x + 0.0:.4g}" for x in np.round(1e3 * part.center_of_mass, 4))
+                 for part in found.parts],
+        sections=[_section(found, one) for one in found.variants],
+        warnings=[(whose, *words.in_words(line))
+                  for line, whose in describe.name_warnings(found).items()],
+        commands=commands,
+        style=(ASSETS / "page.css").read_text(encoding="utf-8")
+        + (ASSETS / "comparison.css").read_text(encoding="utf-8"))
+
+
+def _section(found: comparison.Comparison, one: comparison.VariantComparison) -> dict[str, Any]:
+    """What the page says of the first variant beside another one."""
+    shown = one.poses[:MOST_SHOWN]
+    pairs = [(_first(found.found[0], pose.poses.first),
+              _first(found.found[one.second], pose.poses.second)) for pose in shown]
+    radius = max(found.found[0].radius, found.found[one.second].radius)
+    pictures = pictures_beside((found.parts[0], found.parts[one.second]),
+                               one.correspondence.turn, pairs, radius)
+    return {"other": describe.letter(one.second), "comparison": one,
+            "verdict": describe.describe_verdict(found, one),
+            "matching": describe.describe_matching(one),
+            "cards": [(pose, [None if each is None else files.address("png", files.png_bytes(each))
+                             for each in pair])
+                      for pose, pair in zip(shown, pictures, strict=True)],
+            "warnings": [words.in_words(line) for line in one.warnings]}
+
+
+def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:
+    return next((pose for pose in found.poses if poses and pose.index == poses[0]), None)
+
+
+@cache
+def _comparison_template() -> Template:
+    return template("comparison.html", {"MOST_ROWS": LIMITS["MOST_ROWS"], "verdict": _verdict}, {
+        "points": _points, "numbered": _pose_numbers,
+        "of_bar": lambda share: f"{100.0 * share:.2f}"})
+
+
+def _verdict(pose: comparison.PoseComparison) -> str:
+    """What is to be read of a pose at a glance."""
+    if pose.share.on_plate == comparison.SHOWN:
+        return comparison.SHOWN
+    if pose.share.in_model == comparison.SHOWN:
+        return "shown in the model only"
+    return comparison.NONE_SHOWN
+
+
+def _points(fraction: float) -> str:
+    """A signed difference in points."""
+    if math.isnan(fraction):
+        return "\N{EN DASH}"
+    rounded = round(100.0 * fraction, 1)
+    return f"{rounded:+.1f}".replace("-", "\N{MINUS SIGN}") if rounded else "0.0"
+
+
+def _pose_numbers(poses: tuple[int, ...]) -> str:
+    text = ranges(poses).replace("-", words.RANGE)
+    return f"pose{'s' if len(poses) > 1 else ''}{words.SPACE}{text}" if poses else "no partner"

@@ -8,7 +8,6 @@ positions are relative to the centre of mass, in part axes.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..kernels.body.convex_body import BodyArrays, build_body
@@ -16,15 +15,9 @@ from ..kernels.levels.splits import areas_below
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import Facets, hull_of_corners, hull_of_part
 from ..mesh.vectors import lengths, scatter
-from ..records import Part
+from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, COPLANAR_MOST, COPLANAR_OF_THICKNESS, COPLANAR_ROUNDINGS
-from .reshaping import reshape
-from .rims import Run, strips
-from .round_surfaces import find_groups, rounding_of
-from .thinning import thin_out
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from . import reshaping, rims, round_surfaces, thinning
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +30,8 @@ class ConvexBody:
     # faces as corner loops with their normals, distances, areas, solid angles and sides
     arrays: BodyArrays
     tolerance: float  # coplanarity at which the faces were merged, as a fraction of the radius
-    runs: tuple[Run, ...]  # its round and toothed runs; none where the body stands as in the file
+    runs: tuple[rims.Run,
+                ...]  # its round and toothed runs; none where the body stands as in the file
     # (F,) int; number of the strip that a face belongs to, the facets between two runs about one
     # axis; -1 for a face of none
     run_of_face: Index
@@ -135,16 +129,16 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
     plain = convex_body(part, 0)
     scale, points, arrays, tolerance = plain.radius, plain.points, plain.arrays, plain.tolerance
     qhull = hull_of_part(part).qhull
-    rounding = rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
+    rounding = round_surfaces.rounding_of(part, part.surface_vertices[qhull.vertices]) / scale
     if rounding > part.rounding / scale:
         arrays, tolerance = polyhedron(points, *_triangles(qhull), rounding)
-    groups = find_groups(part, points, arrays, scale, rounding, round_sides)
-    outline = reshape(points, arrays, groups, round_sides)
-    thin_out(outline, arrays, round_sides)
+    groups = round_surfaces.find_groups(part, points, arrays, scale, rounding, round_sides)
+    outline = reshaping.reshape(points, arrays, groups, round_sides)
+    thinning.thin_out(outline, arrays, round_sides)
     if not outline.is_changed:
         runs = tuple(chain.as_run(1.0) for chain in outline.chains)
         return ConvexBody(scale, points, arrays, tolerance, runs,
-                          strips(points, arrays, groups, outline.chains), 0)
+                          rims.strips(points, arrays, groups, outline.chains), 0)
     points, chains = outline.compacted()
     # A rim off the centre of mass may reach a little farther between the corners of the file.
     farthest = max(float(lengths(points).max()), 1.0)
@@ -158,7 +152,7 @@ def _reshaped(part: Part, round_sides: int) -> ConvexBody:
         return plain
     return ConvexBody(scale * farthest, scaled, arrays, tolerance,
                       tuple(chain.as_run(farthest) for chain in chains),
-                      strips(points, arrays, groups, chains), outline.rounded)
+                      rims.strips(points, arrays, groups, chains), outline.rounded)
 
 
 def _hull_points(part: Part) -> tuple[Facets, Array, float]:

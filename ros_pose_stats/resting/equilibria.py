@@ -8,16 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.equilibria import EquilibriumArrays, find_equilibria
 from ..kernels.sorting import number_ties
-from ..records import Part
+from ..records import Array, Index, Part
 from ..tolerances import SAME_DOWN, SAME_HEIGHT
 from .convex_body import ConvexBody, convex_body
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

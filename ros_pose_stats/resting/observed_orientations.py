@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.arrays import real_array, real_number
-from ..records import Part
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
+from ..records import Part, scene as scenes
 from .poses import RestingPoses, resting_poses
 
 Array = NDArray[np.float64]
@@ -45,8 +44,8 @@ class PoseDirections:
 
 
 def classify_orientations(part: Part, orientations: ArrayLike, angle: float = DEFAULT_ANGLE,
-                          cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                          round_sides: int = DEFAULT_ROUND_SIDES) -> Index:
+                          cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                          round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> Index:
     """Stable pose that each observed orientation of a part belongs to.
 
     Only the direction that an orientation says is down counts; yaw is free. A pose of several

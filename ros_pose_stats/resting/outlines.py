@@ -6,18 +6,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..errors import MeshError, RequestError
+from .. import errors, tolerances
 from ..mesh.arrays import real_number
 from ..mesh.vectors import lengths, rotation_matrices, turn_vectors
-from ..records import Part, StablePose
-from ..tolerances import COPLANAR
+from ..records import Array, Part, StablePose
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
-Array = NDArray[np.float64]
 Polygon = tuple[Array, ...]
 
 ROUNDINGS = 8.0
@@ -53,9 +50,9 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         If the part's surface is not closed, as that of every Part from a mesh is.
     """
     if not isinstance(part, Part) or not isinstance(pose, StablePose):
-        raise RequestError("a Part and one of its poses",
-                           f"{type(part).__name__} and {type(pose).__name__}",
-                           "take a pose of estimate(part).poses")
+        raise errors.RequestError("a Part and one of its poses",
+                                  f"{type(part).__name__} and {type(pose).__name__}",
+                                  "take a pose of estimate(part).poses")
     level = None if height is None else _checked_height(height)
     points = part.surface_vertices - part.center_of_mass
     scale = float(lengths(points).max())
@@ -65,7 +62,7 @@ def outline_at(part: Part, pose: StablePose, height: float | None = None) -> tup
         seen = _solid(part, standing).project()
     else:
         level /= scale
-        flat = max(COPLANAR, ROUNDINGS * part.rounding / scale)
+        flat = max(tolerances.COPLANAR, ROUNDINGS * part.rounding / scale)
         standing[np.abs(standing[:, 2] - level) <= flat, 2] = level
         seen = _solid(part, standing).slice(level)
     found = sorted(_without_spurs(seen).decompose(), key=lambda one: -one.area())
@@ -78,8 +75,8 @@ def _checked_height(height: float) -> float:
     except (TypeError, ValueError, OverflowError):
         given = np.nan
     if not np.isfinite(given):
-        raise RequestError("a height above the plate in metres", f"{height!r}",
-                           "leave it out for the silhouette")
+        raise errors.RequestError("a height above the plate in metres", f"{height!r}",
+                                  "leave it out for the silhouette")
     return given
 
 
@@ -89,8 +86,8 @@ def _solid(part: Part, points: Array) -> Manifold:
     solid = Manifold(Mesh64(vert_properties=points,
                             tri_verts=part.surface_triangles.astype(np.uint64)))
     if solid.status() != Error.NoError:
-        raise MeshError("a closed surface", f"one that is none ({solid.status().name})",
-                        "make the part with load_part or part_from_mesh")
+        raise errors.MeshError("a closed surface", f"one that is none ({solid.status().name})",
+                               "make the part with load_part or part_from_mesh")
     return solid
 
 
@@ -98,9 +95,9 @@ def _without_spurs(seen: CrossSection) -> CrossSection:
     """The same without what has no width: walls that stand upright but for rounding leave that."""
     from manifold3d import JoinType
 
-    for step in (-COPLANAR, COPLANAR):
+    for step in (-tolerances.COPLANAR, tolerances.COPLANAR):
         seen = seen.offset(step, JoinType.Miter, 2.0)
-    return seen.simplify(COPLANAR)
+    return seen.simplify(tolerances.COPLANAR)
 
 
 def _rings(polygon: CrossSection, scale: float) -> Iterator[Array]:

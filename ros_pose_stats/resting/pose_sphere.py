@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .equilibria import Equilibria
-from .poses import RestingPoses
+from . import equilibria, poses
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -42,7 +41,7 @@ class PoseSphere:
     peaks: Array  # (U, 3); maxima of r and R
 
 
-def pose_sphere(resting: RestingPoses, pixels: int | None = None) -> PoseSphere:
+def pose_sphere(resting: poses.RestingPoses, pixels: int | None = None) -> PoseSphere:
     """Map r, R and the basins of a part (section 2.C, Figs. 1C and 3D-F).
 
     `pixels`: across a hemisphere, at least 2; default: up to 200, as many as are quickly computed.
@@ -103,9 +102,9 @@ def _directions(pixels: int) -> Array:
     return np.stack([upper * (-1.0, 1.0, -1.0), upper])
 
 
-def _pose_of_face(resting: RestingPoses) -> Index:
+def _pose_of_face(resting: poses.RestingPoses) -> Index:
     """Pose (F,) that each face descends to."""
-    found: Equilibria = resting.equilibria
+    found: equilibria.Equilibria = resting.equilibria
     pose_of_stable = np.empty(len(found.order), dtype=np.int64)
     pose_of_stable[found.order] = resting.clusters.pose
     return np.asarray(pose_of_stable[found.arrays.basin])

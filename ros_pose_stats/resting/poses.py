@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..kernels.body.standing import silhouette, tops
@@ -15,16 +14,12 @@ from ..kernels.features.split_features import split_features
 from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
-from ..records import DropScene, Part, StablePose
-from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, Numbering
+from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
 from .clusters import Clusters, clusters, spread, tilt_margins
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
 from .symmetry import SurfaceTrial, symmetry_groups
 from .turns import axis_offsets, rolling_axes, yaw_symmetries
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
@@ -144,8 +139,8 @@ class PoseShape:
 
 
 def resting_poses(part: Part,
-                  cluster_tolerance: float = DEFAULT_CLUSTER_TOLERANCE,
-                  round_sides: int = DEFAULT_ROUND_SIDES) -> RestingPoses:
+                  cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> RestingPoses:
     """Stable poses of a part, found once for the options and kept as long as the part lives.
 
     Parameters
@@ -196,7 +191,7 @@ def are_found(part: Part, scene: DropScene) -> bool:
     return part.has_prepared(_find, scene.numbering)
 
 
-def _find(part: Part, numbering: Numbering) -> RestingPoses:
+def _find(part: Part, numbering: scenes.Numbering) -> RestingPoses:
     found = equilibria(part, numbering.round_sides)
     grouped = clusters(found, numbering.cluster_tolerance)
     return RestingPoses(found, grouped, _records(part, found, grouped),

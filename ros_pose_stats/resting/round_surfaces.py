@@ -8,28 +8,15 @@ together, for the facets between them are those of one cylinder, cone or toothed
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import BodyArrays
 from ..kernels.body.hull import edges_on_surface
-from ..kernels.body.runs import (
-    AXIS,
-    CENTER,
-    DEVIATION,
-    HALF_SPAN,
-    RADIUS,
-    Runs,
-    circular_runs,
-)
-from ..mesh.hull import hull_of_part
-from ..mesh.vectors import lengths
-from ..mesh.welding import weld
-from ..records import Part
+from ..kernels.body.runs import AXIS, CENTER, DEVIATION, HALF_SPAN, RADIUS, Runs, circular_runs
+from ..mesh import hull, vectors, welding
+from ..records import Array, Index, Mask, Part
 from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+Flags = Mask
 
 
 SEAM: Final = 2e-4
@@ -62,7 +49,7 @@ def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rou
     if len(runs.closed) == 0:
         return []
     ends = np.stack([arrays.corner[runs.side], arrays.corner[arrays.twin[runs.side]]], axis=1)
-    chord = lengths(points[ends[:, 1]] - points[ends[:, 0]])
+    chord = vectors.lengths(points[ends[:, 1]] - points[ends[:, 0]])
     surface = _on_surface(part, ends, scale * (SEAM + 4.0 * rounding))
     rims = []
     for k in np.flatnonzero(~_crosses_others(ends, runs, len(points))).tolist():
@@ -113,8 +100,8 @@ def _on_surface(part: Part, ends: Index, tolerance: float) -> Flags:
     triangles = part.surface_triangles
     if any(one.startswith("OPEN_MESH") for one in part.warnings):
         # The hull stands in for the surface there, and it has no gaps.
-        triangles = weld(part.vertices, part.triangles.astype(np.int64))[1]
-    vertex = hull_of_part(part).qhull.vertices[ends]
+        triangles = welding.weld(part.vertices, part.triangles.astype(np.int64))[1]
+    vertex = hull.hull_of_part(part).qhull.vertices[ends]
     flat = vertex.ravel()
     first = np.zeros(len(part.surface_vertices) + 1, dtype=np.int64)
     np.cumsum(np.bincount(flat, minlength=len(first) - 1), out=first[1:])
@@ -134,7 +121,7 @@ def _close_seam(rim: Rim, points: Array) -> bool:
     """Close a run that ends beside its beginning, in place; tell whether it was one."""
     if rim.closed or rim.kind == "toothed":
         return False
-    step = float(lengths(points[rim.corner[-1:]] - points[rim.corner[:1]])[0])
+    step = float(vectors.lengths(points[rim.corner[-1:]] - points[rim.corner[:1]])[0])
     seam = 10.0 * SEAM * rim.radius
     if (rim.chord.sum() + step < 0.98 * 2.0 * np.pi * rim.radius
             or step > min(max(LONG_EDGE * float(np.median(rim.chord)), seam),
@@ -161,7 +148,7 @@ def _absorb(rims: list[Rim], points: Array, arrays: BodyArrays, rounding: float)
     for rim, seamed in zip(rims, closed, strict=True):
         away = points[numbers] - rim.center
         above = (away * rim.axis).sum(axis=1)
-        off = lengths(away - above[:, None] * rim.axis) - rim.radius
+        off = vectors.lengths(away - above[:, None] * rim.axis) - rim.radius
         slack = 4.0 * rounding + (SEAM * rim.radius if seamed else rim.deviation)
         rim.absorbed = numbers[np.sqrt(above * above + off * off) <= slack]
 

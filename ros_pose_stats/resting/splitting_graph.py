@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..records import StablePose
+from ..records import Array, StablePose
 from .convex_body import foot_directions
 from .poses import RestingPoses
 
-Array = NDArray[np.float64]
 Function = Literal["r", "R"]
 
 SAME_LEVEL = 1e-6

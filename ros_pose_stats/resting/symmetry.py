@@ -12,20 +12,17 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..kernels.features.surface_features import moments_along, regions_and_corners
 from ..kernels.mesh.nearness import FeatureGrid, feature_grid, first_unmatched
-from ..records import Part
+from ..records import Array, Index, Part
 from ..tolerances import COPLANAR, SYMMETRY
 from .convex_body import ConvexBody
 from .equilibria import Equilibria, ties
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Frame = tuple[Array, Array]
 
 MOST_EFFORT = 2**21

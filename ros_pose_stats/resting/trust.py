@@ -4,14 +4,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .. import tolerances
-from ..records import StablePose
-from ..text import several
-from .clusters import RUN_TOLERANCE, clusters
-from .convex_body import ConvexBody
+from .. import text, tolerances
+from ..records import Array, StablePose
+from . import clusters, convex_body
 from .poses import RestingPoses
 
 MOST_NAMED = 3
@@ -28,10 +25,10 @@ def pose_warnings(resting: RestingPoses) -> list[str]:
     return [one for one in found if one]
 
 
-def _rounded(body: ConvexBody) -> str:
+def _rounded(body: convex_body.ConvexBody) -> str:
     if not body.rounded:
         return ""
-    return (f"ROUNDED: {several(body.rounded, 'round edge')} of the hull "
+    return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
             f"{'stands as a polygon' if body.rounded == 1 else 'stand as polygons'} of "
             f"{max(run.sides for run in body.runs)} sides a turn, whatever the file has.")
 
@@ -106,13 +103,13 @@ def _facet_angles(resting: RestingPoses) -> list[float]:
     found = resting.equilibria
     if len(found.order) < tolerances.FEWEST_FACETS:
         return []
-    curve = clusters(found, max(resting.clusters.tolerance, RUN_TOLERANCE)).pose
+    curve = clusters.clusters(found, max(resting.clusters.tolerance, clusters.RUN_TOLERANCE)).pose
     as_given = found.body.run_of_face[found.faces] < 0
     many = np.flatnonzero(np.bincount(curve[as_given]) >= tolerances.FEWEST_FACETS)
     return [_spacing(found.downs[(curve == number) & as_given]) for number in many.tolist()]
 
 
-def _spacing(downs: NDArray[np.float64]) -> float:
+def _spacing(downs: Array) -> float:
     """Median distance to the nearest other direction."""
     return float(np.median(cKDTree(downs).query(downs, 2)[0][:, 1]))
 

@@ -4,18 +4,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..mesh.vectors import lengths
-from ..records import Part
+from ..records import Array, Index, Mask, Part
 from ..tolerances import SYMMETRY
-from .convex_body import ConvexBody
-from .equilibria import Equilibria
-from .rims import Run
-from .symmetry import MOST_EFFORT, SurfaceTrial, keeps_inertia
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from . import convex_body, equilibria, rims, symmetry
 
 ROLL = 0.5 * np.pi
 """Least turn that is a roll."""
@@ -39,7 +32,7 @@ NEAR = 0.05
 """Share of its radius within which a facet is one of a round surface."""
 
 
-def axis_offsets(body: ConvexBody, pose_of_face: Index, poses: int) -> Array:
+def axis_offsets(body: convex_body.ConvexBody, pose_of_face: Index, poses: int) -> Array:
     """How far the centre of mass lies beside the axis of the surface that a pose rests on.
 
     `pose_of_face` (F,) int: pose to which each face descends. Returns (P,): in radii, of cylinders
@@ -58,8 +51,8 @@ def axis_offsets(body: ConvexBody, pose_of_face: Index, poses: int) -> Array:
     return found
 
 
-def rolling_axes(body: ConvexBody, downs: Array, heights: Array, tolerance: float
-                 ) -> tuple[NDArray[np.bool_], Array]:
+def rolling_axes(body: convex_body.ConvexBody, downs: Array, heights: Array, tolerance: float
+                 ) -> tuple[Mask, Array]:
     """Which poses roll, and about what.
 
     `downs` (P, 3); `heights` (P,): in radii; `tolerance`: rise over the height that does not stop
@@ -83,7 +76,7 @@ def _along(vectors: Array, axis: Array) -> Array:
                       + vectors[:, 2] * axis[2])
 
 
-def _distinct_axes(runs: tuple[Run, ...]) -> list[Array]:
+def _distinct_axes(runs: tuple[rims.Run, ...]) -> list[Array]:
     found: list[Array] = []
     for run in runs:
         if all(float(np.linalg.norm(np.cross(run.axis, other))) > SAME_AXIS for other in found):
@@ -91,7 +84,8 @@ def _distinct_axes(runs: tuple[Run, ...]) -> list[Array]:
     return found
 
 
-def _turn_without_rise(body: ConvexBody, down: Array, axis: Array, height: float) -> float:
+def _turn_without_rise(body: convex_body.ConvexBody, down: Array, axis: Array,
+                       height: float) -> float:
     """How far (radians) the part can be turned about an axis and stays below a height."""
     total = 0.0
     for sign in (1.0, -1.0):
@@ -113,8 +107,8 @@ def _turned(vector: Array, axis: Array, angles: Array) -> Array:
                       + (1.0 - cos) * along * axis)
 
 
-def yaw_symmetries(part: Part, found: Equilibria, lowest: Index,
-                   trial: Callable[[], SurfaceTrial]) -> Index:
+def yaw_symmetries(part: Part, found: equilibria.Equilibria, lowest: Index,
+                   trial: Callable[[], symmetry.SurfaceTrial]) -> Index:
     """Turns about the vertical that leave the part in a pose as it is.
 
     `lowest` (P,) int: stable face of each pose; `trial`: gives the part's surface, for rotations
@@ -124,7 +118,7 @@ def yaw_symmetries(part: Part, found: Equilibria, lowest: Index,
     number = np.ones(len(lowest), dtype=np.int64)
     for pose, face in enumerate(lowest.tolist()):
         down = found.downs[face]
-        if not keeps_inertia(part, _turn_matrix(down, np.pi)):
+        if not symmetry.keeps_inertia(part, _turn_matrix(down, np.pi)):
             continue  # whose axis would be a principal one
         runs = [run for run in found.body.runs if run.full
                 and abs(float(_along(down[None], run.axis)[0])) > 1.0 - SYMMETRY]
@@ -132,8 +126,8 @@ def yaw_symmetries(part: Part, found: Equilibria, lowest: Index,
     return number
 
 
-def _order(part: Part, found: Equilibria, face: int, runs: list[Run],
-           trial: Callable[[], SurfaceTrial]) -> int:
+def _order(part: Part, found: equilibria.Equilibria, face: int, runs: list[rims.Run],
+           trial: Callable[[], symmetry.SurfaceTrial]) -> int:
     """Order of the symmetry about a stable face's normal."""
     arrays, number = found.body.arrays, int(found.faces[face])
     down = found.downs[face]
@@ -142,9 +136,9 @@ def _order(part: Part, found: Equilibria, face: int, runs: list[Run],
               for order in range(2, sides + 1) if sides % order == 0}
     for order in sorted(orders, reverse=True):
         turn = _turn_matrix(down, 2.0 * np.pi / order)
-        if not keeps_inertia(part, turn):
+        if not symmetry.keeps_inertia(part, turn):
             continue
-        if trial().effort > MOST_EFFORT:
+        if trial().effort > symmetry.MOST_EFFORT:
             return 1
         if trial().holds(turn):
             turned = 2.0 * np.pi / order < LARGEST_STEP and all(

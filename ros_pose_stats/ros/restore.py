@@ -20,8 +20,7 @@ from ..recording.analysis.decoding import Decoders
 from ..recording.reader.raw_reader import RawMessage, files_of_bag, messages_after
 from ..recording.writer.message_types import message_type
 from ..records import DropScene
-from .jobs import Job, JobRequest
-from .jobs import State as JobState
+from .jobs import Job, JobRequest, State as JobState
 from .jobs.job_reports import job_change
 from .recorder import ANSWERS, JOB_EVENTS, PACKAGE, PLACE, POSE_COUNTS, Recorder, share_directory
 from .settings import Settings

@@ -14,9 +14,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
 
-from .. import shapes
-from ..errors import MeshFileError
-from ..files import write_file
+from .. import errors, files, shapes
 from ..mesh.arrays import in_standard_order
 from ..mesh.files import stl_bytes
 from .profiles import Outline, rounded_polygon, spur_gear, unit_circle
@@ -113,10 +111,10 @@ def write_demo_parts(directory: str | os.PathLike[str]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{name}.stl" for name in DEMO_PARTS]
         for path, make in zip(paths, DEMO_PARTS.values(), strict=True):
-            write_file(path, stl_bytes(*make()))
+            files.write_file(path, stl_bytes(*make()))
         return paths
     except OSError as error:
-        raise MeshFileError(
+        raise errors.MeshFileError(
             "a directory that can be written to",
             f"{folder} ({error.strerror or error})",
             "name another directory or change its permissions",

@@ -6,21 +6,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..kernels.body.convex_body import build_body
-from ..kernels.drops.evolve import TURN
-from ..kernels.drops.layout import BALL_NEXT, RIM, DropBody
+from ..kernels.drops import evolve, layout
 from ..kernels.principal_axes import principal_axes
 from ..mesh.hull import hull_of
 from ..mesh.vectors import lengths, turn_vectors
-from ..records import DropScene, Part
-from ..resting.convex_body import ConvexBody
-from ..resting.poses import RestingPoses, poses_in
-from ..resting.turns import LEVEL
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..records import Array, DropScene, Index, Mask, Part
+from ..resting import convex_body, poses, turns
 
 CROWD = 8
 """Corners that may come to lie lowest during a step, if they are spread evenly.
@@ -40,8 +33,8 @@ THINNEST = 1e-12
 class PreparedBody:
     """A convex body ready to be dropped."""
 
-    resting: RestingPoses  # the poses whose `index` numbers the outcomes
-    arrays: DropBody  # in principal axes
+    resting: poses.RestingPoses  # the poses whose `index` numbers the outcomes
+    arrays: layout.DropBody  # in principal axes
     axes: Array  # (3, 3); principal axes as columns, part axes to principal by `vector @ axes`
     corner: Index  # (C,); hull point of each corner of `arrays`
 
@@ -53,11 +46,11 @@ class PreparedBody:
 
 def drop_body(part: Part, scene: DropScene) -> PreparedBody:
     """Prepare a part for drops, once for the poses of a scene; raises what `poses_in` raises."""
-    resting = poses_in(part, scene)  # refuses what is no part
+    resting = poses.poses_in(part, scene)  # refuses what is no part
     return part.prepare(_prepare, resting)
 
 
-def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
+def _prepare(part: Part, resting: poses.RestingPoses) -> PreparedBody:
     body = resting.body
     moment, axes = principal_axes(resting.inertia)
     moment = np.maximum(moment, THINNEST * moment[2])
@@ -67,11 +60,11 @@ def _prepare(part: Part, resting: RestingPoses) -> PreparedBody:
     points, corner = points[order], used[order]
     x, y, z = np.ascontiguousarray(points.T)
     rims = rolling_rims(resting, moment, axes, corner)
-    arrays = DropBody(x, y, z, lengths(points), moment, ball, ball_range,
-                      *_neighbours(points), *_sides(resting, corner),
-                      resting.equilibria.heights[resting.clusters.lowest],
-                      resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
-                      min(TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
+    arrays = layout.DropBody(x, y, z, lengths(points), moment, ball, ball_range,
+                             *_neighbours(points), *_sides(resting, corner),
+                             resting.equilibria.heights[resting.clusters.lowest],
+                             resting.clusters.way_out, rims.pose, rims.level, rims.climb, rims.rim,
+                             min(evolve.TURN, 2.0 * math.sqrt(CROWD / corner.shape[0])))
     return PreparedBody(resting, arrays, axes, corner)
 
 
@@ -100,7 +93,7 @@ def _neighbours(points: Array) -> tuple[Index, Index, Array]:
     return start, second, lengths(points[first] - points[second])
 
 
-def _sides(resting: RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
+def _sides(resting: poses.RestingPoses, corner: Index) -> tuple[Index, Index, Index, Index]:
     """Sides that leave each corner: where they start, their far ends, poses left and right."""
     arrays, found = resting.body.arrays, resting.equilibria
     place = np.full(resting.body.points.shape[0], -1, dtype=np.int64)
@@ -150,7 +143,7 @@ def ball_tree(points: Array) -> tuple[Index, Array, Index]:
             waiting += [far, near]
         while ancestors and ancestors[-1][1] == placed:
             done, _ = ancestors.pop()
-            ranges[done][BALL_NEXT] = len(balls)
+            ranges[done][layout.BALL_NEXT] = len(balls)
     return np.concatenate(order), np.array(balls), np.array(ranges, dtype=np.int64)
 
 
@@ -169,7 +162,7 @@ def _halves(points: Array, inside: Index) -> tuple[Index, Index]:
 
 
 class RollingRims(NamedTuple):
-    """What is added to a drop body; `kernels.drops.trap` tells how it is used."""
+    """What is added to a drop body; `kernels.drops.drop` tells how it is used."""
 
     pose: Index  # (C,); pose that a part is in that rolls on this corner's rim; -1 for none
     level: Array  # (C,); energy without that of the spin with which it can tip over
@@ -177,7 +170,8 @@ class RollingRims(NamedTuple):
     rim: Array  # (P, 5); see `kernels.drops.layout`
 
 
-def rolling_rims(resting: RestingPoses, moment: Array, axes: Array, corner: Index) -> RollingRims:
+def rolling_rims(resting: poses.RestingPoses, moment: Array, axes: Array,
+                 corner: Index) -> RollingRims:
     """Find the rims of a part that it can roll on all the way round, in one pose.
 
     `moment` (3,): principal moments of inertia of unit mass, lengths in radii; `axes` (3, 3):
@@ -188,7 +182,7 @@ def rolling_rims(resting: RestingPoses, moment: Array, axes: Array, corner: Inde
     place = np.full(body.points.shape[0], -1, dtype=np.int64)
     place[corner] = np.arange(corner.shape[0])
     rims = RollingRims(np.full(corner.shape[0], -1), np.full(corner.shape[0], math.inf),
-                       np.zeros(corner.shape[0]), np.zeros((len(resting.poses), RIM)))
+                       np.zeros(corner.shape[0]), np.zeros((len(resting.poses), layout.RIM)))
     for axis, faces in _rims(body):
         pose, sides, off = int(pose_of_face[faces[0]]), *_sides_of(body, faces)
         inside = _inside(body, faces, sides[off])
@@ -209,7 +203,7 @@ def rolling_rims(resting: RestingPoses, moment: Array, axes: Array, corner: Inde
     return rims
 
 
-def _rims(body: ConvexBody) -> Iterator[tuple[Array, Index]]:
+def _rims(body: convex_body.ConvexBody) -> Iterator[tuple[Array, Index]]:
     """Axes of round surfaces, each with the facets (k,) along it, if they close a ring.
 
     A flat or a slot in the rim leaves a longer facet there, which belongs to no run.
@@ -220,8 +214,9 @@ def _rims(body: ConvexBody) -> Iterator[tuple[Array, Index]]:
         first = np.flatnonzero(body.run_of_face == number)
         for run in body.runs:
             along = x * run.axis[0] + y * run.axis[1] + z * run.axis[2]
-            if run.kind == "round" and run.full and float(np.abs(along[first]).max()) < LEVEL:
-                faces = np.flatnonzero(np.abs(along) < LEVEL)
+            upright = float(np.abs(along[first]).max()) < turns.LEVEL
+            if run.kind == "round" and run.full and upright:
+                faces = np.flatnonzero(np.abs(along) < turns.LEVEL)
                 sides, off = _sides_of(body, faces)
                 links = np.bincount(body.arrays.face[sides[~off]], minlength=body.faces)
                 if (links[faces] == 2).all():
@@ -229,7 +224,7 @@ def _rims(body: ConvexBody) -> Iterator[tuple[Array, Index]]:
                 break
 
 
-def _sides_of(body: ConvexBody, faces: Index) -> tuple[Index, NDArray[np.bool_]]:
+def _sides_of(body: convex_body.ConvexBody, faces: Index) -> tuple[Index, Mask]:
     """Sides of some faces, and whether they lead off them."""
     arrays, chosen = body.arrays, np.zeros(body.faces, dtype=np.bool_)
     chosen[faces] = True
@@ -237,7 +232,7 @@ def _sides_of(body: ConvexBody, faces: Index) -> tuple[Index, NDArray[np.bool_]]
     return sides, np.asarray(~chosen[arrays.face[arrays.twin[sides]]])
 
 
-def _inside(body: ConvexBody, faces: Index, edges: Index) -> Array:
+def _inside(body: convex_body.ConvexBody, faces: Index, edges: Index) -> Array:
     """How far (k,) inside the rim's edges a part stands on each facet, in radii."""
     inside = np.full(body.faces, math.inf)
     np.minimum.at(inside, body.arrays.face[edges], body.arrays.inset[edges])

@@ -7,19 +7,13 @@ from dataclasses import dataclass, fields
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernels.drops import layout as at
-from ..kernels.drops.drop import run_drops
+from ..kernels.drops import drop, layout as at
 from ..kernels.elementary import sines_cosines
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene
-from ..records.scene import GRAVITY
+from ..records import Array, DropScene, Index, Mask, scene as scenes
 from ..tolerances import MOST_STEPS, SLOW, SOFT, TOUCHING, TRUNCATION
 from .drop_body import PreparedBody
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 NO_TAPE: Array = np.zeros((0, at.TAPE))
 
@@ -34,10 +28,10 @@ class DropOutcomes:
     seconds: Array  # (n,); from release until the outcome was certain
     energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
     # (n,) bool; whether the outcome was certain before the part came to rest
-    trapped: NDArray[np.bool_]
+    trapped: Mask
     # (n,) bool; whether it was released touching the plate, since it did not fit under the drop
     # height
-    touched: NDArray[np.bool_]
+    touched: Mask
 
     def first(self, count: int) -> DropOutcomes:
         """Outcomes of the first `count` drops."""
@@ -92,9 +86,9 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     """
     outcome = np.empty((states.shape[0], 5), dtype=np.int64)
     measure = np.empty((states.shape[0], 2))
-    run_drops(body.arrays, rules, states, outcome, measure, tape)
+    drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
-                        measure[:, at.DURATION] * math.sqrt(body.radius / GRAVITY),
+                        measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
                         measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
                         outcome[:, at.TOUCHED] == 1)
 

@@ -6,22 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
-from ..records import DropScene, FlipStatistics, Part
-from ..records import scene as scenes
+from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
-from .chunks import DropWorkers
-from .drop_body import PreparedBody, drop_body
+from . import chunks, drop_body
 from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
-
-Index = NDArray[np.int64]
 
 DEFAULT_FLIPS = 2000
 """Flips a pose: a share is told to a point."""
@@ -79,7 +74,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     """Flip a part in a scene, out of each pose as requested; see `simulate_flips`."""
     begin = time.perf_counter()
     kick = check_kick(kick_height)
-    body = drop_body(part, scene)
+    body = drop_body.drop_body(part, scene)
     poses = body.resting.poses
     request = drop_request(per_pose.drops * len(poses), per_pose.seed, 0.0, per_pose.workers)
     outcomes = _count(body, scene, kick, request, watch, on_progress)
@@ -111,7 +106,7 @@ def check_kick(kick_height: float) -> float:
     return kick
 
 
-def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropRequest,
+def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request: DropRequest,
            watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
@@ -121,8 +116,8 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
     def flip(first: int, count: int) -> DropOutcomes:
         return compute_motions(body, rules, kicks.states(request.seed, first, count))
 
-    workers = DropWorkers(flip, request.drops, request.workers, watch.should_stop,
-                          watch.background)
+    workers = chunks.DropWorkers(flip, request.drops, request.workers, watch.should_stop,
+                                 watch.background)
     found = np.zeros(poses * (1 + poses), dtype=np.int64)
     done = 0
     for outcomes in workers.outcomes_in_order():
@@ -135,14 +130,11 @@ def _count(body: PreparedBody, scene: DropScene, kick: float, request: DropReque
     return found.reshape(poses, 1 + poses)
 
 
-Array = NDArray[np.float64]
-
-
 @dataclass(frozen=True, eq=False)
 class Kicks:
     """A plate that kicks the part, lying in any of its poses, at points of the contact polygon."""
 
-    body: PreparedBody
+    body: drop_body.PreparedBody
     height: float  # energy of a kick over the weight, radii
     # (T, 3); a triangle of a contact polygon, in principal axes: a corner and the sides that leave
     # it
@@ -185,7 +177,7 @@ class Kicks:
             (1.0 - along) * self.first[at] + along * self.second[at]))
 
 
-def kicks_of(body: PreparedBody, height: float) -> Kicks:
+def kicks_of(body: drop_body.PreparedBody, height: float) -> Kicks:
     """Prepare the contact polygons of a body."""
     resting = body.resting
     faces = resting.equilibria.faces[resting.clusters.lowest]

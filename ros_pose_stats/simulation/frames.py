@@ -8,15 +8,12 @@ the remaining motion is left out and the part is laid down in its pose.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import rotation_matrices
-from ..records import DropScene, Part, Trajectory
+from ..records import Array, DropScene, Part, Trajectory
 from ..resting.poses import RestingPoses
 from .record_drop import drop_recorded
-
-Array = NDArray[np.float64]
 
 RATE = 15
 """Frames a second."""

@@ -10,10 +10,8 @@ from ..errors import RequestError
 from ..kernels.drops import layout as at
 from ..kernels.drops.evolve import sample_motion
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
-from ..records import DropEvent, DropScene, Part, Trajectory
-from ..records import scene as scenes
-from .drop_body import PreparedBody, drop_body
-from .drops import DropOutcomes, compute_drops, drop_rules, random_starts
+from ..records import DropEvent, DropScene, Part, Trajectory, scene as scenes
+from . import drop_body, drops
 from .request import drop_request, real_number
 
 Array = NDArray[np.float64]
@@ -78,8 +76,8 @@ def drop_recorded(part: Part, scene: DropScene, seed: int, drop: int,
         raise RequestError("the number of a drop, from 0", f"{drop!r}", "0 is the first")
     if interval is not None and not 0.0 < real_number("interval", interval) < math.inf:
         raise RequestError("an interval above 0 s", f"{interval}", "leave it out for a smooth one")
-    body = drop_body(part, scene)
-    down = (random_starts(request.seed, int(drop), 1) if request.starts is None
+    body = drop_body.drop_body(part, scene)
+    down = (drops.random_starts(request.seed, int(drop), 1) if request.starts is None
             else request.starts)
     tape, outcomes = _record_tape(body, scene, down, to_rest)
     unit = math.sqrt(body.radius / scenes.GRAVITY)
@@ -105,21 +103,21 @@ def _as_row(start: ArrayLike | None) -> ArrayLike | None:
     return np.asarray(start)[None, :]
 
 
-def _record_tape(body: PreparedBody, scene: DropScene, down: Array,
-                 to_rest: bool) -> tuple[Array, DropOutcomes]:
+def _record_tape(body: drop_body.PreparedBody, scene: DropScene, down: Array,
+                 to_rest: bool) -> tuple[Array, drops.DropOutcomes]:
     """Compute a drop with a tape that is long enough for all of its events."""
-    rules = drop_rules(scene, body.radius, to_rest=to_rest)
+    rules = drops.drop_rules(scene, body.radius, to_rest=to_rest)
     rows = FIRST_TAPE
     while True:
         tape = np.zeros((rows, at.TAPE))
-        outcomes = compute_drops(body, rules, down, tape)
+        outcomes = drops.compute_drops(body, rules, down, tape)
         wanted = int(tape[0, 0]) + 1
         if wanted <= rows:
             return tape[1:wanted], outcomes
         rows = wanted
 
 
-def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ...]:
+def _events(body: drop_body.PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ...]:
     speed = body.radius / unit
     found = []
     for row in tape:
@@ -135,7 +133,7 @@ def _events(body: PreparedBody, tape: Array, unit: float) -> tuple[DropEvent, ..
     return tuple(found)
 
 
-def _samples(body: PreparedBody, tape: Array, down: Array,
+def _samples(body: drop_body.PreparedBody, tape: Array, down: Array,
              frame: float) -> tuple[Array, Array, Array]:
     """Times, states and orientations at the events and between them."""
     turn = resting_quaternions(down[None, :])[0]
@@ -161,7 +159,7 @@ def _samples(body: PreparedBody, tape: Array, down: Array,
     return np.concatenate(times), np.concatenate(states), np.concatenate(turns)
 
 
-def _contact(body: PreparedBody, row: Array) -> Array:
+def _contact(body: drop_body.PreparedBody, row: Array) -> Array:
     """Vertex, direction of the edge and its length, as the kernels keep them."""
     contact = np.zeros(at.CONTACT)
     contact[at.LENGTH] = 1.0

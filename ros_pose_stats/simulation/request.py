@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
 from ..mesh.vectors import lengths
-from ..records import DropProgress
-from ..records.scene import DEFAULT_DROPS
+from ..records import DropProgress, scene as scenes
 
 if TYPE_CHECKING:
     from .drops import DropChunk  # whose kernels are loaded where drops are made
@@ -79,7 +78,7 @@ def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
 
 def _bound(drops: int | None, starts: Array | None) -> int:
     if drops is None:
-        return DEFAULT_DROPS if starts is None else starts.shape[0]
+        return scenes.DEFAULT_DROPS if starts is None else starts.shape[0]
     bound = _whole("drops", drops)
     if not 1 <= bound <= MOST_DROPS:
         raise RequestError(f"1 to {MOST_DROPS} drops", f"{drops}", "10000 gives half a point")

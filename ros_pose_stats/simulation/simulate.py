@@ -7,20 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
-from ..records import DropProgress, DropScene, Part, PoseStatistics
-from ..records import scene as scenes
-from ..records.statistics import pose_statistics
+from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting.trust import pose_warnings
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
-from .drops import (
-    DropChunk,
-    DropOutcomes,
-    compute_drops,
-    drop_rules,
-    random_starts,
-)
+from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
 from .request import ALONE, DropRequest, Watch, drop_request
 
 Array = NDArray[np.float64]
@@ -144,7 +136,7 @@ class _Simulation:
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
         prefix, resting = self._prefix, self._body.resting
-        return pose_statistics(
+        return statistics.pose_statistics(
             self._part, self._body.radius, resting.poses, prefix.shares(), SIMULATION, self._scene,
             drops=prefix.drops, unsettled=prefix.drops - prefix.settled, seed=self._request.seed,
             seconds=time.perf_counter() - self._begin,

@@ -4,10 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..methods import SIMULATION
+from .. import methods, text, tolerances
 from ..records import PoseStatistics, StablePose
-from ..text import listed, name_poses
-from ..tolerances import SAME_SHARE, number_equal
 from .errors import jeffreys_interval
 
 
@@ -59,10 +57,10 @@ def pose_groups(found: PoseStatistics) -> tuple[PoseGroup, ...]:
     for pose in sorted(found.poses, key=lambda pose: pose.index):
         groups.setdefault(pose.group, []).append(pose)
     settled = sum(pose.count for pose in found.poses)
-    joined = [_joined(poses, settled if found.method == SIMULATION else None)
+    joined = [_joined(poses, settled if found.method == methods.SIMULATION else None)
               for poses in groups.values()]
-    rank = number_equal([0.0 if math.isnan(group.probability) else -group.probability
-                         for group in joined], SAME_SHARE)
+    rank = tolerances.number_equal([0.0 if math.isnan(group.probability) else -group.probability
+                                    for group in joined], tolerances.SAME_SHARE)
     return tuple(joined[k] for k in sorted(range(len(joined)), key=lambda k: (
         rank[k], joined[k].first.index)))
 
@@ -96,10 +94,10 @@ def warn_of_alike(found: PoseStatistics, wanted: Sequence[int]) -> tuple[str, ..
     if not split:
         return ()
     missing = [index for _, outside in split for index in outside]
-    told = listed([f"{name_poses(outside)} look{'s' if len(outside) == 1 else ''} the same as "
-                   f"{name_poses(inside)}" for inside, outside in split])
+    alike = text.listed([f"{text.name_poses(outside)} look{'s' if len(outside) == 1 else ''} "
+                         f"the same as {text.name_poses(inside)}" for inside, outside in split])
     are = "is" if len(missing) == 1 else "are"
-    return (f"WANTED_ALIKE: {told} (symmetry) and {are} not among the wanted ones"
+    return (f"WANTED_ALIKE: {alike} (symmetry) and {are} not among the wanted ones"
             f"{_shares(found, kept, kept.union(missing))}.",)
 
 

@@ -8,14 +8,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RequestError
 from ..methods import SIMULATION
-from ..records import PoseStatistics
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..records import Array, Index, PoseStatistics
 
 MOST_ROUNDS = 40
 """Each round halves the error of the logarithm."""

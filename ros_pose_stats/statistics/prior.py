@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import betainc, betaln
 
 from ..errors import RequestError
-from .fitted_prior import FITTED, FITTED_AT
-from .posterior import Kinds, Posterior
+from . import fitted_prior, posterior
 
 
 class PriorFit(NamedTuple):
@@ -45,8 +44,8 @@ def prior_fit(restitution: float) -> PriorFit:
 
     `restitution`: 0 <= restitution < 1.
     """
-    return PriorFit(*(float(np.interp(restitution, FITTED_AT, column))
-                      for column in zip(*FITTED, strict=True)))
+    return PriorFit(*(float(np.interp(restitution, fitted_prior.FITTED_AT, column))
+                      for column in zip(*fitted_prior.FITTED, strict=True)))
 
 
 Array = NDArray[np.float64]
@@ -117,7 +116,7 @@ class PosePrior:
         """Logarithm of the probability of such counts (P,), up to what the prior leaves alone."""
         return self._updated(self._pooled(counts))[2]
 
-    def updated(self, counts: ArrayLike) -> Posterior:
+    def updated(self, counts: ArrayLike) -> posterior.Posterior:
         """What is known after drops.
 
         `counts` (P,) int: settled drops in each pose; all 0 for what is known before the first.
@@ -127,8 +126,8 @@ class PosePrior:
         breaks, weight, _ = self._updated(pooled)
         back = np.argsort(self._order(pooled))
         mean, variance = (each[:, back] for each in breaks.moments())
-        kinds = Kinds(*(each[:, back] for each in breaks.kinds(weight)))
-        return Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
+        kinds = posterior.Kinds(*(each[:, back] for each in breaks.kinds(weight)))
+        return posterior.Posterior.mixed(weight, mean, variance, self.unit, self.size, kinds)
 
     def contradicted(self, counts: ArrayLike) -> NDArray[np.bool_]:
         """Poses (P,) in which drops contradict the estimate beyond both errors.

@@ -17,8 +17,11 @@ from ros_pose_stats.planning.hybrid import hybrid
 from ros_pose_stats.records import DropScene, PoseStatistics
 from ros_pose_stats.resting.poses import resting_poses
 from ros_pose_stats.simulation.simulate import simulate
-from ros_pose_stats.statistics.errors import expected_error as error_of_drops
-from ros_pose_stats.statistics.errors import jeffreys_interval, standard_errors
+from ros_pose_stats.statistics.errors import (
+    expected_error as error_of_drops,
+    jeffreys_interval,
+    standard_errors,
+)
 
 from ..dataset import Dataset, shipped_dataset, shipped_datasets
 from ..estimates import restings, scene_estimates, square_errors

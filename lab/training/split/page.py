@@ -18,8 +18,7 @@ from .counting import (
 )
 from .fit import BATCH
 from .judge import ALL, EPOCHS, FOLDS, STARTS, UNITS, Score
-from .real_parts import DROPS as PART_DROPS
-from .real_parts import PartScore
+from .real_parts import DROPS as PART_DROPS, PartScore
 from .samples import HEIGHT, LOW
 
 Found = dict[str, Any]

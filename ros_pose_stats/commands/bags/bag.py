@@ -1,16 +1,14 @@
 """`bag DIR...`: parts, jobs and counts of cameras in recorded bags."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path
 
 from ...errors import BagError
-from ..running import ProgressBar, print_json
+from .. import arguments as given, running
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "bag", help="analyse recorded bags",
@@ -32,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     if folder is not None and folder.exists() and not folder.is_dir():
         raise BagError("a directory for the CSV files", f"{folder}, which is a file",
                        "name a directory; it is created if it is missing")
-    with ProgressBar(sys.stderr) as bar:
+    with running.ProgressBar(sys.stderr) as bar:
         found = analyse_bags(options.bags, bar.show_bytes)
     written: list[Path] = []
     if folder is not None:
@@ -43,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
         from ...recording.analysis.plain import as_dict
 
         extra = {"csv": [str(path) for path in written]} if folder is not None else {}
-        print_json({**as_dict(found), **extra})
+        running.print_json({**as_dict(found), **extra})
     else:
         from .report import bag_report
 

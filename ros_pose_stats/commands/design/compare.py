@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from ...errors import RequestError
 from ...records.scene import DEFAULT_PLATE_ERROR
 from ...text import Column, columns, interval, percent, ranges, several
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...design.comparison import Comparison, VariantComparison
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 MOST_DROPS = 20_000
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "compare", help="set variants of a part side by side and say whether they differ",
@@ -82,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     if page is not None and found.drops:
         with running.end_on_interrupt():
             from ...files import write_file
-            from ...report.comparison_page import comparison_page
+            from ...report.page import comparison_page
 
             write_file(page, comparison_page(found, (command_to_reproduce(options, found),)
                                              ).encode())

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import RequestError
 from ...text import Column, columns, name_poses, several
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...design.effects import Effect, Sensitivity
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from ...statistics.feeding import Bounded
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "sensitivity", help="which change of a part feeds better, and by how much",

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import RequestError
 from ...records.scene import DEFAULT_DROPS
 from ...text import Column, columns, listed, millimetres, percent
-from .. import arguments as given
-from .. import running
+from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...planning.kick_sweep import KickSweep
@@ -23,7 +22,7 @@ DEFAULT_RATE = 60.0
 DEFAULT_FLIPS = 2000
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "flips", help="kick a part out of each of its poses and count where it comes to rest",
@@ -71,22 +70,21 @@ def run(options: argparse.Namespace) -> int:
     if options.png is not None:
         raise RequestError("--png with --sweep", "--png alone", "add --sweep and --wanted")
     part = running.load_part_and_kernels(options)
-    from ...simulation.flips import simulate_flips
-    from ...simulation.simulate import simulate
+    from ...simulation import flips, simulate
 
     scene, fresh = given.scene_keywords(options), None
     height = scene.pop("drop_height")
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        found = simulate_flips(
+        found = flips.simulate_flips(
             part, options.kick, DEFAULT_FLIPS if options.flips is None else options.flips,
             seed=options.seed, workers=options.workers,
             on_progress=lambda done, total: bar.draw(
                 done / total, f"{done} of {total} flips"),
             should_stop=interrupted, **scene)
         if options.wanted is not None and not interrupted():
-            fresh = simulate(part, options.drops, seed=found.seed, drop_height=height,
-                             workers=options.workers, on_progress=bar.show,
-                             should_stop=interrupted, **scene)
+            fresh = simulate.simulate(part, options.drops, seed=found.seed, drop_height=height,
+                                      workers=options.workers, on_progress=bar.show,
+                                      should_stop=interrupted, **scene)
     stopped = interrupted()
     ways = {} if fresh is None or stopped else _feedings(options, found, fresh)
     if fresh is not None:
@@ -175,10 +173,9 @@ def sweep(options: argparse.Namespace) -> int:
             print(f"interrupted after {len(found.kicks) if found else 0} kick heights")
     if picture is not None and found is not None and found.kicks:
         from ...files import write_file
-        from ...plots.files import figure_png
-        from ...plots.kicks import kick_figure
+        from ...plots import files, shares
 
-        write_file(picture, figure_png(kick_figure(found)))
+        write_file(picture, files.figure_png(shares.kick_figure(found)))
     return running.INTERRUPTED if stopped else 0
 
 

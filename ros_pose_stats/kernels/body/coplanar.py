@@ -10,23 +10,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from .. import vectors as vec
 from ..array_types import Array, Fixed2, FixedIndex2, Flags, Index
 from ..compilation import entry_kernel, inlined, kernel
 from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
-from ..vectors import (
-    area_vector,
-    divided,
-    dot,
-    length,
-    minus,
-    plus,
-    point_at,
-    read_vector,
-    scaled,
-    triangle_at,
-    write_vector,
-)
 
 # The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
 NORMAL: Final = 0    # 0, 1, 2
@@ -56,8 +44,8 @@ def orient(points: Array, triangles: Index, neighbors: Index) -> None:
     count = triangles.shape[0]
     best, start = -1.0, 0
     for t in range(count):
-        a, b, c = triangle_at(points, triangles, t)
-        volume = dot(area_vector(a, b, c), a)
+        a, b, c = vec.triangle_at(points, triangles, t)
+        volume = vec.dot(vec.area_vector(a, b, c), a)
         if abs(volume) > best:
             best, start = abs(volume), t
         if volume < 0.0:
@@ -198,9 +186,10 @@ def _grow(surface: Surface, region: Index, queue: Index, plane: Array, seed: int
 @inlined
 def _gather(surface: Surface, plane: Array, t: int) -> None:
     area = surface.areas[t]
-    centroid = scaled(centroid_of(surface.points, surface.triangles, t), area)
-    write_vector(plane, NORMAL, plus(read_vector(plane, NORMAL), point_at(surface.vectors, t)))
-    write_vector(plane, CENTROID, plus(read_vector(plane, CENTROID), centroid))
+    centroid = vec.scaled(centroid_of(surface.points, surface.triangles, t), area)
+    vec.write_vector(plane, NORMAL,
+                     vec.plus(vec.read_vector(plane, NORMAL), vec.point_at(surface.vectors, t)))
+    vec.write_vector(plane, CENTROID, vec.plus(vec.read_vector(plane, CENTROID), centroid))
     plane[AREA] += area
 
 
@@ -211,14 +200,14 @@ def _near_plane(surface: Surface, plane: Array, t: int, tolerance: float) -> boo
     Its own normal is not asked: where Qhull cuts a facet of many corners into triangles, some
     are slivers and some fold back, and their area vectors still sum up to the facet's.
     """
-    normal, total = read_vector(plane, NORMAL), plane[AREA]
-    size = length(normal)
+    normal, total = vec.read_vector(plane, NORMAL), plane[AREA]
+    size = vec.length(normal)
     if size == 0.0 or total == 0.0:
         return False
-    middle = divided(read_vector(plane, CENTROID), total)
+    middle = vec.divided(vec.read_vector(plane, CENTROID), total)
     for j in range(3):
-        point = point_at(surface.points, surface.triangles[t, j])
-        if abs(dot(minus(point, middle), normal)) > tolerance * size:
+        point = vec.point_at(surface.points, surface.triangles[t, j])
+        if abs(vec.dot(vec.minus(point, middle), normal)) > tolerance * size:
             return False
     return True
 

@@ -18,7 +18,6 @@ from ..array_types import Array, Index
 from ..compilation import inlined
 from ..vectors import Vec3, dot, dot_from, length, minus, read_row
 from . import layout as at
-from .layout import DropBody, DropRules, Work, corner_of
 from .roots import first_zero, lowest_bound
 
 # what an event is, if no contact that lets go
@@ -39,7 +38,7 @@ class Event(NamedTuple):
 
 
 @inlined
-def detect(body: DropBody, rules: DropRules, work: Work, last: int) -> Event:
+def detect(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> Event:
     """Find the first event on the step whose series has been prepared."""
     first, what = math.inf, NOTHING
     corner, close = -1, 0
@@ -59,7 +58,7 @@ def _stays_clear(state: Array, step: float) -> bool:
 
 
 @inlined
-def first_release(work: Work, last: int) -> tuple[float, int]:
+def first_release(work: at.Work, last: int) -> tuple[float, int]:
     """When the first contact force comes down to zero, as a fraction of the step.
 
     Returns infinity if none does; which of the contacts, or `NOTHING`.
@@ -91,7 +90,7 @@ def first_release(work: Work, last: int) -> tuple[float, int]:
 
 
 @inlined
-def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
+def first_landing(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int,
                   before: float) -> tuple[float, int, int]:
     """When the first corner reaches the plate, if that is before a given fraction.
 
@@ -110,7 +109,7 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
         j = work.found[i]
         if not flying and (j == work.active[0] or j == work.active[1]):
             continue
-        r = corner_of(body, j)
+        r = at.corner_of(body, j)
         for k in range(last + 1):
             work.poly[k] = dot_from(work.series[k, at.ZS], read_row(work.series, k, at.PS), r)
         if lowest_bound(work.poly, last) > 0.0:
@@ -133,7 +132,7 @@ def first_landing(body: DropBody, rules: DropRules, work: Work, last: int,
 
 
 @inlined
-def _zeros_on_plate(work: Work) -> int:
+def _zeros_on_plate(work: at.Work) -> int:
     """How many coefficients are zero for a corner on the plate that nothing is known of.
 
     None if it moves or accelerates downwards, beyond rounding: it lands.
@@ -148,7 +147,7 @@ def _zeros_on_plate(work: Work) -> int:
 
 
 @inlined
-def _known_zeros(work: Work, j: int) -> int:
+def _known_zeros(work: at.Work, j: int) -> int:
     """How many of a corner's leading coefficients are zero but for rounding.
 
     One where it has just been hit, two where it has been brought to rest, three where its
@@ -168,7 +167,7 @@ That is a fraction of one corner if they are spread evenly; for more the balls a
 
 
 @inlined
-def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
+def candidates(body: at.DropBody, rules: at.DropRules, work: at.Work, last: int) -> int:
     """List in `found` the corners that may touch during the step; return their number.
 
     Those that come within what counts as touching are among them. `outlook` is set to
@@ -188,7 +187,7 @@ def candidates(body: DropBody, rules: DropRules, work: Work, last: int) -> int:
 
 
 @inlined
-def gather(body: DropBody, work: Work, bend_p: float, bend_z: float, margin: float) -> int:
+def gather(body: at.DropBody, work: at.Work, bend_p: float, bend_z: float, margin: float) -> int:
     """Candidates by way of the balls."""
     ball, ball_range = body.ball, body.ball_range
     count = node = 0
@@ -206,7 +205,7 @@ def gather(body: DropBody, work: Work, bend_p: float, bend_z: float, margin: flo
 
 
 @inlined
-def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: float,
+def spread(body: at.DropBody, work: at.Work, swing: float, bend_p: float, bend_z: float,
            margin: float) -> int:
     """Candidates by way of the neighbours: every cone within `swing` of the direction."""
     work.tally[at.SEARCH] += 1
@@ -224,7 +223,7 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
             i = body.beside[k]
             if work.seen[i] == search:
                 continue
-            rise = dot(up, minus(corner_of(body, i), corner_of(body, j)))
+            rise = dot(up, minus(at.corner_of(body, i), at.corner_of(body, j)))
             if abs(rise) <= swing * body.beside_length[k] + margin:
                 work.seen[i] = search
                 work.queue[end] = i
@@ -233,7 +232,7 @@ def spread(body: DropBody, work: Work, swing: float, bend_p: float, bend_z: floa
 
 
 @inlined
-def _lowest(body: DropBody, work: Work) -> int:
+def _lowest(body: at.DropBody, work: at.Work) -> int:
     """Lowest corner, by going down from the last one; a convex body has no other low point.
 
     Heights are compared as they are rounded, not differences, so that level corners cannot
@@ -241,12 +240,12 @@ def _lowest(body: DropBody, work: Work) -> int:
     """
     up = read_row(work.series, 0, at.PS)
     low = work.tally[at.LOWEST]
-    least = dot(up, corner_of(body, low))
+    least = dot(up, at.corner_of(body, low))
     while True:
         best = -1
         for k in range(body.beside_start[low], body.beside_start[low + 1]):
             i = body.beside[k]
-            height = dot(up, corner_of(body, i))
+            height = dot(up, at.corner_of(body, i))
             if height < least:
                 best, least = i, height
         if best < 0:
@@ -263,10 +262,10 @@ def _height_and_slope(series: Array, r: Vec3) -> tuple[float, float]:
 
 
 @inlined
-def _list(body: DropBody, work: Work, j: int, bend_p: float, bend_z: float, margin: float,
+def _list(body: at.DropBody, work: at.Work, j: int, bend_p: float, bend_z: float, margin: float,
           count: int) -> int:
     """Add a corner to the list unless its parabola stays above; return the new length."""
-    height, slope = _height_and_slope(work.series, corner_of(body, j))
+    height, slope = _height_and_slope(work.series, at.corner_of(body, j))
     bend = bend_z + bend_p * body.reach[j]
     if min(height, height + slope - bend) > margin:
         return count

@@ -2,18 +2,18 @@
 
 import math
 
+from ...tolerances import MOST_GRANTS, PROGRESS, TRAP
 from ..array_types import Array, Array2, Fixed2, Index, Index2
 from ..compilation import entry_kernel, inlined
+from ..vectors import Vec3, cross, dot, minus, read_row, read_vector, scaled, times
 from . import layout as at
 from .detect import detect
 from .evolve import LONGEST, evolve, prepare_step
-from .layout import DropBody, DropRules, Work, corner_height, lowest_corner, new_work, note
 from .resolve import resolve, take_up
-from .trap import energy, judge_outcome, may_go_on
 
 
 @entry_kernel
-def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index2,
+def run_drops(body: at.DropBody, rules: at.DropRules, releases: Fixed2, outcome: Index2,
               measure: Array2, tape: Array2) -> None:
     """Simulate drops (section 3, appendices A and B).
 
@@ -23,7 +23,7 @@ def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index
     and m g radius; `tape` (T, 14): filled with the events of the last drop from row 1 on; empty
     for none.
     """
-    work = new_work(body.x.shape[0])
+    work = at.new_work(body.x.shape[0])
     top = 0.0
     for level in body.way_out:
         top = max(top, level)
@@ -33,7 +33,7 @@ def run_drops(body: DropBody, rules: DropRules, releases: Fixed2, outcome: Index
 
 
 @inlined
-def _release(body: DropBody, rules: DropRules, begin: Array, top: float, work: Work,
+def _release(body: at.DropBody, rules: at.DropRules, begin: Array, top: float, work: at.Work,
              outcome: Index, tape: Array) -> None:
     """Put the body above the plate, touching it where the height is too low to fit."""
     state, tally = work.state, work.tally
@@ -49,22 +49,22 @@ def _release(body: DropBody, rules: DropRules, begin: Array, top: float, work: W
     work.clock[at.EXPECTED_BOUNCE] = math.inf
     outcome[at.TOUCHED] = 0
     if state[at.Z] <= max(1.0, top) + rules.touching:
-        tally[at.LOWEST] = lowest_corner(state, body)
-        low = corner_height(state, body, tally[at.LOWEST])
+        tally[at.LOWEST] = at.lowest_corner(state, body)
+        low = at.corner_height(state, body, tally[at.LOWEST])
         if low < 0.0:
             state[at.Z] -= low
             outcome[at.TOUCHED] = 1
         for j in range(body.x.shape[0]):
-            if corner_height(state, body, j) <= rules.touching:
+            if at.corner_height(state, body, j) <= rules.touching:
                 work.near[tally[at.NEAR]] = j
                 tally[at.NEAR] += 1
     if tape.shape[0] > 0:
         tape[0, 0] = 0.0
-    note(work, tape, at.RELEASE, -1)
+    at.note(work, tape, at.RELEASE, -1)
 
 
 @inlined
-def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Index,
+def _drop(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work, outcome: Index,
           measure: Array, tape: Array) -> None:
     """From event to event, until the outcome is certain or the steps granted have run out."""
     tally = work.tally
@@ -86,4 +86,102 @@ def _drop(body: DropBody, rules: DropRules, top: float, work: Work, outcome: Ind
     outcome[at.IMPACT_COUNT], outcome[at.STEP_COUNT] = tally[at.IMPACTS], tally[at.STEPS]
     measure[at.DURATION] = work.clock[at.TIME]
     measure[at.ENERGY] = energy(work.state, body.moment)
-    note(work, tape, at.END, -1)
+    at.note(work, tape, at.END, -1)
+
+
+@inlined
+def judge_outcome(body: at.DropBody, rules: at.DropRules, top: float, work: at.Work) -> tuple[int,
+                                                                                              int]:
+    """Whether and how the drop has ended, and the pose (-1 while it has not)."""
+    resting = work.tally[at.MODE] == at.FACE
+    if not resting and rules.to_rest:
+        return at.UNSETTLED, -1
+    left = energy(work.state, body.moment)
+    rim = _rim_below(body, rules, work, left)
+    if not resting and left >= top and rim < 0:
+        return at.UNSETTLED, -1
+    pose = pose_below(body, at.up_of(work.state), work.tally[at.LOWEST])
+    if not rules.to_rest and (left < body.way_out[pose] - TRAP or pose == rim):
+        return at.TRAPPED, pose
+    if resting:
+        return at.RESTING, pose
+    return at.UNSETTLED, -1
+
+
+@inlined
+def _rim_below(body: at.DropBody, rules: at.DropRules, work: at.Work, left: float) -> int:
+    """Pose on whose rim the body rolls without energy to tip over, -1 for none.
+
+    The plate moves up and down under a part that rolls on facets. What bounces on a plate that
+    moves at random has (1 + e) / (1 - e) times the energy that the plate's own velocity is worth.
+    """
+    corner = work.tally[at.LOWEST]
+    pose = body.roll_pose[corner]
+    if pose < 0:
+        return -1
+    turning = dot(read_row(body.rim, pose, at.AXLE), at.spin_of(work.state))
+    roll = turning * turning + body.roll_climb[corner]
+    freed = body.rim[pose, at.BUMPS] * ((1.0 + rules.restitution) / (1.0 - rules.restitution))
+    freed = (freed + body.rim[pose, at.SINGLE]) * roll
+    stays = left - turning * turning + freed < body.roll_level[corner] - TRAP
+    return int(pose) if stays else -1
+
+
+@inlined
+def may_go_on(body: at.DropBody, rules: at.DropRules, work: at.Work) -> bool:
+    """Whether there are steps left, or the last ones have brought the drop nearer to its end.
+
+    A part that rolls needs steps by the square of its sides, and loses energy with every one;
+    one that stands on an edge for ever loses none. No drop takes more than `MOST_GRANTS` times
+    as many.
+    """
+    if work.tally[at.STEPS] < work.tally[at.LIMIT]:
+        return True
+    if work.tally[at.LIMIT] >= MOST_GRANTS * rules.most_steps:
+        return False
+    pose = pose_below(body, at.up_of(work.state), at.lowest_corner(work.state, body))
+    spare = energy(work.state, body.moment) - body.rest[pose]
+    if spare > (1.0 - PROGRESS) * work.clock[at.SPARE]:
+        return False
+    work.clock[at.SPARE] = spare
+    work.tally[at.LIMIT] += rules.most_steps
+    return True
+
+
+@inlined
+def energy(state: Array, moment: Array) -> float:
+    """Mechanical energy z + v²/2 + w . I w / 2, the plate at 0."""
+    spin = at.spin_of(state)
+    turning = dot(times(read_vector(moment, 0), spin), spin)
+    return float(state[at.Z] + 0.5 * state[at.V] * state[at.V] + 0.5 * turning)
+
+
+@inlined
+def pose_below(body: at.DropBody, up: Vec3, corner: int) -> int:
+    """Pose that a descent in R(u) from u = -up ends in.
+
+    `corner`: the lowest one, so that R(u) = u . r around here.
+
+    Notes
+    -----
+    Going straight away from r, the direction u - s r leaves the corner's normal cone through
+    the side for which s = (u . e) / (r . e) is smallest, among those with r . e < 0. On the
+    arc between the normals of the two faces there, R falls away from the foot of the edge,
+    to the right-hand face where e . (r x u) > 0. R falls all the way, so no saddle is passed,
+    and a body flat on a face is told right whatever rounding does.
+    """
+    u, r = scaled(up, -1.0), at.corner_of(body, corner)
+    nearest = math.inf
+    pose = -1
+    for k in range(body.side_start[corner], body.side_start[corner + 1]):
+        j = body.side_end[k]
+        e = minus(at.corner_of(body, j), r)
+        fall = dot(r, e)
+        if fall >= 0.0:
+            continue
+        s = dot(u, e) / fall
+        if s < nearest:
+            nearest = s
+            right = dot(e, cross(r, u)) > 0.0
+            pose = body.side_right[k] if right else body.side_left[k]
+    return int(pose)

@@ -28,7 +28,6 @@ from . import layout as at
 from .detect import NOTHING, Event
 from .free_rotation import rotate_freely
 from .impacts import vertex_velocity
-from .layout import DropBody, DropRules, Work, spin_of, up_of
 from .series import free_series, shorten, sliding_series
 
 TURN = 1.0
@@ -55,14 +54,14 @@ SHORTEST_CLEAR = 1e-3
 
 
 @inlined
-def prepare_step(body: DropBody, rules: DropRules, work: Work) -> int:
+def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     """Choose a step and fill its series; return the last row.
 
     Returns 0 where the body has instead been moved, in one go, to where it comes within reach of
     the plate again.
     """
     state, clock = work.state, work.clock
-    turning = length(spin_of(state))
+    turning = length(at.spin_of(state))
     if work.tally[at.MODE] == at.FLIGHT:
         clear = _time_clear(state)
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
@@ -101,7 +100,7 @@ def _time_clear(state: Array) -> float:
 
 
 @inlined
-def evolve(body: DropBody, work: Work, last: int, event: Event) -> None:
+def evolve(body: at.DropBody, work: at.Work, last: int, event: Event) -> None:
     """Move to an event, or to the end of the step where nothing happens on it."""
     state, clock = work.state, work.clock
     elapsed = event.fraction * clock[at.STEP]
@@ -142,7 +141,7 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    up, spin, inertia = up_of(state), spin_of(state), read_vector(moment, 0)
+    up, spin, inertia = at.up_of(state), at.spin_of(state), read_vector(moment, 0)
     up = scaled(up, 1.5 - 0.5 * dot(up, up))
     momentum = times(up, inertia)
     # From 0, so that there is no negative zero where nothing turns.
@@ -167,7 +166,7 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
     for i in range(times.shape[0]):
         while True:
             ahead = times[i] - now
-            rate = length(spin_of(state))
+            rate = length(at.spin_of(state))
             step = LONGEST if rate * LONGEST < TURN else TURN / rate
             step = max(min(step, ahead), 1e-12)
             if mode == at.FLIGHT:

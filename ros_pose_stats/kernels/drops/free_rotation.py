@@ -29,7 +29,6 @@ from ..vectors import (
     write_vector,
 )
 from . import layout as at
-from .layout import spin_of, up_of
 
 NOME = 0.35
 """Largest nome for which the theta series are summed; beyond, near the separatrix, it fails."""
@@ -187,16 +186,16 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
 @inlined
 def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
-    momentum = times(read_vector(moment, 0), spin_of(state))
+    momentum = times(read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
-    up = up_of(state)
+    up = at.up_of(state)
     return dot(aside, up), dot(cross(momentum, aside), up) / length(momentum)
 
 
 @inlined
 def _place_up(state: Array, moment: Array, three: int, along: float, across: float) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
-    momentum = times(read_vector(moment, 0), spin_of(state))
+    momentum = times(read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
     normal = cross(momentum, aside)
     write_vector(state, at.P, plus(divided(scaled(aside, along), length(aside)),

@@ -23,14 +23,13 @@ from ..compilation import inlined
 from ..elementary import rough_root
 from ..vectors import Vec3, cross, dot, plus, read_row, read_vector, scaled, times, write_row
 from . import layout as at
-from .layout import coupling_of, spin_of, up_of
 
 
 @inlined
 def begin_series(state: Array, step: float, series: Array) -> None:
     """Put the state at the start of a step into row 0, and the height's first power."""
-    write_row(series, 0, at.WS, scaled(spin_of(state), step))
-    write_row(series, 0, at.PS, up_of(state))
+    write_row(series, 0, at.WS, scaled(at.spin_of(state), step))
+    write_row(series, 0, at.PS, at.up_of(state))
     series[0, at.ZS] = state[at.Z]
 
 
@@ -41,7 +40,7 @@ def free_series(state: Array, moment: Array, step: float, truncation: float,
 
     Rows stop when two in a row add less than `truncation` to the direction of up.
     """
-    coupling = coupling_of(moment)
+    coupling = at.coupling_of(moment)
     begin_series(state, step, series)
     last = at.ORDER
     before = 1.0

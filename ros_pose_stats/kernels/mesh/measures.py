@@ -5,25 +5,9 @@ from typing import Final
 
 import numpy as np
 
+from .. import vectors as vec
 from ..array_types import Array, Fixed1, Fixed2, FixedCorners2, FixedIndex2, Index
 from ..compilation import entry_kernel, inlined, kernel
-from ..vectors import (
-    Vec3,
-    area_vector,
-    cross,
-    divided,
-    dot,
-    length,
-    minus,
-    plus,
-    point_at,
-    read_vector,
-    scaled,
-    times,
-    triangle_at,
-    write_row,
-    write_vector,
-)
 
 # the moments (10,) of a solid: integrals of
 VOLUME: Final = 0   # 1
@@ -39,17 +23,17 @@ def area_vectors(points: Array, triangles: Index) -> tuple[Array, Array]:
     count = triangles.shape[0]
     vectors, areas = np.empty((count, 3)), np.empty(count)
     for t in range(count):
-        area = area_vector(*triangle_at(points, triangles, t))
-        write_row(vectors, t, 0, area)
-        areas[t] = length(area)
+        area = vec.area_vector(*vec.triangle_at(points, triangles, t))
+        vec.write_row(vectors, t, 0, area)
+        areas[t] = vec.length(area)
     return vectors, areas
 
 
 @inlined
-def centroid_of(points: Array, triangles: Index, t: int) -> Vec3:
+def centroid_of(points: Array, triangles: Index, t: int) -> vec.Vec3:
     """Centroid of a triangle."""
-    a, b, c = triangle_at(points, triangles, t)
-    return divided(plus(plus(a, b), c), 3.0)
+    a, b, c = vec.triangle_at(points, triangles, t)
+    return vec.divided(vec.plus(vec.plus(a, b), c), 3.0)
 
 
 @entry_kernel
@@ -57,7 +41,7 @@ def tetrahedra(points: Fixed2, triangles: FixedIndex2) -> Array:
     """Six times the signed volumes (T,) of tetrahedra from the origin to triangles (T, 3)."""
     volumes = np.empty(triangles.shape[0])
     for t in range(triangles.shape[0]):
-        volumes[t] = _six_volumes(*triangle_at(points, triangles, t))
+        volumes[t] = _six_volumes(*vec.triangle_at(points, triangles, t))
     return volumes
 
 
@@ -71,7 +55,7 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
     """
     total, lost, term = np.zeros(MOMENTS), np.zeros(MOMENTS), np.empty(MOMENTS)
     for t in range(triangles.shape[0]):
-        _set_moments(*triangle_at(points, triangles, t), term)
+        _set_moments(*vec.triangle_at(points, triangles, t), term)
         for k in range(MOMENTS):
             grown = total[k] + term[k]
             if abs(total[k]) >= abs(term[k]):
@@ -83,20 +67,21 @@ def solid_moments(points: Fixed2, triangles: FixedIndex2) -> Array:
 
 
 @inlined
-def _six_volumes(a: Vec3, b: Vec3, c: Vec3) -> float:
-    return dot(a, cross(b, c))
+def _six_volumes(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3) -> float:
+    return vec.dot(a, vec.cross(b, c))
 
 
 @inlined
-def _set_moments(a: Vec3, b: Vec3, c: Vec3, term: Array) -> None:
+def _set_moments(a: vec.Vec3, b: vec.Vec3, c: vec.Vec3, term: Array) -> None:
     """Moments of the tetrahedron of three corners and the origin."""
     volume = _six_volumes(a, b, c) / 6.0
-    total = plus(plus(a, b), c)
-    squares = plus(plus(plus(times(a, a), times(b, b)), times(c, c)), times(total, total))
+    total = vec.plus(vec.plus(a, b), c)
+    squares = vec.plus(vec.plus(vec.plus(vec.times(a, a), vec.times(b, b)), vec.times(c, c)),
+                       vec.times(total, total))
     second = 0.05 * volume
     term[VOLUME] = volume
-    write_vector(term, FIRST, scaled(total, 0.25 * volume))
-    write_vector(term, SQUARES, scaled(squares, second))
+    vec.write_vector(term, FIRST, vec.scaled(total, 0.25 * volume))
+    vec.write_vector(term, SQUARES, vec.scaled(squares, second))
     term[MIXED] = second * (a.x * a.y + b.x * b.y + c.x * c.y + total.x * total.y)
     term[MIXED + 1] = second * (a.x * a.z + b.x * b.z + c.x * c.z + total.x * total.z)
     term[MIXED + 2] = second * (a.y * a.z + b.y * b.z + c.y * c.z + total.y * total.z)
@@ -162,8 +147,8 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
         if high[c] - low[c] > high[axis] - low[axis]:
             axis = c
     size = high[axis] - low[axis]
-    lowest = read_vector(low, 0)
-    middle = plus(lowest, scaled(minus(read_vector(high, 0), lowest), 0.5))
+    lowest = vec.read_vector(low, 0)
+    middle = vec.plus(lowest, vec.scaled(vec.minus(vec.read_vector(high, 0), lowest), 0.5))
     first, last = 0, 0
     for i in range(points.shape[0]):
         if points[i, axis] < points[first, axis]:
@@ -171,28 +156,28 @@ def thinness(points: Fixed2, low: Fixed1, high: Fixed1) -> float:
         if points[i, axis] > points[last, axis]:
             last = i
     begin = _placed(points, first, middle, size)
-    line = minus(_placed(points, last, middle, size), begin)
-    longest = length(line)
-    line = divided(line, longest)
-    farthest, widest = Vec3(0.0, 0.0, 0.0), 0.0
+    line = vec.minus(_placed(points, last, middle, size), begin)
+    longest = vec.length(line)
+    line = vec.divided(line, longest)
+    farthest, widest = vec.Vec3(0.0, 0.0, 0.0), 0.0
     for i in range(points.shape[0]):
-        there = minus(_placed(points, i, middle, size), begin)
-        there = minus(there, scaled(line, dot(there, line)))
-        aside = dot(there, there)
+        there = vec.minus(_placed(points, i, middle, size), begin)
+        there = vec.minus(there, vec.scaled(line, vec.dot(there, line)))
+        aside = vec.dot(there, there)
         if aside > widest:
             farthest, widest = there, aside
     width = math.sqrt(widest)
     if width == 0.0:
         return 0.0
-    normal = divided(cross(line, farthest), width)
+    normal = vec.divided(vec.cross(line, farthest), width)
     least, most = math.inf, -math.inf
     for i in range(points.shape[0]):
-        off = dot(_placed(points, i, middle, size), normal)
+        off = vec.dot(_placed(points, i, middle, size), normal)
         least, most = min(least, off), max(most, off)
     return min(width, most - least) / longest
 
 
 @inlined
-def _placed(points: Array, i: int, middle: Vec3, size: float) -> Vec3:
+def _placed(points: Array, i: int, middle: vec.Vec3, size: float) -> vec.Vec3:
     """A point about the middle of all, in units of their size."""
-    return divided(minus(point_at(points, i), middle), size)
+    return vec.divided(vec.minus(vec.point_at(points, i), middle), size)

@@ -19,8 +19,7 @@ from ..parts.known_part import KnownPart, known_as
 from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
-from .job import Job
-from .job import State as JobState
+from .job import Job, State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
 """Of the results of ended jobs that are kept; older ones are in the bag only."""

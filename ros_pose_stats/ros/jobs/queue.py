@@ -12,8 +12,7 @@ import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future
-from concurrent.futures import TimeoutError as NotYet
+from concurrent.futures import Future, TimeoutError as NotYet
 from dataclasses import replace
 from typing import Any
 

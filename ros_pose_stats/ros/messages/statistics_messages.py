@@ -9,8 +9,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats_msgs.msg import PoseStatistics as PoseStatisticsMessage
-from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
+from ros_pose_stats_msgs.msg import (
+    PoseStatistics as PoseStatisticsMessage,
+    StablePose as StablePoseMessage,
+)
 
 from ... import records
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS

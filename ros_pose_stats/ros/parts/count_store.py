@@ -11,7 +11,7 @@ from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
 from ...methods import OBSERVED
-from ...planning.observed import observe_counts
+from ...planning.confidence import observe_counts
 from ...recording.analysis.decoding import numbering_of
 from ...records.scene import Numbering
 from ..messages.statistics_messages import statistics_of_message

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future
-from concurrent.futures import TimeoutError as NotYet
+from concurrent.futures import CancelledError, Future, TimeoutError as NotYet
 from typing import Any, NamedTuple, TypeVar
 
 from ...errors import PoseStatsError, RequestError

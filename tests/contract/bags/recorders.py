@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.writer import Writer as RosWriter
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as RosbagWriter
+from rosbags.rosbag2 import StoragePlugin, Writer as RosbagWriter
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from std_msgs.msg import String
 

@@ -28,8 +28,13 @@ from tests.contract.node.harness.bags import (
 from tests.contract.node.harness.cell import MeshPublisher, cell_of, latched
 from tests.contract.node.harness.client import until
 from tests.contract.node.harness.goals import Goals
-from tests.contract.node.harness.jobs import LONG, cancelled, finished, start
-from tests.contract.node.harness.jobs import running_with_results as running
+from tests.contract.node.harness.jobs import (
+    LONG,
+    cancelled,
+    finished,
+    running_with_results as running,
+    start,
+)
 from tests.contract.node.harness.parts import WEDGE, counts, flat, mesh, nested, whole
 from tests.running import answer, answer_json
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ros_pose_stats import estimate_all, part_from_mesh
 from tests.bodies import moved, random_polyhedron, rotation, shuffled, size, starred, subdivided

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ros_pose_stats import part_from_mesh
 from ros_pose_stats.shapes import demo_parts

@@ -20,8 +20,7 @@ from tests.bodies import (
     size,
     subdivided,
 )
-from tests.matching import group_sizes as sizes
-from tests.matching import values
+from tests.matching import group_sizes as sizes, values
 
 PYRAMID = shapes.hull_mesh(np.array([(1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0), (0, 0, 1.5)]))
 SYMMETRIC = {

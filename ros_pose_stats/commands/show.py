@@ -1,4 +1,4 @@
-"""`report PART`: everything about a part's poses on one page."""
+"""`report PART` and `animate PART`: all about a part's poses on a page, and one drop in motion."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import arguments as given
-from . import running
+from . import arguments as given, running
 
 if TYPE_CHECKING:
-    from ..records import PoseStatistics
+    from ..records import Part, PoseStatistics, Trajectory
+    from ..resting.splitting_graph import SplittingNode
+    from ..simulation.frames import DropFrames
 
 
-def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def register(commands: given.Commands) -> None:
     """Add the command."""
     command = commands.add_parser(
         "report", help="write a page about a part's poses, to look at and to send",
@@ -76,10 +77,9 @@ def run(options: argparse.Namespace) -> int:
     with running.end_on_interrupt():
         write_file(page, report_page(findings, commands_to_reproduce(options, found)).encode())
         if figure is not None:
-            from ..plots.files import png_bytes
-            from ..plots.shares import key_picture
+            from ..plots import files, shares
 
-            write_file(figure, png_bytes(key_picture(
+            write_file(figure, files.png_bytes(shares.key_picture(
                 part, (found, findings.best_estimate), findings.graph)))
     print(f"{part.part_id}: {found.scene}\n{page}: {page.stat().st_size / 1e6:.2f} MB, "
           f"{several(len(found.poses), 'pose')}, {found.drops} drops")
@@ -109,3 +109,78 @@ def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) ->
     page = ["report", *named, *drops, *asked, "-o", Path(options.output).name]
     return tuple(shlex.join(["ros_pose_stats", *words])
                  for words in (page, ["simulate", *named, *drops]))
+
+
+ENDINGS = (".gif", ".mp4", ".mcap")
+
+
+def register_animate(commands: given.Commands) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "animate", help="show one drop of a part in motion",
+        description="Show one drop of a part: falling, bouncing, settling, with its energy and "
+        "the poses still within reach. The horizontal motion is left out, as in the model.",
+        examples=("ros_pose_stats animate demo/clamp.stl --unit mm --drop 10 --seed 7 "
+                  "-o drop.mcap",))
+    given.add_part_options(command)
+    command.add_argument("--drop", type=given.read_count, default=0, metavar="K",
+                         help="number of the drop in the simulation with the same seed "
+                         "(default: %(default)s)")
+    command.add_argument("-o", "--output", required=True, metavar="FILE",
+                         help="the file to write: FILE.gif, FILE.mp4 (needs ffmpeg) or "
+                         "FILE.mcap (for Foxglove and RViz)")
+    given.add_seed_option(command, "seed of the simulation (default: %(default)s)", 1)
+    given.add_scene_options(command)
+    command.set_defaults(run=animate)
+
+
+def animate(options: argparse.Namespace) -> int:
+    """Record the drop, draw it and say how it ended."""
+    file = running.output_file(options.output, ENDINGS)
+    with running.announce_slow_start(), running.end_on_interrupt():
+        from ..resting import poses, splitting_graph
+        from ..simulation.frames import drop_frames, watchable_drop
+
+        if file.suffix.lower() == ".mp4":
+            from ..plots.files import ffmpeg
+
+            ffmpeg()
+        part = given.load_named_part(options)
+        scene = given.scene_of(options)
+        found = watchable_drop(part, scene, options.seed, options.drop)
+        resting = poses.poses_in(part, scene)
+        frames = drop_frames(part, found, resting)
+        _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
+    print(f"{part.part_id}: {found.scene}\n"
+          f"drop {options.drop}, seed {options.seed}: {found.impacts} impacts, at rest in pose "
+          f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB")
+    return 0
+
+
+def _write(file: Path, part: Part, found: Trajectory, frames: DropFrames,
+           root: SplittingNode) -> None:
+    from ..files import write_whole
+
+    def write(folder: Path) -> None:
+        if file.suffix.lower() == ".mcap":
+            _film(folder / file.name, part, found, frames, root)
+            return
+        from ..plots import files, trajectory
+        from ..simulation.frames import RATE
+
+        pictures = trajectory.animation_frames(part, found, frames, root)
+        (files.write_mp4 if file.suffix.lower() == ".mp4" else files.write_gif)(
+            folder / file.name, pictures, RATE)
+
+    write_whole(file.parent, write)
+
+
+def _film(file: Path, part: Part, found: Trajectory, frames: DropFrames,
+          root: SplittingNode) -> None:
+    from ..recording.writer.drop_film import write_film
+    from ..resting.splitting_graph import levels_above, poses_within
+
+    weight = found.energies[0] / found.heights[0]
+    levels = levels_above(root, found.pose)
+    write_film(file, part, frames, lambda energy: " ".join(
+        map(str, poses_within(levels, energy / weight, root.poses))))
