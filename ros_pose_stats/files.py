@@ -11,13 +11,14 @@ import fcntl
 import json
 import os
 import shutil
+import stat
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, Final
+from typing import Any, BinaryIO, Final
 
 from .errors import RequestError
 
@@ -38,6 +39,56 @@ _GLANCE: Final = 0.002
 """Seconds between two tries; looking takes microseconds."""
 
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
+
+
+_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
+          stat.S_IFBLK: "a device"}
+
+
+class NotAFileError(OSError):
+    """A pipe, a socket or a device where a file was expected; `strerror` says which."""
+
+
+def open_file(file: str | os.PathLike[str]) -> BinaryIO:
+    """Open a regular file, or a link to one, for reading: a pipe or a device may never end.
+
+    Raises NotAFileError if it is something else. Raises OSError if it cannot be opened.
+    """
+    _refuse_others(os.stat(file).st_mode, file)  # noqa: PTH116 - opening may already do something
+    # Another file may have taken its name since, and a pipe waits for whoever writes to it.
+    number = os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    try:
+        _refuse_others(os.fstat(number).st_mode, file)
+        return os.fdopen(number, "rb")
+    except OSError:
+        os.close(number)
+        raise
+
+
+def _refuse_others(mode: int, file: str | os.PathLike[str]) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(file))
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "something else")
+        raise NotAFileError(errno.EINVAL, f"{kind}, no file", os.fspath(file))
+
+
+def refuse_irregular(file: Path) -> None:
+    """Refuse what is there under a name if it is no file: whoever opens it may wait for ever.
+
+    Raises NotAFileError, IsADirectoryError.
+    """
+    with suppress(FileNotFoundError):
+        _refuse_others(file.stat().st_mode, file)
+
+
+def read_file(file: str | os.PathLike[str], most: int | None = None) -> bytes:
+    """Bytes of a regular file, one more than `most` where there are more than that.
+
+    Raises NotAFileError, OSError as `open_file` does.
+    """
+    with open_file(file) as stream:
+        return stream.read() if most is None else stream.read(most + 1)
 
 
 def write_whole(folder: Path, write: Callable[[Path], object]) -> list[Path]:
@@ -143,6 +194,7 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     half = path.with_name(path.name + HALF)
     try:
+        half.unlink(missing_ok=True)  # it may be a pipe
         number = os.open(half, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         try:
             write_all(number, [content], 0)
@@ -210,7 +262,7 @@ class DirectoryLock:
 def is_locked(directory: Path) -> bool:
     """Whether somebody has a directory in hand at this moment."""
     try:
-        number = os.open(directory / LOCK, os.O_RDONLY)
+        number = os.open(directory / LOCK, os.O_RDONLY | os.O_NONBLOCK)
     except OSError:
         return False
     try:

@@ -1,12 +1,18 @@
 """Numbers, units, plurals, lists and tables as text, and what a warning's code says."""
 
+import csv
+import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime, timezone
-from typing import Final, NamedTuple
+from itertools import chain
+from typing import Any, Final, NamedTuple
 
 SECOND = 1_000_000_000
 GAP = "  "
+FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
+
 WIDTH = 100
 """Width of a report, in characters."""
 MOST_POSES = 40
@@ -116,6 +122,24 @@ def utc(nanoseconds: int) -> str:
     if not nanoseconds:
         return "-"
     return f"{datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc):%Y-%m-%d %H:%M:%S}"
+
+
+def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> Iterator[str]:
+    """Lines of a table for spreadsheets, with all digits; text that they would compute is quoted.
+
+    Cells of numbers that are not known are empty.
+    """
+    for row in chain([heads], rows):
+        line = io.StringIO(newline="")
+        # Only a writer that ends lines in both signs quotes both within cells.
+        csv.writer(line, lineterminator="\r\n").writerow(map(_cell, row))
+        yield line.getvalue().removesuffix("\r\n") + "\n"
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return repr(float(value)) if math.isfinite(value) else ""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
 
 
 def code_of(warning: str) -> str:

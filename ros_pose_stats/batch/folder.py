@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from ..errors import BatchError, reason
-from ..files import LOCK, DirectoryLock, replace_file
+from ..files import LOCK, DirectoryLock, read_file, replace_file
 from ..version import VERSION
 
 
@@ -69,7 +69,7 @@ class WorkFolder:
         path = self.directory / claim
         mine = {"written_by": f"ros_pose_stats {VERSION}", **request}
         try:
-            theirs = json.loads(path.read_bytes())
+            theirs = json.loads(read_file(path))
         except (OSError, ValueError):
             theirs = None
         if theirs == mine:

@@ -1,4 +1,4 @@
-"""A process that does what it is handed, one thing at a time.
+"""A process that does one thing at a time, and that whoever started it may end at any moment.
 
 It reads functions with their arguments from its standard input and writes what they returned to
 its standard output, both pickled. It ends with its input, also in the middle of its work: nothing
@@ -11,68 +11,223 @@ import os
 import pickle
 import queue
 import signal
+import subprocess
 import sys
 import threading
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
+
+from ..errors import BatchError
+
+Made = TypeVar("Made")
 
 READY = b"ready"
 
 FIRST_TO_GO = "1000"
 """Of all processes, when the memory of the machine is used up."""
 
-Asked = tuple[Callable[..., Any], tuple[Any, ...]]
+STEP_SECONDS = 1.0
+"""Most of a time limit that is lost each time a run is suspended."""
+
+IDLE_SECONDS = 60.0
+"""After which a process that nobody needs gives its memory back by ending."""
+
+# `-m` would search the current folder first, where somebody else's files may lie.
+_PROGRAM = "import sys; sys.path[:] = {path!a}; from {module} import main; main()"
 
 
-def work(requests: BinaryIO, answers: BinaryIO) -> None:
-    """Do what is asked for, until there is nothing more to read."""
-    waiting: queue.SimpleQueue[Asked] = queue.SimpleQueue()
+class ProcessDiedError(Exception):
+    """A process ended in the middle of a piece; how, in words."""
 
-    def read() -> None:
+
+class TookLongError(ProcessDiedError):
+    """A process was ended because its piece took too long."""
+
+
+class WorkerProcess:
+    """A process that does one thing at a time.
+
+    Raises BatchError if it cannot be started.
+    """
+
+    def __init__(self) -> None:
+        program = _PROGRAM.format(path=sys.path, module=__name__)
+        self._process = subprocess.Popen([sys.executable, "-c", program],
+                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
-            while True:
-                waiting.put(pickle.load(requests))
-        except (EOFError, pickle.UnpicklingError):  # whoever asked is gone
-            os._exit(0)
-        except Exception:  # what was asked for cannot be loaded here
-            traceback.print_exc()
-            os._exit(1)
+            ready = self._read()
+        except ProcessDiedError as error:
+            raise BatchError("a process to work in", str(error),
+                             "see what it printed above") from error
+        assert ready == READY
 
-    threading.Thread(target=read, name="requests", daemon=True).start()
-    while True:
-        function, arguments = waiting.get()
+    def call(self, function: Callable[..., Made], *arguments: Any) -> Made:
+        """Have a function of a module called there.
+
+        Raises ProcessDiedError if the process ended, by itself or by `kill`.
+        """
+        assert self._process.stdin is not None
         try:
-            found = function(*arguments)
-        except BaseException:  # at a usual end Python would wait for the thread that reads
-            traceback.print_exc()
-            os._exit(1)
-        answer(answers, found)
+            pickle.dump((function, arguments), self._process.stdin, pickle.HIGHEST_PROTOCOL)
+            self._process.stdin.flush()
+        except (OSError, ValueError) as error:  # closed by `kill`
+            raise self._died() from error
+        made: Made = self._read()
+        return made
+
+    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+        """Have a function of a module called there; the process ends if that takes longer.
+
+        Time in which this process is suspended does not count.
+
+        Raises TookLongError if it did. Raises ProcessDiedError if the process ended otherwise.
+        """
+        done, late = threading.Event(), threading.Event()
+
+        def guard() -> None:
+            left = seconds
+            while left > 0.0:  # in steps, so that a run that is suspended does not grow old
+                if done.wait(min(left, STEP_SECONDS)):
+                    return
+                left -= STEP_SECONDS
+            late.set()
+            self._process.kill()
+
+        threading.Thread(target=guard, name="time limit", daemon=True).start()
+        try:
+            return self.call(function, *arguments)
+        except ProcessDiedError as error:
+            if late.is_set():
+                raise TookLongError(f"took longer than {seconds:g} s") from error
+            raise
+        finally:
+            done.set()
+
+    def is_alive(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    def kill(self) -> None:
+        """End it, whatever it is at; whoever waits for it gets a ProcessDiedError."""
+        self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            assert stream is not None
+            with suppress(OSError):  # what was never read
+                stream.close()
+
+    def _read(self) -> Any:
+        assert self._process.stdout is not None
+        try:
+            return pickle.load(self._process.stdout)
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:
+            raise self._died() from error
+
+    def _died(self) -> ProcessDiedError:
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
+        status = self._process.poll()
+        if status is not None and status < 0:
+            return ProcessDiedError(f"ended by {signal.Signals(-status).name}")
+        return ProcessDiedError(f"ended with exit status {status}")
 
 
-def answer(answers: BinaryIO, found: object) -> None:
-    """Tell whoever asked; end where nobody is left."""
-    try:
-        pickle.dump(found, answers, pickle.HIGHEST_PROTOCOL)
-        answers.flush()
-    except BrokenPipeError:
-        os._exit(0)
+class Worker:
+    """A process that is there while somebody needs it, for one caller after the other.
+
+    `prepare`: a function of a module, called there at first, for which no limit holds.
+    """
+
+    def __init__(self, prepare: Callable[[], object]) -> None:
+        self._prepare = prepare
+        self._turn = threading.Lock()
+        self._process: WorkerProcess | None = None
+        self._idle = threading.Timer(IDLE_SECONDS, self._rest)
+        self.closed = False
+
+    def call_within(self, seconds: float, function: Callable[..., Made], *arguments: Any) -> Made:
+        """Have a function of a module called there.
+
+        Raises TookLongError, ProcessDiedError as `WorkerProcess.call_within` does; the next call
+        has another process then. Raises BatchError if none can be started.
+        """
+        with self._turn:
+            self._idle.cancel()
+            try:
+                return self._running().call_within(seconds, function, *arguments)
+            except ProcessDiedError:
+                self._drop()
+                raise
+            finally:
+                self._idle = threading.Timer(IDLE_SECONDS, self._rest)
+                self._idle.daemon = True
+                self._idle.start()
+
+    def close(self) -> None:
+        """End the process, whatever it is at; there will be no other."""
+        self.closed = True
+        process = self._process
+        if process is not None:
+            process.kill()
+
+    def _running(self) -> WorkerProcess:
+        if self._process is not None and not self._process.is_alive():
+            self._drop()
+        if self._process is None:
+            process = self._process = WorkerProcess()
+            process.call(self._prepare)
+        if self.closed:
+            raise ProcessDiedError("is closed")
+        return self._process
+
+    def _rest(self) -> None:
+        with self._turn:
+            if threading.current_thread() is self._idle:  # else it was needed again
+                self._drop()
+
+    def _drop(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+        self._process = None
 
 
-def take_answers() -> BinaryIO:
-    """Where answers go; be the first to end where memory is short."""
+def main() -> None:
+    """Say that it is there, and do what is asked for until there is nothing more to read."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
     with suppress(OSError):  # a system without it
         Path("/proc/self/oom_score_adj").write_text(FIRST_TO_GO)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints must not come between the answers
-    return answers
+    _answer(answers, READY)
+    waiting: queue.SimpleQueue[tuple[Callable[..., Any], tuple[Any, ...]]] = queue.SimpleQueue()
+    threading.Thread(target=_read_requests, args=(waiting,), name="requests", daemon=True).start()
+    while True:
+        function, arguments = waiting.get()
+        try:
+            made = function(*arguments)
+        except BaseException:  # at a usual end Python would wait for the thread that reads
+            traceback.print_exc()
+            os._exit(1)
+        _answer(answers, made)
 
 
-def main() -> None:
-    """Say that it is there, and work."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
-    answers = take_answers()
-    answer(answers, READY)
-    work(sys.stdin.buffer, answers)
+def _read_requests(waiting: queue.SimpleQueue[Any]) -> None:
+    try:
+        while True:
+            waiting.put(pickle.load(sys.stdin.buffer))
+    except (EOFError, pickle.UnpicklingError):  # whoever asked is gone
+        os._exit(0)
+    except Exception:  # what was asked for cannot be loaded here
+        traceback.print_exc()
+        os._exit(1)
+
+
+def _answer(answers: BinaryIO, made: object) -> None:
+    try:
+        pickle.dump(made, answers, pickle.HIGHEST_PROTOCOL)
+        answers.flush()
+    except BrokenPipeError:  # nobody is left
+        os._exit(0)

@@ -2,13 +2,8 @@
 
 from collections.abc import Callable, Generator, Sequence
 
-from ..batch.processes import (
-    ProcessDiedError,
-    TookLongError,
-    WorkerProcess,
-    check_workers,
-    work_in_processes,
-)
+from ..batch.processes import check_workers, work_in_processes
+from ..batch.worker import ProcessDiedError, TookLongError, WorkerProcess
 from ..errors import PoseStatsError, RequestError
 from .making import Maker, Piece
 from .request import CatalogueRequest

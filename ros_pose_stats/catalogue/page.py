@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..errors import BatchError, reason
-from ..files import write_file
+from ..files import read_file, write_file
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
 from ..text import SERIOUS, percent, ranges, several
 from ..version import VERSION
@@ -119,7 +119,7 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
         return [row["file"], row["refusal"]]
     report = report_name(row)
     if embedded and picture:
-        data = base64.b64encode((folder / picture).read_bytes()).decode()
+        data = base64.b64encode(read_file(folder / picture)).decode()
         picture = f"data:image/png;base64,{data}"
     return [
         row["file"], "", picture, report, int((folder / report).exists()),

@@ -12,9 +12,7 @@ from ..mesh import mass_properties
 from ..mesh.files import SUFFIXES
 from ..records import DropScene
 from ..simulation.request import drop_request
-
-FORMULAS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What a cell of a table begins with that spreadsheets compute, or look behind for such."""
+from ..text import FORMULAS
 
 
 @dataclass(frozen=True)

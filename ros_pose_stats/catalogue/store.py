@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import BatchError
+from ..files import refuse_irregular
 from ..text import code_of, is_serious
 from .request import PartFile
 from .rows import Described, Row
@@ -45,6 +46,7 @@ class RowStore:
     def __init__(self, folder: Path) -> None:
         self.path = folder / ROWS
         with self._refusing():
+            refuse_irregular(self.path)
             # Nobody else has the folder, so that a file system need not share memory for WAL.
             self._rows = sqlite3.connect(self.path, isolation_level=None)
             self._rows.executescript(
@@ -93,7 +95,7 @@ class RowStore:
     def _refusing(self) -> Iterator[None]:
         try:
             yield
-        except sqlite3.OperationalError as error:
+        except (sqlite3.OperationalError, OSError) as error:
             raise BatchError("a disk that takes the rows", f"{self.path} ({error})",
                              "make room; the same command then goes on from here") from error
         except sqlite3.DatabaseError as error:

@@ -1,13 +1,12 @@
 """The tables of a catalogue: a row a part and a row a pose, as CSV and as Parquet."""
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..errors import BatchError, reason
 from ..files import write_whole
+from ..text import csv_lines
 from .rows import Row
 
 COLUMNS: dict[str, type] = {
@@ -93,20 +92,7 @@ def _pose_values(row: Row) -> Iterator[list[Any]]:
 def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
     # Names of files need not be UTF-8.
     with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
-        stream.write(_line(columns))
-        stream.writelines(_line([_cell(value) for value in row]) for row in rows)
-
-
-def _line(cells: Iterable[Any]) -> str:
-    """A line of a table. Only a writer that ends lines in both signs quotes both within cells."""
-    line = io.StringIO(newline="")
-    csv.writer(line, lineterminator="\r\n").writerow(cells)
-    return line.getvalue().removesuffix("\r\n") + "\n"
-
-
-def _cell(value: Any) -> Any:
-    """Text of a cell: empty where a value is not known, else with all digits."""
-    return repr(value) if isinstance(value, float) else value
+        stream.writelines(csv_lines(columns, rows))
 
 
 def _write_parquet(file: Path, columns: dict[str, type],

@@ -1,10 +1,10 @@
 """Mesh files: STL, OBJ, PLY, OFF, 3MF and STEP to plain arrays, and arrays to binary STL.
 
-trimesh parses all but binary STL, which is the most common and only a table of numbers, and
-cascadio tessellates STEP for it. This module does the rest. Nothing is merged, reordered or
-repaired, so that a part's digest depends on the file alone; a file that says less than it
-announces (cut off by a full disk, say) is refused; and the objects of a scene are set in place by
-their transforms and joined into one mesh.
+trimesh parses all but binary STL, which is the most common and only a table of numbers, and 3MF,
+which is read in a process of its own, as cascadio tessellates STEP. This module does the rest.
+Nothing is merged, reordered or repaired, so that a part's digest depends on the file alone; a file
+that says less than it announces (cut off by a full disk, say) is refused; and the objects of a
+scene are set in place by their transforms and joined into one mesh.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import os
 import re
-import stat
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
-from .step import STEP_SUFFIXES, declared_step_unit, tessellate_step
+from ..files import NotAFileError, read_file
+from .step import STEP_SUFFIXES, Placed, declared_step_unit, tessellate_step, unpack_3mf
 from .units import UnitSource, asked_unit, unit_that_counts
 from .vectors import turn_vectors
 
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from trimesh import Scene
 
 SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
-
-_KINDS: Final = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device",
-                 stat.S_IFBLK: "a device"}
 
 # The six units of the 3MF core specification.
 _3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
@@ -91,10 +89,12 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     elif suffix in STEP_SUFFIXES:
         declared = declared_step_unit(data)
         vertices, triangles = _tessellated(path, data, declared)
+    elif suffix == ".3mf":
+        unit_name, placed = unpack_3mf(path, data)
+        declared = _3MF_UNITS.get(unit_name.strip().lower().rstrip("s"))
+        vertices, triangles = _joined(placed)
     else:
-        scene = _parsed(path, suffix, data)
-        vertices, triangles = _joined(scene)
-        declared = _declared_unit(scene) if suffix == ".3mf" else None
+        vertices, triangles = _joined(_placed(_parsed(path, suffix, data)))
     announced = _announced_faces(suffix, data)
     if len(triangles) < announced:
         raise MeshFileError(f"{announced} faces as {path} announces", f"{len(triangles)}",
@@ -136,7 +136,7 @@ def _binary_triangles(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int6
 def _tessellated(path: Path, data: bytes, unit: float
                  ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices, in the file's unit, and triangles of a STEP file."""
-    vertices, triangles = _joined(_parsed(path, ".glb", tessellate_step(path, data)))
+    vertices, triangles = _joined(_placed(_parsed(path, ".glb", tessellate_step(path, data))))
     # They came in float32, and it has to show: whoever asks for their rounding looks for it.
     return (vertices / unit).astype(np.float32).astype(np.float64), triangles
 
@@ -155,7 +155,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
         return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], **options)
     except MemoryError:
         raise
-    except Exception as error:  # each of the five parsers raises errors of its own
+    except Exception as error:  # each of the four parsers raises errors of its own
         reason = (str(error).strip().splitlines() or [""])[0]
         found = f"{path} ({type(error).__name__}{': ' if reason else ''}{reason})"
         raise MeshFileError(f"a readable {suffix[1:].upper()} file", found,
@@ -163,19 +163,12 @@ def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
                             ) from error
 
 
-def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Join the meshes of a scene, each in its place, and rewind those that are mirrored."""
+def _joined(objects: Iterable[Placed]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Join objects, each in its place, and rewind those that are mirrored."""
     vertices: list[NDArray[np.float64]] = [np.zeros((0, 3))]
     triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
     offset = 0
-    for node in scene.graph.nodes_geometry:
-        mesh = scene.geometry[scene.graph[node][1]]
-        transform = _placement(scene, node)
-        corners = getattr(mesh, "faces", None)
-        if corners is None or len(corners) == 0:
-            continue
-        points = np.array(mesh.vertices, dtype=np.float64)
-        corners = np.array(corners, dtype=np.int64)
+    for points, corners, transform in objects:
         if not np.array_equal(transform, np.eye(4)):
             points = turn_vectors(points, transform[:3, :3].T) + transform[:3, 3]
             a, b, c = transform[:3, :3]
@@ -185,6 +178,16 @@ def _joined(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         triangles.append(corners + offset)
         offset += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def _placed(scene: Scene) -> Iterator[Placed]:
+    """The meshes of a scene."""
+    for node in scene.graph.nodes_geometry:
+        mesh = scene.geometry[scene.graph[node][1]]
+        corners = getattr(mesh, "faces", None)
+        if corners is not None and len(corners):
+            yield (np.array(mesh.vertices, dtype=np.float64), np.array(corners, dtype=np.int64),
+                   _placement(scene, node))
 
 
 def _placement(scene: Scene, node: str) -> NDArray[np.float64]:
@@ -199,15 +202,6 @@ def _placement(scene: Scene, node: str) -> NDArray[np.float64]:
         placed = (step[:, :, None] * placed).sum(axis=1)
         node = parent
     return placed
-
-
-def _declared_unit(scene: Scene) -> float | None:
-    """Metres a unit; trimesh carries the model's unit in the metadata of each geometry."""
-    for mesh in scene.geometry.values():
-        name = str(mesh.metadata.get("units", "")).strip().lower().rstrip("s")
-        if name in _3MF_UNITS:
-            return _3MF_UNITS[name]
-    return None
 
 
 def _announced_faces(suffix: str, data: bytes) -> int:
@@ -243,15 +237,13 @@ def read_bytes(path: Path) -> bytes:
         raise MeshFileError(f"a mesh file ({', '.join(SUFFIXES)})", f"{path}",
                             "export the part as STEP, STL or 3MF")
     try:
-        mode = path.stat().st_mode
-        data = path.read_bytes() if stat.S_ISREG(mode) else b""
+        data = read_file(path)
+    except NotAFileError as error:
+        raise MeshFileError("a mesh file", f"{path}, which is {error.strerror}",
+                            "write what comes from it to a file") from error
     except OSError as error:
         raise MeshFileError("a readable mesh file", f"{path} ({error.strerror})",
                             "check the path and its permissions") from error
-    if not stat.S_ISREG(mode):
-        kind = _KINDS.get(stat.S_IFMT(mode), "no regular file")
-        raise MeshFileError("a mesh file", f"{path}, which is {kind}",
-                            "write what comes from it to a file")
     if not data:
         raise MeshFileError("a mesh file with content", f"{path}, which is empty",
                             "export it again")

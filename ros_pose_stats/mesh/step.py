@@ -1,6 +1,7 @@
-"""STEP files: tessellated by OpenCASCADE (cascadio) in a process of its own."""
+"""STEP and 3MF files, read in a process of their own; STEP by OpenCASCADE (cascadio)."""
 
 import importlib.util
+import json
 import os
 import re
 import subprocess
@@ -8,14 +9,20 @@ import sys
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import MeshFileError
+
+Placed = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]
+"""Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
 
 STEP_SUFFIXES: Final = (".step", ".stp")
 
 _MOST_SECONDS: Final = 120.0
 """A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
 
-_PROGRAM: Final = Path(__file__).with_name("step_process.py")
+_PROGRAM: Final = Path(__file__).with_name("reading_process.py")
 
 _SI_PREFIXES: Final = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
                        b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
@@ -36,18 +43,44 @@ def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS
     if found is None or found.origin is None:
         raise MeshFileError("the package cascadio, which reads STEP files", f"{path} without it",
                             "pip install cascadio, or export the part as STL or 3MF")
+    return _read_apart(path, data, "STEP", most_seconds, str(Path(found.origin).parents[1]))
+
+
+def unpack_3mf(path: Path, data: bytes) -> tuple[str, list[Placed]]:
+    """Unit of a 3MF file, and its objects, each as often as it is built.
+
+    Raises MeshFileError if the file is damaged, or stands for too much.
+    """
+    line, _, arrays = _read_apart(path, data, "3MF", _MOST_SECONDS, "").partition(b"\n")
+    head = json.loads(line)
+    if "unreadable" in head:
+        raise MeshFileError("a readable 3MF file", f"{path} ({head['unreadable']})",
+                            "the file is damaged or of another format: export it again")
+    if "refused" in head:
+        expected, came, remedy = head["refused"]
+        raise MeshFileError(f"a 3MF file with {expected}", f"{path} ({came})", remedy)
+    objects, offset = [], 0
+    for coordinates, corners in head["sizes"]:
+        split, end = offset + 8 * coordinates, offset + 8 * (coordinates + corners)
+        objects.append((np.frombuffer(arrays[offset:split], np.float64).reshape(-1, 3),
+                        np.frombuffer(arrays[split:end], np.int64).reshape(-1, 3)))
+        offset = end
+    return head["unit"], [(*objects[number], np.reshape([*matrix, 0.0, 0.0, 0.0, 1.0], (4, 4)))
+                          for number, matrix in head["placed"]]
+
+
+def _read_apart(path: Path, data: bytes, kind: str, most_seconds: float, folder: str) -> bytes:
     # Neither the folder where this runs nor the user's Python settings can change what is loaded.
-    command = [sys.executable, "-I", "-S", str(_PROGRAM), str(Path(found.origin).parents[1]),
-               str(os.getpid())]
+    command = [sys.executable, "-I", "-S", str(_PROGRAM), str(os.getpid()), folder]
     try:
         ran = subprocess.run(command, input=data, capture_output=True, timeout=most_seconds,
                              check=False)
     except subprocess.TimeoutExpired as error:
-        raise MeshFileError(f"a STEP file that is tessellated within {most_seconds:g} s",
+        raise MeshFileError(f"a {kind} file that is read within {most_seconds:g} s",
                             f"{path} of {len(data) / 1e6:.3g} MB, which takes longer",
                             "export single parts, or export as STL") from error
     if ran.returncode != 0 or not ran.stdout:
-        raise MeshFileError("a readable STEP file", f"{path} of {len(data)} bytes",
+        raise MeshFileError(f"a readable {kind} file", f"{path} of {len(data)} bytes",
                             "the file is cut off, damaged or of another format: export it again")
     return ran.stdout
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RequestError
+from ..files import read_file
 from ..records import Part
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES
 from ..resting.poses import RestingPoses, resting_poses
@@ -98,7 +99,7 @@ def read_count_rows(file: Path) -> dict[Path, Counter[int]]:
     RequestError if the file cannot be read, or a row is none of counts, with its number.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_file(file).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else "not UTF-8"
         raise RequestError("a CSV file with the columns part, pose, count", f"{file} ({said})",

@@ -1,23 +1,32 @@
 """What is known of a plate, and the file of plates (YAML) that keeps it."""
 
+import errno
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from ..errors import RequestError
-from ..files import write_file
+from ..files import make_directories, read_file, replace_file
 from ..records import DropScene
 from ..version import VERSION
 from .plate_fit import PlateFit
 from .round_parts import UNTOLD_SIDES
 
 HEAD = "plates"
+MOST_PLATES = 256
+MOST_BYTES = 2**18
+"""Of a file of plates: reading takes a second for so many."""
+
+MOST_VALUES = 50_000
+"""In a file of plates, each as often as aliases repeat it."""
+
 LONGEST_NAME = 100
 SIDES_FIELDS = "round_sides", "round_sides_low", "round_sides_high"
 """Files of earlier versions do not have them."""
@@ -111,7 +120,8 @@ def write_profile(file: Path, profile: PlateProfile) -> None:
     plates[profile.name] = profile.as_dict()
     text = yaml.safe_dump({HEAD: plates}, sort_keys=False, allow_unicode=True)
     # A link to the file stays a link.
-    write_file(file.resolve(), text.encode())
+    make_directories(file.resolve().parent)
+    replace_file(file.resolve(), text.encode())
 
 
 def refuse_foreign(file: Path) -> None:
@@ -126,7 +136,10 @@ def refuse_foreign(file: Path) -> None:
 def _read(file: Path) -> dict[str, Any]:
     """Plates of a file by name, as YAML has them."""
     try:
-        found = yaml.safe_load(file.read_text(encoding="utf-8"))
+        data = read_file(file, MOST_BYTES)
+        if len(data) > MOST_BYTES:
+            raise OSError(errno.EFBIG, f"of more than {MOST_BYTES} bytes")
+        found = yaml.load(data.decode("utf-8"), _BoundedLoader)
     except (OSError, UnicodeDecodeError, RecursionError, ValueError, yaml.YAMLError) as error:
         said = error.strerror if isinstance(error, OSError) else error
         raise RequestError("a YAML file of plates", f"{file} ({said})",
@@ -137,7 +150,32 @@ def _read(file: Path) -> dict[str, Any]:
     if not isinstance(plates, Mapping) or len(found) != 1:
         raise RequestError(f"a YAML file with `{HEAD}:` and nothing else at its top",
                            f"{file}", "name another one with --plates")
+    if len(plates) > MOST_PLATES:
+        raise RequestError(f"a file of at most {MOST_PLATES} plates", f"{len(plates)} in {file}",
+                           "split it")
     return {str(name): values for name, values in plates.items()}
+
+
+class _BoundedLoader(yaml.SafeLoader):  # type: ignore[misc]
+    """Refuses what stands for far more values than plates have, by aliases of aliases."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._sizes: dict[int, int] = {}  # values of a node, with all that its aliases stand for
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        node = super().compose_node(parent, index)
+        if node is None:
+            return None
+        inside = [] if isinstance(node, yaml.ScalarNode) else node.value
+        if isinstance(node, yaml.MappingNode):
+            inside = chain.from_iterable(inside)
+        size = 1 + sum(self._sizes.get(id(one), MOST_VALUES) for one in inside)
+        if size > MOST_VALUES:
+            raise yaml.composer.ComposerError(
+                None, None, f"more than {MOST_VALUES} values", node.start_mark)
+        self._sizes[id(node)] = size
+        return node
 
 
 def _profile(file: Path, name: str, values: Any) -> PlateProfile:

@@ -14,6 +14,7 @@ from mcap.opcode import Opcode
 from mcap.records import MetadataIndex, Statistics
 from mcap.stream_reader import StreamReader
 
+from ..files import NotAFileError, open_file, read_file
 from .reader.scan import UNREADABLE
 from .run_names import METADATA, bag_files
 from .writer.contents import Contents, Files
@@ -28,7 +29,7 @@ def finished_contents(path: Path) -> Contents | None:
 
     Raises OSError: the file cannot be read.
     """
-    with path.open("rb") as file:
+    with open_file(path) as file:
         summary = _summary(file)
     if summary is None:
         return None
@@ -64,8 +65,8 @@ def finished_files(directory: Path) -> Files | None:
 def is_described(directory: Path, files: Files) -> bool:
     """Whether a run has a `metadata.yaml` that names these files and counts their messages."""
     try:
-        text = (directory / METADATA).read_text(encoding="utf-8")
-    except (FileNotFoundError, UnicodeDecodeError):
+        text = read_file(directory / METADATA).decode("utf-8")
+    except (FileNotFoundError, NotAFileError, UnicodeDecodeError):
         return False
     count = _MESSAGE_COUNT.search(text)
     messages = sum(contents.messages for contents in files.values())

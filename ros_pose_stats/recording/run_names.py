@@ -16,7 +16,6 @@ METADATA: Final = "metadata.yaml"
 _TIME: Final = "pose_stats_%Y%m%dT%H%M%S_%f"
 _TIMED: Final = len("pose_stats_YYYYmmddTHHMMSS_ffffff")
 _RUN = re.compile(r"pose_stats_\d{8}T\d{6}_\d{6}_\d+")
-_FILE = re.compile(rf"\b({_RUN.pattern})_\d+\.mcap")
 _PASSING = re.compile(rf"\.{_RUN.pattern}\.(new|old)")
 
 
@@ -77,17 +76,6 @@ def foreign_names(directory: Path, run: str) -> list[str]:
     own = _own_files(run)
     return [name for name in _names(directory) if not (
         own.fullmatch(name.removesuffix(HALF)) or name.removesuffix(HALF) in (METADATA, LOCK))]
-
-
-def run_named_in(text: str) -> str:
-    """The run whose file a text names first; empty where it names none."""
-    match = _FILE.search(text)
-    return match[1] if match else ""
-
-
-def is_run_name(name: str) -> bool:
-    """Whether a directory is called as runs are."""
-    return bool(_RUN.fullmatch(name))
 
 
 def _own_files(run: str) -> re.Pattern[str]:

@@ -29,9 +29,8 @@ class Floods:
         self._say = say
         self._lock = threading.Lock()
         self._began = time.monotonic()
-        self._counts: dict[str, int] = {}
-        self._most: dict[str, int] = {}
-        self._last: dict[str, int] = {}
+        self._counts: dict[str, tuple[int, int]] = {}  # of this minute, and what is usual
+        self._last: dict[str, int] = {}  # what flooded in the minute before
 
     def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
         """Count one more; return whether that is within what is usual.
@@ -39,36 +38,30 @@ class Floods:
         `source`: as it is to be told; `most`: what is usual in a minute.
         """
         with self._lock:
-            told = self._turn()
-            if source in self._counts or len(self._counts) < MOST_SOURCES:
-                self._counts[source] = self._counts.get(source, 0) + 1
-                self._most[source] = most
-            count = self._counts.get(source, 0)
+            self._turn()
+            if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+                return True
+            count = self._counts.get(source, (0, most))[0] + 1
+            self._counts[source] = count, most
             if count == most + 1 and source not in self._last:
-                told.append(f"a flood: more than {most} of {source} within a minute")
-        for line in told:
-            self._say(line)
+                self._say(f"a flood: more than {most} of {source} within a minute")
         return count <= most
 
     def current(self) -> dict[str, int]:
         """How many came of each source that floods, in the last whole minute or the present."""
         with self._lock:
-            told = self._turn()
-            found = {**self._last, **{source: max(count, self._last.get(source, 0))
-                                      for source, count in self._counts.items()
-                                      if count > self._most[source]}}
-        for line in told:
-            self._say(line)
-        return found
+            self._turn()
+            return {**self._last, **{source: max(count, self._last.get(source, 0))
+                                     for source, count in self._floods()}}
 
-    def _turn(self) -> list[str]:
-        """Begin another minute where one is over; return what is to be told of that one."""
+    def _floods(self) -> list[tuple[str, int]]:
+        return [(source, count) for source, (count, most) in self._counts.items() if count > most]
+
+    def _turn(self) -> None:
+        """Begin another minute where one is over, and say what came in that one."""
         passed = time.monotonic() - self._began
-        if passed < MINUTE:
-            return []
-        self._began += passed
-        self._last = {source: count for source, count in self._counts.items()
-                      if count > self._most[source]}
-        self._counts, self._most = {}, {}
-        return [f"a flood: {count} of {source} in the last minute"
-                for source, count in self._last.items()]
+        if passed >= MINUTE:
+            self._began += passed
+            self._last, self._counts = dict(self._floods()), {}
+            for source, count in self._last.items():
+                self._say(f"a flood: {count} of {source} in the last minute")

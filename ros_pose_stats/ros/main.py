@@ -1,4 +1,4 @@
-"""Starts the node, and ends it cleanly on SIGINT and SIGTERM."""
+"""Starts the node, and ends it on SIGINT and SIGTERM, whatever it does at that time."""
 
 from __future__ import annotations
 
@@ -22,20 +22,25 @@ from .stop_signals import StopSignals
 REFUSED = 2
 FAILED = 1
 THREADS = 8
-RESTORE_SECONDS = 10.0
-GLANCE_SECONDS = 0.05
-LAST_SECONDS = 0.5
-"""What callbacks have begun may be finished for so long."""
+RESTORE_SECONDS = 1.5
+"""The first client is let wait so long for parts whose scene is a new one."""
+
+END_SECONDS = 1.4
+"""Jobs, goals and clients that wait are seen off in that time."""
+
+SAVE_SECONDS = 0.4
+"""The state is committed and the bag finished in that time, where the rest took too long."""
 
 SWITCH_SECONDS = 0.001
 """Threads that wait for the interpreter get it this soon."""
 
 
 def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM.
+    """Run the node until SIGINT or SIGTERM, and then end the process with status 0.
 
     `stop`: made before ROS was imported, which takes a second; `arguments`: with `--ros-args`;
-    default: the process's own. Returns 0; 2 for a refused parameter; 1 for an internal failure.
+    default: the process's own. Ends with 1 after an internal failure; returns 2 for a refused
+    parameter.
     """
     sys.setswitchinterval(SWITCH_SECONDS)
     try:
@@ -44,54 +49,86 @@ def run_node(stop: StopSignals, arguments: Sequence[str] | None = None) -> int:
         print(f"pose_stats: {str(error).strip()}", file=sys.stderr)
         return REFUSED
     try:
-        return _run(stop)
-    finally:
+        node = None if stop.asked else PoseStatsNode()
+    except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
+        print(f"pose_stats: {refusal}", file=sys.stderr)
+        node = None
+    if node is None:
+        rclpy.try_shutdown()
+        return 0 if stop.asked else REFUSED
+    return Life(node, stop).run()
+
+
+class Life:
+    """Everything that a node does is done in threads that the end does not wait for for long."""
+
+    def __init__(self, node: PoseStatsNode, stop: StopSignals) -> None:
+        self._node, self._stop = node, stop
+        self._executor = MultiThreadedExecutor(num_threads=THREADS)
+        self._living = threading.Thread(target=self._live, name="executor", daemon=True)
+        self._failure: BaseException | None = None
+
+    def run(self) -> int:
+        """Live until the end is asked for, and end the process."""
+        self._living.start()
+        self._stop.wait()
+        if not _within(END_SECONDS, self._end):
+            _within(SAVE_SECONDS, self._node.save)
+        if self._failure is not None:
+            print(f"pose_stats: internal failure: {self._failure!r}", file=sys.stderr)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(FAILED if self._failure else 0)  # Python would wait for every pool of threads
+
+    def _live(self) -> None:
+        """Load the kernels before anything is computed, and answer."""
+        try:
+            warm_up(self._node.get_logger().info)
+            if self._stop.asked:
+                return
+            self._node.start()
+            self._node.restored(RESTORE_SECONDS)
+            self._executor.add_node(self._node)
+            _say_ready(self._node)
+            self._executor.spin()
+        except BaseException as error:
+            if not self._stop.asked:  # else the executor has just been taken apart
+                self._failure = error
+        finally:
+            self._stop.ask()
+
+    def _end(self) -> None:
+        """End what goes on, and leave ROS once nothing is called back any more.
+
+        `Executor.shutdown` of rclpy 7.1.6 does not wait for callbacks, so its pool is waited for.
+        """
+        self._node.close()
+        self._executor.shutdown(timeout_sec=0.0)
+        self._living.join()
+        self._executor._executor.shutdown(wait=True)
+        self._node.destroy_node()
         rclpy.try_shutdown()
 
 
-def _run(stop: StopSignals) -> int:
-    executor = MultiThreadedExecutor(num_threads=THREADS)
-    if stop.asked:
-        return 0
-    try:
-        node = PoseStatsNode()
-    except (PoseStatsError, InvalidParameterException, InvalidParameterValueException) as refusal:
-        print(f"pose_stats: {refusal}", file=sys.stderr)
-        return REFUSED
-    if not stop.asked:
-        warm_up(node.get_logger().info)
-        _restore(node, stop)
-    executor.add_node(node)
-    failure: list[BaseException] = []
-    spinning = threading.Thread(target=_spin, args=(executor, failure, stop), name="executor")
-    _say_ready(node)
-    spinning.start()
-    at_rest = False
-    try:
-        stop.wait()
-    finally:
-        at_rest = node.close()
-        at_rest = executor.shutdown(timeout_sec=LAST_SECONDS) and at_rest
-        spinning.join(timeout=LAST_SECONDS)
-        if at_rest:
-            node.destroy_node()
-    if failure:
-        print(f"pose_stats: internal failure: {failure[0]!r}", file=sys.stderr)
-    status = FAILED if failure else 0
-    if not at_rest:
-        _end_at_once(status)
-    return status
+def _within(seconds: float, act: Callable[[], object]) -> bool:
+    """Whether something is done within some seconds; if not it goes on, and nobody waits.
 
+    What fails is printed as that of any thread, and not done.
+    """
+    done = threading.Event()
 
-def _end_at_once(status: int) -> None:
-    """End although a thread still computes, which Python would wait for."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    def do() -> None:
+        act()
+        done.set()
+
+    doing = threading.Thread(target=do, name="end", daemon=True)
+    doing.start()
+    doing.join(seconds)
+    return done.is_set()
 
 
 def warm_up(say: Callable[[str], object]) -> None:
-    """Have the machine code of every kernel at hand before the first client comes.
+    """Have the machine code of every kernel at hand before anything is computed.
 
     `say`: told if kernels are compiled, which takes a minute or more.
     """
@@ -109,23 +146,6 @@ def warm_up(say: Callable[[str], object]) -> None:
         prepare_kernels()
     if compiled:
         say(f"{len(compiled)} kernels compiled in {time.monotonic() - begin:.0f} s")
-
-
-def _restore(node: PoseStatsNode, stop: StopSignals) -> None:
-    """Wait a while for the parts of the last run, so that the first client finds them."""
-    until = time.monotonic() + RESTORE_SECONDS
-    while not stop.asked and not node.restored(GLANCE_SECONDS) and time.monotonic() < until:
-        pass
-
-
-def _spin(executor: MultiThreadedExecutor, failure: list[BaseException],
-          stop: StopSignals) -> None:
-    try:
-        executor.spin()
-    except BaseException as error:
-        if not stop.asked:  # else the main thread has just taken the executor apart
-            failure.append(error)  # told by the main thread
-            stop.ask()
 
 
 def _say_ready(node: PoseStatsNode) -> None:

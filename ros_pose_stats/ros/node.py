@@ -2,204 +2,256 @@
 
 from __future__ import annotations
 
+import threading
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from ..records import DropScene, Part
-from .diagnostics import Diagnostics, Refusals, flip_health, job_health
-from .feeding import FeedingService
+from ..errors import PoseStatsError
+from ..mesh.overlap import TakesLongError
 from .jobs import Jobs
 from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
-from .jobs.plate_fits import PlateFits
-from .jobs.simulate_drops import SimulateDropsServer
-from .jobs.simulate_flips import SimulateFlipsServer
+from .jobs.refinement import Refinement
+from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
 from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.cell_counts import count_health
+from .parts.count_store import CountStore
+from .parts.known_part import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
-from .parts.part_builder import PartBuilder, is_large
-from .parts.part_store import KnownPart, PartStore
-from .parts.refinement import Refinement
+from .parts.outlines import Outlines
+from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
+from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .pose_counts import CountSubscription
 from .recorder import Recorder
-from .requests import Requests
-from .restart.earlier_runs import earlier_runs
-from .restart.handover import Handover, RunsInUse
-from .restart.last_run import last_run
-from .restart.restore import (
-    end_unfinished_jobs,
-    parts_to_restore,
-    records_to_come,
-    restore_parts,
+from .refusals import Refusals
+from .restore import (
+    as_of_today,
+    begin_afresh,
+    definitions,
+    record_cancelled,
+    restore_jobs,
+    tail_of,
 )
-from .services import Services
+from .services.diagnostics import Diagnostics, flip_health, job_health
+from .services.feeding import FeedingService
+from .services.plate_fits import PlateFits
+from .services.requests import Requests
+from .services.services import Services
+from .services.simulate_drops import SimulateDropsServer
+from .services.simulate_flips import SimulateFlipsServer
 from .settings import Settings
-from .transport.late_answers import PatientNode
+from .state import State
+from .transport.answering_node import AnsweringNode
 
-PARTING_SECONDS = 0.2
+PARTING_SECONDS = 0.1
 """Nobody has been answered for so long when the node stops answering."""
 
-LAST_SECONDS = 0.5
+LAST_SECONDS = 0.6
 """Requests that wait for their turn when the node ends are refused in that time."""
 
-FIT_SECONDS = 0.2
+FIT_SECONDS = 0.8
 """A fit may be ended for so long when the node ends."""
 
+MENDING_SECONDS = 1.0
+"""A start waits for the bags of earlier runs to be mended for so long."""
 
-class PoseStatsNode(PatientNode):
+TRIES = 3
+"""Of building a part of an earlier run, where something fails inside the program."""
+
+LARGE_BYTES = 36 * LARGE_TRIANGLES
+"""Of a part that is not built yet; it may take longer than others should wait."""
+
+
+class PoseStatsNode(AnsweringNode):
     """Takes meshes, answers with stable poses and their probabilities, drops parts.
 
-    Raises PoseStatsError if a parameter is refused.
+    Nothing is computed before `start`. Raises PoseStatsError if a parameter is refused, or the
+    state file is in use, or of a newer version.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
-        settings, log = self._settings(), self.get_logger()
-        self.recorder = Recorder(settings, self.get_fully_qualified_name(), log.warning)
+        settings, log, name = self._settings(), self.get_logger(), self.get_fully_qualified_name()
+        self.state = State(settings.state_path(name), definitions(), as_of_today, log.warning)
+        self.recorder = Recorder(settings, name, self.state, log.warning)
+        tail = tail_of(self.state, log.warning)
+        restored = restore_jobs(self.state, tail, settings)
         self.refusals = Refusals(log.warning)
-        self.announcer = Announcer(self, self.recorder, self.refusals.floods)
-        self.parts = PartStore(self.recorder, self.announcer.withdraw_result)
-        self.builder = PartBuilder()
-        self.parts.build = lambda request: self.builder.build(
-            request, self._settings().scene(), self.mesh_queue.pace())
-        self.results = ResultStore(self._settings, self.parts, self.announcer)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
-        self.reports = JobReports(self.results, self.recorder, log.info)
-        self.recorder.on_gap = self._record_again
+        self.builder, self.outlines = PartBuilder(), Outlines()
+        mesh_log = MeshLog(self.recorder, self.state)
+        self.announcer = Announcer(self, self.recorder, self.state, mesh_log.introduce,
+                                   self.refusals.floods)
+        self.parts = PartStore(
+            self.recorder, self.state, mesh_log, lambda request: self.builder.build(
+                request, self._settings().scene(), self.mesh_queue.is_quick()),
+            self.announcer.withdraw_result)
+        self.learnt = CountStore(self._settings, self.parts, self.state)
+        self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
+                                   self.state)
+        self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
+                                  log.info, restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
+        self.jobs.add_ended(restored.jobs)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
         self.flip_reports = FlipReports(), FlipReports()
         flips, feeding = self.flip_reports
         self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run_flips),
                           Jobs(f"{run_name}_feeding", feeding, log.error, run_flips))
-        self.refinement = Refinement(self._settings, self.results, self.jobs)
-        self.results.on_shown = self.refinement.refine
-        self._coming_back = self._restore(settings)
+        self.refinement = Refinement(self._settings, self.results, self.jobs, self.announcer)
+        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
+                                        mesh_log.introduce, self.learnt.add_counts)
+        if settings.restore:
+            self.parts.restore(settings.max_parts, settings.max_part_bytes)
+            for known in self.parts.all():
+                self.results.restore(known)
+            for counts in tail.counts:
+                self.counts.learn_counts(counts, again=True)
+        else:
+            begin_afresh(self.state)
+        record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
+        self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
+                                         daemon=True)
+        self._coming: list[Future[None]] = []
         self._open()
-        self.mesh_queue.start()
-        for jobs in (self.jobs, *self.flip_jobs):
-            jobs.start()
 
     def _settings(self) -> Settings:
         return self.table.settings
 
     def _open(self) -> None:
-        """Topics, services, action and diagnostics."""
+        """Topics, services, actions and diagnostics."""
         self.requests = requests = Requests(
-            self._settings, self.results, self.mesh_queue, self.jobs, self.refusals,
-            self._find_poses)
-        MeshSubscriptions(self, self._settings, self.results, self.mesh_queue, self.refusals)
-        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
-                                        self.results.add_counts)
+            self._settings, self.parts, self.refinement.take_part, self.mesh_queue, self.jobs,
+            self.refusals, self.builder.find_poses)
+        MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
+                          self.refusals)
         self.observed = ObservedSubscription(self, self._settings, self.counts,
                                              self.parts.current, self.recorder, self.refusals)
-        Services(self, self._settings, self.results, requests, self.refinement, self.jobs,
-                 self.reports)
+        Services(self, self._settings, self.parts, self.results, self.announcer, requests,
+                 self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
-        self.fits = PlateFits(self, self._settings, self.parts, self.table.use_plate)
+        self.fits = PlateFits(self, self._settings, self.parts, self.learnt, self.announcer,
+                              self.table.use_plate)
         self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
                         SimulateFlipsServer(self, self._settings, self.parts, *flips)]
-        steady_timer(self, SECONDS_BETWEEN, self.results.record_waiting,
-                     MutuallyExclusiveCallbackGroup())
+        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
         Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
-            "counts": lambda: count_health({known.part.part_id: known.counts
+            "counts": lambda: count_health({known.part_id: known.shown.counts
                                             for known in self.parts.all()}),
             "jobs": lambda: job_health(self.jobs, self._settings()),
             "flips": lambda: flip_health(*self.flip_jobs),
             "recording": self.recorder.health})
 
+    def start(self) -> None:
+        """Latch what an earlier run has latched, and begin to work; kernels are loaded by now."""
+        log, parts = self.get_logger(), self.parts.all()
+        shown = {known.part_id: self.results.show_restored(known) for known in parts}
+        self.learnt.take_new()  # what the last bag had is shown by that, or with the estimate
+        if parts:
+            log.info(f"{len(parts)} parts of an earlier run are known again")
+        self._mending.start()
+        self._mending.join(MENDING_SECONDS)
+        self.mesh_queue.start()
+        for jobs in (self.jobs, *self.flip_jobs):
+            jobs.start()
+        latest_first = parts[::-1]
+        for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
+            coming = self._build_later(known, not shown[known.part_id])
+            if not shown[known.part_id]:
+                self._coming.append(coming)
+
+    def restored(self, timeout: float) -> bool:
+        """Wait for results of parts that have none in the present scene; whether all are there."""
+        return not wait(self._coming, timeout).not_done
+
+    def _build_later(self, known: KnownPart, to_show: bool, tries: int = TRIES) -> Future[None]:
+        return self.mesh_queue.put_later(partial(self._build_again, known, to_show, tries),
+                                         known.size > LARGE_BYTES)
+
+    def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
+        """Build a part of an earlier run when nothing else waits; one that is refused now goes.
+
+        What fails inside the program is tried again, and the part stays known: the next request
+        tries too.
+        """
+        log = self.get_logger()
+        try:
+            known.source.get()
+            if to_show:
+                self._show_again(known)
+        except (TakesLongError, NotBuiltError):
+            raise
+        except PoseStatsError as refusal:
+            self.refusals.refuse(f"part of an earlier run{named(known.part_id)}", str(refusal))
+            self.parts.forget(known, f"it is refused now: {refusal}")
+        except Exception as error:
+            if tries > 1:
+                self._build_later(known, to_show, tries - 1)
+            else:
+                log.error(f"a part of an earlier run{named(known.part_id)} could not be built: "
+                          f"{type(error).__name__}: {error}; a request for it tries again")
+        self.announcer.draw()
+
     def _on_change(self, settings: Settings) -> None:
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
-            again = self.mesh_queue.put_later(partial(self._show_again, known),
-                                              is_large(known.part))
+            large = (is_large(known.part) if known.source.is_built
+                     else known.size > LARGE_BYTES)
+            again = self.mesh_queue.put_later(partial(self._show_again, known), large)
             self.refusals.watch_mesh(lambda: "parameters", again)
 
     def _show_again(self, known: KnownPart) -> None:
-        self._find_poses(known.part, self._settings().scene())
-        self.results.show_best(known)
+        self.builder.find_poses(known.part, self._settings().scene())
+        self.refinement.show_again(known)
 
-    def _find_poses(self, part: Part, scene: DropScene) -> None:
-        self.builder.find_poses(part, scene, self.mesh_queue.pace())
+    def _write_down(self) -> None:
+        """Once a second: show what was counted, and have all on the disk."""
+        self.results.show_waiting()
+        self.parts.keep_uses()
+        self.recorder.sync()
 
-    def _restore(self, settings: Settings) -> list[Future[KnownPart]]:
-        """Go on with what earlier runs left, and mend their bags once that is on record."""
-        log, folder = self.get_logger(), settings.directory()
-        earlier = earlier_runs(folder, self.get_fully_qualified_name())
-        run = last_run(earlier.bags, settings.max_parts)
-        for bag, problem in run.problems.items():
-            log.warning(f"not all of {bag.name} could be read: {problem}")
-        records = end_unfinished_jobs(run, settings, self.jobs, log.warning)
-        parts = parts_to_restore(run, self.results) if settings.restore else []
-        self._restored_parts = parts
-        self.handover = Handover(self.recorder, earlier, [
-            *records, *(record for part in parts for record in part.records())])
-        self.recorder.before_record = self.handover.settle
-        self.recorder.log.keep_runs(RunsInUse(
-            self.handover, self.parts.meshes, self.recorder.have_recorded_again))
-        coming = restore_parts(parts, folder, self.results, self.mesh_queue, self.refusals)
-        if parts:
-            log.info(f"restoring {len(parts)} parts of the last run")
-        if records or run.problems or not earlier.settled or any(one.changed for one in parts):
-            self.handover.settle()
-        self.recorder.mend_bags()
-        return coming
+    def close(self) -> None:
+        """End jobs and goals, and write all down; what was done is kept.
 
-    def _record_again(self) -> None:
-        """Put on record what still counts and may be missing in the bag.
-
-        Only then does it say again that nothing else is to be taken from earlier runs.
-        """
-        lost = self.recorder.lost
-        self.results.record_again()
-        self.reports.record_again()
-        if self.recorder.lost == lost:
-            self.handover.repeat(records_to_come(self._restored_parts, self.parts))
-
-    def restored(self, timeout: float) -> bool:
-        """Wait for the parts of the last run; whether they are all there."""
-        return not wait(self._coming_back, timeout).not_done
-
-    def close(self) -> bool:
-        """End jobs and goals, and finish the bag; what was done is kept.
-
-        Whoever waits for a part is told that the node ends.
-
-        Returns whether nothing is computed any more.
+        Whoever waits for a part is told that the node ends. What does not end in its time is left
+        as it is.
         """
         self.requests.close()
         self.builder.close()
-        at_rest = self.mesh_queue.close()
-        at_rest = self.turns.close(LAST_SECONDS) and at_rest
-        queues = (self.jobs, *self.flip_jobs)
-        with ThreadPoolExecutor(len(queues)) as closing:  # each may take its time to end
-            ended = list(closing.map(lambda jobs: jobs.close("the node ended"), queues))
-        at_rest = all(ended) and at_rest
-        at_rest = self.fits.close(FIT_SECONDS) and at_rest
+        self.outlines.close()
+        ends = [self.mesh_queue.close, partial(self.answers.close, LAST_SECONDS),
+                partial(self.fits.close, FIT_SECONDS),
+                *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
+        with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
+            list(closing.map(lambda end: end(), ends))
         for action in self.actions:
             action.wait_until_told()
-        self.wait_until_quiet(PARTING_SECONDS, 2.0 * LAST_SECONDS)
-        self.late_answers.close()
+        self.answers.wait_until_quiet(PARTING_SECONDS, LAST_SECONDS)
         self.announcer.close()
         self.observed.take_waiting()
         self.counts.take_waiting()
-        self.results.record_waiting()
+        self._write_down()
+        self.save()
+
+    def save(self) -> None:
+        """Commit the state and finish the bag, whatever else goes on; may be called twice."""
+        self.state.close()
+        written = self.recorder.log.bytes_written
         self.recorder.close()
-        if self.recorder.log.bytes_written or self.recorder.log.directory.is_dir():
+        if written:
             self.get_logger().info(f"recorded to {self.recorder.log.directory}")
-        return at_rest

@@ -11,13 +11,13 @@ from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
 
 from ..errors import PoseStatsError, RequestError
 from ..resting.observed_orientations import classify_orientations
-from .diagnostics import Refusals
 from .messages.camera_messages import ObservedPoses, observed_of_bytes
+from .messages.part_requests import shown
 from .messages.times import now, time_message
-from .parts.part_requests import shown
-from .parts.part_store import KnownPart
+from .parts.known_part import KnownPart
 from .pose_counts import CountSubscription
 from .recorder import Recorder
+from .refusals import Refusals
 from .settings import Settings
 from .transport.batches import BatchSubscription
 
@@ -41,7 +41,7 @@ class ObservedSubscription:
         self._known = known
         self._refusals = refusals
         self._batches = BatchSubscription(node, ObservedParts, TOPIC, "messages", self._take,
-                                          recorder, refusals)
+                                          recorder.count_lost, refusals)
 
     def take_waiting(self) -> None:
         """Count what the middleware still has, at the end of the node."""
@@ -71,20 +71,20 @@ def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None]
                            "plate_frame)", shown(seen.frame_id),
                            "transform them to the plate, z up")
     part = known(seen.part_id)
-    if part is None or part.latched is None or part.scene is None:
+    if part is None or part.shown.latched is None or part.shown.scene is None:
         raise RequestError("the part_id of a known part", shown(seen.part_id),
                            "publish its mesh on ~/part_mesh first")
     if not len(seen.orientations):
         return None
-    latched = part.latched
+    latched = part.shown.latched
     found = classify_orientations(part.part, seen.orientations,
                                   cluster_tolerance=latched.cluster_tolerance,
                                   round_sides=latched.round_sides)
     sure = (found >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
     index, count = np.unique(found[sure], return_counts=True)
-    height = part.scene.drop_height
+    height = part.shown.scene.drop_height
     counts = PoseCounts(
-        part_id=part.part.part_id, part_digest=part.part.digest,
+        part_id=part.part_id, part_digest=part.digest,
         cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
         plate=settings.plate, drop_height=-1.0 if height is None else height,
         index=index.astype(np.uint32), count=count.astype(np.uint64),

@@ -19,9 +19,9 @@ from ..mesh.parts import part_of_file
 from ..records import DropScene
 from ..records.scene import DEFAULT_RESTITUTION
 from .messages.part_messages import part_message
+from .messages.part_requests import PartRequest, check_name, part_line
 from .messages.times import now
 from .parts.announcer import LATCHED
-from .parts.part_requests import PartRequest, check_name, part_line
 from .stop_signals import StopSignals
 
 

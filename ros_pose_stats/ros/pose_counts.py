@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from rclpy.node import Node
@@ -9,11 +10,11 @@ from ros_pose_stats_msgs.msg import PoseCounts
 
 from ..errors import RequestError
 from ..recording.analysis.decoding import numbering_of
-from .diagnostics import Refusals
 from .messages.camera_messages import counts_of_bytes
-from .parts.part_requests import shown
-from .parts.part_store import KnownPart
+from .messages.part_requests import shown
+from .parts.known_part import KnownPart
 from .recorder import POSE_COUNTS, Recorder
+from .refusals import Refusals
 from .transport.batches import BatchSubscription
 
 TOPIC = "~/pose_counts"
@@ -21,7 +22,7 @@ TOPIC = "~/pose_counts"
 MOST_PROBLEMS = 60
 """Counts that cannot be compared, of which each is told, in a minute."""
 
-MOST_PARTS = 10**12
+MOST_PARTS = 10**6
 """In one count."""
 
 
@@ -29,20 +30,23 @@ class CountSubscription:
     """Records each count as it is, and says if it cannot be compared with anything.
 
     `known`: a known part by its id, or None; `refusals`: told of bytes that are no count; in the
-    bag they would be in the way of its readers; `learn`: takes a known part and what was counted
-    of it, where that can be compared.
+    bag they would be in the way of its readers; `introduce`: puts a part's mesh on record before
+    them; `learn`: takes a known part and what was counted of it, where that can be compared, and
+    returns false for a message that has come before.
     """
 
     def __init__(self, node: Node, recorder: Recorder,
                  known: Callable[[str], KnownPart | None], refusals: Refusals,
-                 learn: Callable[[KnownPart, PoseCounts], object]) -> None:
+                 introduce: Callable[[KnownPart], object],
+                 learn: Callable[[KnownPart, PoseCounts], bool]) -> None:
         self._log = node.get_logger()
         self._recorder = recorder
         self._known = known
         self._refusals = refusals
+        self._introduce = introduce
         self._learn = learn
         self._batches = BatchSubscription(node, PoseCounts, TOPIC, "counts", self._take,
-                                          recorder, refusals)
+                                          recorder.count_lost, refusals)
 
     def take_waiting(self) -> None:
         """Record what the middleware still has, at the end of the node."""
@@ -58,16 +62,31 @@ class CountSubscription:
         self.take_counts(sound)
 
     def take_counts(self, sound: list[tuple[bytes, PoseCounts]]) -> None:
-        """Put counts, each serialised and as it is, on record together, and look at them."""
-        for place, (data, _) in enumerate(sound, start=1):
-            self._recorder.record(POSE_COUNTS, data, durable=place == len(sound))
-        for _, counts in sound:
-            problem = count_problem(counts, self._known)
-            part = self._known(counts.part_id)
-            if not problem and part is not None:
-                self._learn(part, counts)
-            elif self._refusals.floods.count("counts of nothing", MOST_PROBLEMS):
-                self._log.warning(f"{TOPIC}: recorded, but {problem}")
+        """Put counts, each serialised and as it is, on record together, and learn from them."""
+        with self._recorder.step:
+            for data, counts in sound:
+                part = self._known(counts.part_id)
+                if part is not None:
+                    self._introduce(part)
+                self._recorder.record(POSE_COUNTS, data)
+            for _, counts in sound:
+                self.learn_counts(counts)
+
+    def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
+        """Learn from counts that are on record, or say why not.
+
+        `again`: whether that was perhaps done before.
+        """
+        problem, part = count_problem(counts, self._known), self._known(counts.part_id)
+        kind = "counts of nothing"
+        if not problem and part is not None:
+            if self._learn(part, counts) or again:
+                return
+            stamp, kind = counts.header.stamp, "counts that came before"
+            problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (
+                "; fill in header.stamp, which tells equal counts apart"))
+        if self._refusals.floods.count(kind, MOST_PROBLEMS):
+            self._log.warning(f"{TOPIC}: recorded, but {problem}")
 
 
 def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) -> str:
@@ -78,13 +97,15 @@ def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) 
     if len(counts.index) != len(counts.count):
         return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
     part = known(counts.part_id)
-    if part is None or part.latched is None:
+    latched = None if part is None else part.shown.latched
+    if part is None or latched is None:
         return f"no part {shown(counts.part_id)} is known"
-    if counts.part_digest and counts.part_digest != part.part.digest:
+    if counts.part_digest and counts.part_digest != part.digest:
         return f"{shown(counts.part_id)} has another part_digest by now"
     if sum(counts.count) > MOST_PARTS:
         return f"it counts more than {MOST_PARTS} parts"
-    latched = part.latched
+    if not math.isfinite(counts.drop_height):
+        return f"it has the drop_height {counts.drop_height}; a negative one stands for unknown"
     counted, numbered = numbering_of(counts), numbering_of(latched)
     if not counted.agrees(numbered):
         return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"

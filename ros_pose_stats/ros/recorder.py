@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from ..recording.repair.repair import Repair, repair_bags
+from ..recording.run_log import RunLog
+from ..recording.run_names import bag_file
 from ..recording.writer.message_types import MessageType, message_type
-from ..recording.writer.run_log import RunLog
-from .diagnostics import Health
+from .refusals import Health
 from .settings import Settings
+from .state import Change, State
 
 PACKAGE = "ros_pose_stats_msgs"
 PART_MESH = "/pose_stats/part_mesh"
@@ -24,6 +27,9 @@ ANSWERS = "/pose_stats/answers"
 JOB_EVENTS = "/pose_stats/job_events"
 POSE_COUNTS = "/pose_stats/pose_counts"
 DROP_RECORDS = "/pose_stats/drop_records"
+
+PLACE = "place"
+"""Name of the fact up to where in which bag the state has all that counts."""
 
 TYPES = {PART_MESH: "PartMesh", POSE_STATISTICS: "PoseStatistics", ANSWERS: "PoseStatistics",
          JOB_EVENTS: "JobEvent", POSE_COUNTS: "PoseCounts", DROP_RECORDS: "DropRecords"}
@@ -53,74 +59,48 @@ def _repair_line(repair: Repair) -> str:
 
 
 class Recorder:
-    """The run's bag.
+    """The run's bag: a log of what came, was answered, latched, counted and dropped.
 
-    `node`: fully qualified name of the node; `say`: told once when recording fails and once when
-    it works again. Attributes `on_gap`: called, in a thread of its own, where something that still
-    counts may be missing in the bag: after recording has failed, when the bag was deleted and a
-    new one begun, and before the oldest files or runs are deleted for max_log_bytes. It records
-    again what it recorded while `mark` was below what is `trusted_from` now; `before_record`: puts
-    on record what has to be there before anything else; whether it is; `counts_lost`: messages of
-    cameras that a flood overran; `closing`: whether the node ends, and nothing is to be recorded
-    again any more.
+    `node`: fully qualified name of the node; `state`: told how far of the bag it has all that
+    counts; `say`: told once when recording fails and once when it works again. Attributes `step`:
+    held while something goes on record and then into the state; `counts_lost`: messages of cameras
+    that a flood overran.
     """
 
-    def __init__(self, settings: Settings, node: str, say: Callable[[str], object]) -> None:
+    def __init__(self, settings: Settings, node: str, state: State,
+                 say: Callable[[str], object]) -> None:
+        self._state = state
         self.log = RunLog(settings.directory(), bag_types(),
                           max_bag_bytes=settings.max_bag_bytes,
                           max_log_bytes=settings.max_log_bytes, node=node)
-        self.log.own_files.released = 0
         self._say = say
-        self.on_gap: Callable[[], object] = lambda: None
-        self.before_record: Callable[[], bool] = lambda: True
+        self.step = threading.RLock()
+        self._place: tuple[Path, int] | None = None
         self.counts_lost = 0
-        self.closing = False
-        self._again = ThreadPoolExecutor(1, "record again")
-        self._asked = False
-        self._asking = threading.Lock()
-        self._gaps = 0
-        self._noticed = self._distrusted = 0
-        self._crowded = 0
         self._bags_lost = 0
         self._lock = threading.Lock()
         self.problem = self.last_problem = _unwritable(settings.directory())
         if self.problem:
             say(f"NOT_RECORDED: {self.problem}")
         self.lost = 0
-        self._deleted: list[str] = []
         self._last_repair = "none"
 
-    def record(self, topic: str, data: bytes, *, durable: bool = False) -> bool:
-        """Write a serialised message; durable ones are on disk when this returns.
+    def record(self, topic: str, data: bytes) -> bool:
+        """Write a serialised message, which is the operating system's when this returns.
 
         Returns false if it could not be written; `problem` says why.
         """
-        if not self.before_record():
-            return False
-        written = self._attempt(partial(self.log.write, topic, data, durable=durable))
+        written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")
-            kept_from = self.log.own_files.kept_from
-            if kept_from > self._noticed:
-                self._noticed = kept_from
-                self.have_recorded_again()
         return written
 
     @property
-    def mark(self) -> int:
-        """A number that only rises; what is recorded from now on has this one or more."""
-        return self.log.mark + self._gaps
-
-    @property
-    def trusted_from(self) -> int:
-        """What was recorded at a lower mark is not in the bag, or not for long."""
-        return max(self._distrusted, self.log.own_files.kept_from + self._gaps)
-
-    def has_room_for(self, size: int) -> bool:
-        """Whether so many bytes may be recorded again and again, whenever their files go."""
-        room = self.log.room_to_keep
-        self._crowded = size if room is not None and size > room else 0
-        return not self._crowded
+    def bag(self) -> int:
+        """A number that is another one once the bag was deleted or moved, and the next begins."""
+        with suppress(OSError):  # the next record says what is wrong
+            return self.log.times_lost
+        return self._bags_lost
 
     def count_lost(self, count: int) -> int:
         """Count what cameras sent and a flood overran; how much that is by now."""
@@ -128,15 +108,32 @@ class Recorder:
             self.counts_lost += count
             return self.counts_lost
 
-    def sync(self) -> bool:
-        """Make everything written so far durable; whether it is."""
-        return self._attempt(self.log.sync)
+    def sync(self) -> None:
+        """Have what was recorded survive a power cut, and tell the state how far it goes."""
+        self._attempt(self.log.sync)
+        self.note_place()
+
+    def begin_place(self) -> None:
+        """Tell the state that it has all that counts of earlier bags, and nothing of this one."""
+        self._tell_place(bag_file(self.log.directory, 0), 0)
+
+    def note_place(self) -> None:
+        """Tell the state that it has all that counts in the bag, as far as that goes now.
+
+        What is behind it after a kill, the next start takes in.
+        """
+        with self.step:
+            place = self.log.place
+            if place is not None and place != self._place:
+                self._place = place
+                self._tell_place(*place)
+
+    def _tell_place(self, file: Path, size: int) -> None:
+        fact = json.dumps([str(file), size])
+        self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
     def close(self) -> None:
         """Finish the bag."""
-        with self._asking:
-            self.closing = True
-        self._again.shutdown()
         self._attempt(self.log.close)
 
     def _attempt(self, act: Callable[[], object]) -> bool:
@@ -148,42 +145,17 @@ class Recorder:
         return True
 
     def _note(self, problem: str) -> None:
-        mark = self.log.mark  # before the lock, under which the log must not be asked
+        bag = self.bag
         with self._lock:
             changed = bool(problem) != bool(self.problem)
-            new_bag = self.log.times_lost != self._bags_lost
-            self._bags_lost = self.log.times_lost
+            new_bag, self._bags_lost = bag != self._bags_lost, bag
             self.problem = problem
             self.last_problem = problem or self.last_problem
             self.lost += bool(problem)
-            gap = not problem and (changed or new_bag)
-            if gap:
-                self._gaps += 1
-                self._distrusted = mark + self._gaps
         if changed:
             self._say(f"NOT_RECORDED: {problem}" if problem else "recording works again")
         if new_bag and not problem:
             self._say(f"the bag was deleted; recording goes on in {self.log.directory}")
-        if gap:
-            self.have_recorded_again()
-
-    def have_recorded_again(self) -> None:
-        """Call `on_gap` elsewhere: whoever records may hold what that waits for."""
-        with self._asking:
-            if not (self._asked or self.closing):
-                self._asked = True
-                self._again.submit(self._fill_gap)
-
-    def _fill_gap(self) -> None:
-        """Have it recorded again, and only then let the files go that hold it so far."""
-        self._asked = False
-        kept_from, lost = self.log.own_files.kept_from, self.lost
-        try:
-            self.on_gap()
-        except Exception as error:  # nobody looks at what is submitted
-            self._say(f"internal failure: what counts is not recorded again: {error!r}")
-        if self.sync() and self.lost == lost and not self.closing:
-            self._attempt(partial(self.log.release_files, kept_from))
 
     def mend_bags(self) -> None:
         """Mend what earlier runs left unfinished in the folder, and say so."""
@@ -193,24 +165,21 @@ class Recorder:
 
     def health(self) -> Health:
         """What diagnostics say about the bag."""
-        self._deleted += [run.name for run in self.log.deleted_runs]
-        text = f"NOT_RECORDED: {self.problem}" if self.problem else "recording"
-        if not self.problem and self.log.over_bound:
-            text = "log_directory is larger than max_log_bytes, " + (
-                "until what counts in its oldest files has been recorded again" if self.log.waits
-                else "and nothing that is left in it may be deleted")
-        elif not self.problem and self._crowded:
-            text = (f"the known parts ({self._crowded} bytes) are too large for max_log_bytes: "
-                    "they are not recorded again when the files that hold them go")
+        problem = self.problem or self._state.problem
+        text = f"NOT_RECORDED: {problem}" if problem else "recording"
+        if not problem and self.log.space.exceeded:
+            text = ("log_directory is larger than max_log_bytes, and nothing that is left in it "
+                    "may be deleted")
+        elif not problem and self._state.set_aside:
+            text = f"the state file could not be read; it is kept as {self._state.set_aside}"
         return Health(text != "recording", text, {
             "bag": str(self.log.directory), "bytes written": self.log.bytes_written,
             "bytes left": self._left(), "messages not recorded": self.lost,
-            "runs deleted for max_log_bytes": len(self._deleted),
-            "last run deleted": self._deleted[-1] if self._deleted else "none",
-            "files deleted for max_log_bytes": self.log.own_files.deleted,
-            "last file deleted": self.log.own_files.last_deleted or "none",
-            "counts lost": self.counts_lost,
-            "last repair": self._last_repair})
+            "deleted for max_log_bytes": self.log.space.deleted,
+            "last deleted": self.log.space.last_deleted or "none",
+            "counts lost": self.counts_lost, "last repair": self._last_repair,
+            "state file": str(self._state.file),
+            "state file set aside": self._state.set_aside or "none"})
 
     def _left(self) -> int | str:
         """What the bound on all bags and the disk leave room for."""

@@ -21,7 +21,7 @@ from ..records.scene import (
     DEFAULT_ROUND_SIDES,
     MOST_ROUND_SIDES,
 )
-from .parts.part_requests import check_name, shown
+from .messages.part_requests import check_name, shown
 
 if TYPE_CHECKING:
     from ..plates import PlateProfile
@@ -114,7 +114,10 @@ class Settings:
         "closed files are deleted; 0: unlimited.", 0, MOST, fixed=True)
     log_drops: bool = _parameter(False, "Record every single drop of the simulations.")
     restore: bool = _parameter(
-        True, "Begin with the parts and results of the newest bag.", fixed=True)
+        True, "Begin with the parts, results and counts of the state file.", fixed=True)
+    state_file: str = _parameter(
+        "", "SQLite file of what the node must not forget; empty: in log_directory, under the "
+        "node's name.", fixed=True)
     # what the file `plates` says of `plate`; no parameter itself
     profile: PlateProfile | None = None
 
@@ -131,6 +134,11 @@ class Settings:
     def directory(self) -> Path:
         """Where bags go."""
         return Path(self.log_directory or "~/.ros/pose_stats").expanduser()
+
+    def state_path(self, node: str) -> Path:
+        """The state file of a node, by its fully qualified name."""
+        name = f"{node.strip('/').replace('/', '.')}.sqlite3"
+        return Path(self.state_file).expanduser() if self.state_file else self.directory() / name
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
         """The scene of the first that has a say: request, part, plate, node.
@@ -193,11 +201,12 @@ def settings_of(values: dict[str, Any]) -> Settings:
     if "profile" not in values:
         settings = replace(settings, profile=find_profile(settings.plates, settings.plate))
     replace(settings, profile=None).scene()
-    try:
-        settings.directory()
-    except RuntimeError as error:
-        raise RequestError("log_directory to be a folder", f"'{settings.log_directory}'",
-                           "there is no such user") from error
+    for name in ("log_directory", "state_file"):
+        try:
+            Path(getattr(settings, name)).expanduser()
+        except RuntimeError as error:
+            raise RequestError(f"{name} to be a path", f"'{getattr(settings, name)}'",
+                               "there is no such user") from error
     return settings
 
 

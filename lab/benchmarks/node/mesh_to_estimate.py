@@ -15,7 +15,7 @@ from std_msgs.msg import UInt32
 
 from ros_pose_stats import estimate, part_from_mesh
 from ros_pose_stats.ros.messages.part_messages import part_message
-from ros_pose_stats.ros.parts.part_requests import PartRequest
+from ros_pose_stats.ros.messages.part_requests import PartRequest
 
 from ..bodies import Body, rounded_box
 from ..results import Row, Section

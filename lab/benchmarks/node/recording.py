@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from ros_pose_stats_msgs import srv
 
 from ros_pose_stats.recording.reader.raw_reader import RawMessage, raw_messages
+from ros_pose_stats.recording.run_log import RunLog
 from ros_pose_stats.recording.writer.mcap_layout import message_size
-from ros_pose_stats.recording.writer.run_log import RunLog
 from ros_pose_stats.ros.recorder import ANSWERS, bag_types
+from ros_pose_stats.ros.state import Change, State
 
 from ..bodies import Body
 from ..results import Row, Section
@@ -55,7 +58,7 @@ class _Reader:
 
     def new(self) -> list[RawMessage]:
         """Messages since the last call."""
-        bags = sorted(self._directory.iterdir()) if self._directory.is_dir() else []
+        bags = sorted(self._directory.glob("pose_stats_*"))
         found = list(raw_messages(bags[-1])) if bags else []
         fresh, self._read = found[self._read:], len(found)
         return fresh
@@ -69,52 +72,69 @@ def _rows(step: str, messages: Sequence[RawMessage]) -> list[Row]:
     return rows
 
 
-RECORD = bytes(range(256)) * 8
-"""Bytes of about a result with a few poses."""
+SIZES = {"2 kB": bytes(range(256)) * 8, "2 MB": bytes(range(256)) * 8192}
+"""Bytes of about a result with a few poses, and of a mesh of some 50 000 triangles."""
+
 MOST_MILLISECONDS = 2.0
 
 DISK_TIMED = (
-    "Appending {} bytes to a file and waiting until they are on disk (`fdatasync`), measured with "
-    "the system's calls alone in the file system of the log directory; in turns with it what the "
-    "node does for a record. The bounds of the services are meant for disks on which the first "
-    "row takes at most {:g} ms.")
+    "Appending 2 kB to a file and waiting until they are on disk (`fdatasync`), measured with the "
+    "system's calls alone in the file system of the log directory; in turns with it the same of "
+    "2 MB, a record in the bag, with and without a wait for the disk, and a commit of the state: "
+    "2 kB as the row of a result, 2 MB as a mesh, which lies in a file beside it, and as a row. "
+    "The bounds of the services are meant for disks on which the first row takes at most {:g} ms.")
 
 
 def disk(folder: Path, pace: Pace) -> Section:
-    """Rows for the bare system calls and for the bag's.
+    """Rows for the bare system calls, the bag's and the state's.
 
-    Parameters
-    ----------
-    folder : Path
-        Created in the file system of the log directory.
-    pace : Pace
+    `folder`: created in the file system of the log directory.
     """
-    types = bag_types()
     folder.mkdir()
+    numbers = itertools.count(1)
     with _appender(folder / "appended") as append:
-        log = RunLog(folder / "bags", types, max_bag_bytes=2**29)
-        calls = {
-            "append and fdatasync": lambda _: append(),
-            "record in the bag, on disk": lambda _: log.write(ANSWERS, RECORD, durable=True),
-            "record in the bag, handed to the system":
-                lambda _: log.write(ANSWERS, RECORD, durable=False),
-        }
+        log = RunLog(folder / "bags", bag_types(), max_bag_bytes=2**29)
+        state = State(folder / "state.sqlite3")
+
+        def record(data: bytes, *, wait: bool) -> None:
+            log.write(ANSWERS, data)
+            if wait:
+                log.sync()
+
+        def commit_row(data: bytes) -> None:
+            part_id = f"part of {len(data)} bytes"
+            change = Change("results", part_id, (part_id, data, b"", next(numbers)))
+            assert state.commit(state.put(change))
+
+        def commit_mesh(data: bytes) -> None:
+            part_id, number = f"part of {len(data)} bytes", next(numbers)
+            assert state.commit(state.put_mesh(part_id, number.to_bytes(8, "big") + data))
+
+        calls = {f"{name} {size}": partial(call, data) for size, data in SIZES.items()
+                 for name, call in (
+                     ("append and fdatasync", append),
+                     ("record in the bag, on disk", partial(record, wait=True)),
+                     ("record in the bag, handed to the system", partial(record, wait=False)),
+                     ("row of the state, committed", commit_row),
+                     ("mesh of the state, committed", commit_mesh))}
         for call in calls.values():
-            call(None)
-        timings = race([Contender(name, call) for name, call in calls.items()], pace)
+            call()
+        timings = race([Contender(name, lambda _, call=call: call())
+                        for name, call in calls.items()], pace)
         log.close()
+        state.close()
     bare = next(iter(calls))
-    return Section("disk", "The disk", DISK_TIMED.format(len(RECORD), MOST_MILLISECONDS), tuple(
+    return Section("disk", "The disk", DISK_TIMED.format(MOST_MILLISECONDS), tuple(
         Row(name, {**spread(timings.seconds[name]), "times the first": timings.ratio(name, bare)})
         for name in calls))
 
 
 @contextmanager
-def _appender(file: Path) -> Iterator[Callable[[], None]]:
+def _appender(file: Path) -> Iterator[Callable[[bytes], None]]:
     number = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
 
-    def append() -> None:
-        os.write(number, RECORD)
+    def append(data: bytes) -> None:
+        os.write(number, data)
         os.fdatasync(number)
 
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..frame import program, trial
-from . import ending, fairness, memory, restarts
+from . import ending, fairness, files, memory, restarts
 
 ATTACKS = (
     *map(trial, (restarts.restart_with_nothing_new, restarts.restart_on_a_copied_run,
@@ -12,7 +12,8 @@ ATTACKS = (
     *fairness.ATTACKS,
     *map(trial, (ending.a_disk_that_fills, ending.a_flood_of_counts,
                  ending.a_signal_during_an_estimate, ending.simulated_time_stands_still,
-                 restarts.kills)))
+                 files.a_clock_before_its_time, files.pipes_and_bombs_as_plates,
+                 files.bombs_of_3mf, restarts.kills)))
 SHORT = 0.3
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def a_disk_that_fills(setting: Setting) -> Outcome:
             most = max(most, size_of(setting.folder))
         latched(client, "grows")
         quiet(health)
-        deleted = int(health.line("recording")[1]["files deleted for max_log_bytes"])
+        deleted = int(health.line("recording")[1]["deleted for max_log_bytes"])
         end = size_of(setting.folder)
     return judged(number, f"{most / 1e6:.1f} MB at most for a bound of {bound / 1e6:.1f}, "
                   f"{end / 1e6:.1f} in the end, {deleted} files deleted",

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import signal
+import subprocess
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -12,7 +15,7 @@ from statistics import median
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_pose_stats_msgs import srv
 
-from tests.contract.node.harness.client import until
+from tests.contract.node.harness.client import SERVICES, until
 from tests.contract.node.harness.parts import fine_box
 
 from ..bodies import slivers, smooth_body
@@ -23,7 +26,27 @@ LATER = {"known": 0.05, "small": 0.1}
 """Seconds by which a known part's and a small new mesh's median answer may come later, beside
 what they take alone: machines differ and are shared."""
 
-CALLS, PAUSE = 100, 0.02
+MOST_SECONDS = 0.05
+"""Within which 99 of 100 answers about a known part come, on a machine that does nothing else."""
+
+CALLS, PAUSE = 300, 0.02
+FIRST_SECONDS = 5.0
+"""In which clients that do not hear are met, each of which holds everybody up twice for 0.1 s."""
+
+EVERY_SERVICE = ("estimate", "get_statistics", "list_drop_simulations", "get_drop_simulation",
+               "cancel_drop_simulation", "forget_part", "start_drop_simulation", "feeding",
+               "fit_plate", "get_parameters", "list_parameters", "describe_parameters")
+SUBSCRIBER = """
+import sys, rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_pose_stats_msgs.msg import PoseStatistics
+rclpy.init()
+node = rclpy.create_node("stopped")
+latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+node.create_subscription(PoseStatistics, sys.argv[1] + "/pose_statistics",
+                         lambda _: print("heard", flush=True), latched)
+rclpy.spin(node)
+"""
 FACTORS = itertools.count()
 
 
@@ -49,23 +72,64 @@ def queued_requests(client, count):
 
 
 @contextmanager
-def deaf_client(client, rate):
-    """Somebody asks for what the node cannot send: its answers would have to be latched."""
-    deaf = client.node.create_client(
-        srv.GetStatistics, f"{client.prefix}/get_statistics", qos_profile=QoSProfile(
-            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+def deaf_clients(client, names, rate):
+    """Somebody asks services for what the node cannot send: its answers would have to be latched.
+
+    Measured is from when the node has met each of them once.
+    """
+    deaf = [client.node.create_client(
+        SERVICES[name], f"{client.prefix}/{name}", qos_profile=QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)) for name in names]
     over = threading.Event()
 
     def ask():
         while not over.wait(1.0 / rate):
-            deaf.call_async(srv.GetStatistics.Request())
+            for one in deaf:
+                one.call_async(one.srv_type.Request(
+                    **({"part_id": "known"} if one.srv_name.endswith("/estimate") else {})))
 
     thread = threading.Thread(target=ask)
     thread.start()
+    time.sleep(FIRST_SECONDS)
     try:
         yield
     finally:
         over.set()
+        thread.join()
+
+
+@contextmanager
+def stopped_subscribers(client, count):
+    """Somebody subscribes to what is latched and is stopped, so that nothing is taken."""
+    others = [subprocess.Popen([sys.executable, "-c", SUBSCRIBER, client.prefix],
+                               stdout=subprocess.PIPE) for _ in range(count)]
+    try:
+        for one in others:
+            one.stdout.readline()
+            one.send_signal(signal.SIGSTOP)
+        yield
+    finally:
+        for one in others:
+            one.kill()
+            one.wait()
+            one.stdout.close()
+
+
+@contextmanager
+def many_outlines(client, heights, at_once):
+    """Somebody asks for so many outlines of the known part, again and again."""
+    step, over = [1e-6 * k for k in range(heights)], threading.Event()
+
+    def ask():
+        while not over.wait(0.5):
+            client.call("get_statistics", part_id="known", heights=step)
+
+    threads = [threading.Thread(target=ask) for _ in range(at_once)]
+    for thread in threads:
+        thread.start()
+    yield
+    over.set()
+    for thread in threads:
         thread.join()
 
 
@@ -92,8 +156,13 @@ def _beside(setting, trouble):
             for name, later in LATER.items():
                 beside, before = _latencies(client, name, calls), median(alone[name])
                 kept[f"a_{name}_part_is_answered"] = median(beside) < later + 3.0 * before
-                words.append(f"{name} {1e3 * before:.0f} ms alone, beside "
-                             f"{1e3 * median(beside):.0f} (at most {1e3 * beside[-1]:.0f})")
+                late, usual = (seconds[-1 - max(1, len(seconds) // 100)]
+                               for seconds in (beside, alone[name]))
+                if name == "known":
+                    kept["99_of_100_come_in_time"] = late < MOST_SECONDS + 2.0 * usual
+                words.append(f"{name} {1e3 * before:.0f} ms alone (99 of 100 within "
+                             f"{1e3 * usual:.0f}), beside {1e3 * median(beside):.0f} "
+                             f"({1e3 * late:.0f}, at most {1e3 * beside[-1]:.0f})")
     return judged(2 * calls, "; ".join(words), **kept)
 
 
@@ -110,5 +179,13 @@ ATTACKS = (
             make=partial(slivers, 10_000)),
     _attack("a thousand requests", "A thousand estimates asked for at once by somebody else",
             queued_requests, count=1000),
-    _attack("a client that cannot hear", "Twenty requests a second whose answers cannot be "
-            "delivered", deaf_client, rate=20.0))
+    _attack("a client that cannot hear", "Twenty estimates a second whose answers cannot be "
+            "delivered", deaf_clients, names=("estimate",), rate=20.0),
+    _attack("deaf clients of every service", "Five requests a second to each service, "
+            "whose answers cannot be delivered", deaf_clients, names=EVERY_SERVICE, rate=5.0),
+    _attack("stopped subscribers", "Three subscribers to results that are stopped",
+            stopped_subscribers, count=3),
+    _attack("outlines at 6,000 heights", "Eight requests at once for outlines of a known part",
+            many_outlines, heights=6000, at_once=8),
+    _attack("outlines at 150 heights", "Eight requests at once for as many as are answered",
+            many_outlines, heights=150, at_once=8))

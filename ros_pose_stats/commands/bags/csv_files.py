@@ -1,8 +1,5 @@
 """An analysis of bags as CSV files, for spreadsheets."""
 
-import csv
-import io
-import math
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
@@ -12,7 +9,7 @@ import numpy as np
 
 from ...files import replace_file
 from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
-from ...text import SECOND
+from ...text import SECOND, csv_lines
 
 Rows = Iterator[Sequence[Any]]
 
@@ -47,21 +44,10 @@ def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, heads in HEADS.items():
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(heads)
-        writer.writerows([_cell(value) for value in row] for row in ROWS[name](found))
         path = folder / f"{name}.csv"
-        replace_file(path, text.getvalue().encode())
+        replace_file(path, "".join(csv_lines(heads, ROWS[name](found))).encode())
         written.append(path)
     return written
-
-
-def _cell(value: Any) -> Any:
-    """Text of a cell: empty where a number is not known, else with all digits."""
-    if isinstance(value, float):
-        return repr(float(value)) if math.isfinite(value) else ""
-    return value
 
 
 def _utc(nanoseconds: int) -> str:

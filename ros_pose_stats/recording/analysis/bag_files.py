@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
 from ...errors import BagError
+from ...files import open_file
 from ..reader.raw_reader import Damage, RawMessage, files_of_bag, raw_messages
 from .decoding import CONVERT, is_ours
 
@@ -20,6 +22,9 @@ TOPICS: Final = "SELECT id, name, type FROM topics WHERE serialization_format = 
 DEFINITIONS: Final = "SELECT topic_type, encoded_message_definition FROM message_definitions"
 MESSAGES: Final = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
                   "ORDER BY timestamp, id"
+
+_STATE = re.compile(r"\.(sqlite3|meshes)\b")
+"""In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""
 
 OnRead = Callable[[float], None]
 """Told which fraction of a file has been read."""
@@ -35,6 +40,8 @@ def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
     for path in paths:
+        if _STATE.search(path.name):
+            continue
         for bag, files in _bags_under(path):
             new = [file for file in files if file.resolve() not in known]
             known.update(file.resolve() for file in new)
@@ -138,7 +145,7 @@ class FileMessages:
 
     def _sqlite_messages(self) -> Iterator[RawMessage]:
         """Messages of this package's types, by the time of recording."""
-        with self._file.open("rb") as stream:
+        with open_file(self._file) as stream:
             size = stream.seek(0, os.SEEK_END)
         if not size:
             self._set("cut", "is empty")

@@ -17,10 +17,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import breakup_chunk
 
-from ...files import is_locked
-from ..run_names import runs
-from ..writer.contents import NODE_KEY
-from .scan import UNREADABLE, frames
+from ...files import open_file
+from .scan import UNREADABLE, Frame, frames
 
 _PACKED: Final = ".zstd"
 _STEP: Final = 1_000_000
@@ -35,9 +33,6 @@ class RawMessage:
     data: bytes  # CDR with its header of 4 bytes
     log_time: int  # when it was recorded [ns since 1970]
     definition: str  # definition of the type, as the bag has it
-    node: str = ""  # name of the node that recorded it; empty in bags of other tools
-    file: str = ""  # name of the file that it is in
-    offset: int = -1  # where in the file its record begins; -1 where that is in a chunk
 
 
 @dataclass(frozen=True)
@@ -65,32 +60,28 @@ def raw_messages(bag: Path, on_damage: Callable[[Damage], None] | None = None,
                                  on_read or (lambda share: None))
 
 
-def messages_from(path: Path, offset: int) -> Iterator[tuple[int, bytes]]:
-    """Log time [ns] and data of the messages of a file of the node, from a place on.
+def messages_after(path: Path, offset: int) -> Iterator[RawMessage]:
+    """The whole messages of a file of the node from a place on.
 
     Raises OSError: there is no such file, or it cannot be read.
     """
-    with path.open("rb") as file:
-        for frame in frames(file, lambda begin, end: None, offset):
-            if frame.opcode == Opcode.MESSAGE:
-                record = cast(Message, frame.record())
-                yield record.log_time, record.data
-
-
-def finished_runs(log_directory: Path) -> list[Path]:
-    """Runs that no living process holds, oldest first."""
-    return [run for run in runs(log_directory) if not is_locked(run)]
+    with open_file(path) as file:
+        yield from _messages(path, file, lambda damage: None, lambda share: None, offset)
 
 
 def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
-              on_read: Callable[[float], None]) -> Iterator[RawMessage]:
-    """The whole messages of one file, each with its topic and type."""
+              on_read: Callable[[float], None], offset: int = 0) -> Iterator[RawMessage]:
+    """The whole messages of one file, each with its topic and type.
+
+    `offset`: of the node's own files, which describe their topics before the first message, those
+    before it are passed over.
+    """
     def damaged(start: int, end: int, reason: str = "") -> None:
         reason = reason or ("no whole record" if end > start else "no footer")
         on_damage(Damage(path, start, end, reason))
 
     schemas: dict[int, Schema] = {}
-    channels: dict[int, tuple[str, str, str, str]] = {}
+    channels: dict[int, tuple[str, str, str]] = {}
 
     def describe(record: McapRecord | None) -> None:
         if isinstance(record, Schema):
@@ -99,12 +90,11 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
             schema = schemas.get(record.schema_id)
             channels[record.id] = (
                 record.topic, schema.name if schema else "",
-                schema.data.decode(errors="replace") if schema else "",
-                record.metadata.get(NODE_KEY, ""))
+                schema.data.decode(errors="replace") if schema else "")
 
     size = os.fstat(file.fileno()).st_size
     next_told = 0
-    for frame in frames(file, damaged):
+    for frame in _frames_after(file, damaged, offset):
         if frame.end > next_told:
             on_read(min(1.0, frame.end / size))
             next_told = frame.end + _STEP
@@ -118,11 +108,22 @@ def _messages(path: Path, file: BinaryIO, on_damage: Callable[[Damage], None],
             if not isinstance(one, Message):
                 describe(one)
             elif one.channel_id in channels:
-                topic, type_name, definition, node = channels[one.channel_id]
-                yield RawMessage(topic, type_name, one.data, one.log_time, definition, node,
-                                 path.name, -1 if one is not record else frame.start)
+                topic, type_name, definition = channels[one.channel_id]
+                yield RawMessage(topic, type_name, one.data, one.log_time, definition)
             else:
                 damaged(frame.start, frame.end, f"no channel {one.channel_id}")
+
+
+def _frames_after(file: BinaryIO, damaged: Callable[[int, int], None],
+                  offset: int) -> Iterator[Frame]:
+    """What describes the messages, and then all from a place on."""
+    head = 0
+    for frame in frames(file, damaged) if offset else ():
+        if frame.opcode == Opcode.MESSAGE or frame.start >= offset:
+            break
+        head = frame.end
+        yield frame
+    yield from frames(file, damaged, max(head, offset))
 
 
 def files_of_bag(bag: Path) -> list[Path]:
@@ -140,10 +141,10 @@ def files_of_bag(bag: Path) -> list[Path]:
 def _opened(path: Path) -> BinaryIO:
     """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
     if path.suffix != _PACKED:
-        return path.open("rb")
+        return open_file(path)
     unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
     try:
-        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(
+        with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
                 file, read_across_frames=True) as reader:
             shutil.copyfileobj(cast(Any, reader), unpacked)
     except zstandard.ZstdError:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from ...files import LOCK, DirectoryLock, is_locked
+from ...files import LOCK, DirectoryLock
 from ..finished import is_finished
 from ..run_names import being_removed, foreign_names, passing_directories, runs
 
@@ -19,92 +19,62 @@ _YOUNG: Final = 60.0
 RESCAN: Final = 10.0
 """Seconds after which the log directory is looked at again, for what other nodes have done."""
 
-SOON: Final = 0.1
-"""Seconds after which it is looked at again where a run must go that is still in use."""
-
 
 class SpaceBound:
     """The bound of a log directory, as one run sees it.
 
-    `limit`: bytes of all runs together; 0 for no bound; `margin`: a run is asked for while the
-    directory may still grow by so many bytes. Attributes `deleted`: runs that were deleted;
-    `exceeded`: whether there was too much at the last look, and nothing that may be deleted: the
-    file that this run is writing, runs of living nodes, unfinished runs, and runs with files of
-    somebody else in them; `held`: bytes of the runs that other nodes had in hand at the last look;
-    `waits`: whether a run must go that was still in use at the last look; `in_use`: whether a run
-    holds what this one does not have yet; it is asked before the run must go, and then sees to it
-    that this does not last.
+    `limit`: bytes of all runs together; 0 for no bound. Attributes `deleted`: how many runs and
+    files were deleted, and `last_deleted` the last one's name; `exceeded`: whether there was too
+    much at the last look, and nothing that may be deleted: the file that this run is writing, runs
+    of living nodes, unfinished runs, and runs with files of somebody else in them.
     """
 
-    def __init__(self, log_directory: Path, limit: int, margin: int = 0) -> None:
-        self.deleted: list[Path] = []
+    def __init__(self, log_directory: Path, limit: int) -> None:
+        self.deleted, self.last_deleted = 0, ""
         self.exceeded = False
-        self.held = 0
-        self.waits = False
         self._log_directory = log_directory
         self._limit = limit
-        self._margin = margin
-        self.in_use: Callable[[Path], bool] = lambda run: False
         self._others = 0
         self._next_scan = 0.0
 
     def left(self, own_bytes: int) -> int | None:
         """Bytes by which the directory may still grow; None without a bound."""
-        if not self._limit:
-            return None
-        return max(0, self._limit - self._others - own_bytes)
+        return max(0, self._limit - self._others - own_bytes) if self._limit else None
 
-    def look_again(self) -> None:
-        """Look at the directory the next time, whenever that is."""
-        self._next_scan = 0.0
-
-    def enforce(self, own: Path, own_bytes: int, drop_oldest: Callable[[], int]) -> None:
-        """Delete what must go before this run grows to so many bytes.
+    def enforce(self, own: Path, own_bytes: int,
+                drop_oldest: Callable[[], tuple[str, int] | None]) -> None:
+        """Delete what must go before this run grows to so many bytes: oldest runs, then files.
 
         `own`: this run; never deleted as a whole; `drop_oldest`: deletes the oldest of its closed
-        files, once no other run may go, and returns how many bytes that were; 0 where there is
-        none. A run that is about to be free is waited for as long as the bound is exceeded by no
-        more than the margin.
+        files, and returns its name and bytes; None where there is none.
         """
         if not self._limit:
             return
         now = time.monotonic()
         if now >= self._next_scan or not (self._fits(own_bytes) or self.exceeded):
             self._delete_runs(own, own_bytes)
-            self._next_scan = now + (SOON if self.waits else RESCAN)
-        patience = self._margin if self.waits else 0
-        while not self._fits(own_bytes - patience):
-            dropped = drop_oldest()
-            if not dropped:
-                break
-            own_bytes -= dropped
+            self._next_scan = now + RESCAN
+        while not self._fits(own_bytes) and (dropped := drop_oldest()) is not None:
+            self._count(dropped[0])
+            own_bytes -= dropped[1]
         self.exceeded = not self._fits(own_bytes)
+
+    def _count(self, name: str) -> None:
+        self.deleted, self.last_deleted = self.deleted + 1, name
 
     def _fits(self, own_bytes: int) -> bool:
         return self._others + own_bytes <= self._limit
 
     def _delete_runs(self, own: Path, own_bytes: int) -> None:
-        """Look at the directory again, and delete the oldest runs until it fits.
-
-        Those that are in use are waited for; the next ones are asked for in good time.
-        """
+        """Look at the directory again, and delete the oldest runs until it fits."""
         sizes = {run: _size(run) for run in runs(self._log_directory) if run != own}
         self._others = sum(sizes.values())
-        self.waits = False
-        excess = self._others + own_bytes - self._limit
         for run, size in sizes.items():
-            if excess + self._margin <= 0:
+            if self._fits(own_bytes):
                 break
-            if self.in_use(run):
-                self.waits = self.waits or excess > 0
-                excess -= size
-            elif excess <= 0:
-                excess -= size
-            elif delete_run(run):
+            if delete_run(run):
                 self._others -= size
-                excess -= size
-                self.deleted.append(run)
-        self.held = sum(size for run, size in sizes.items() if is_locked(run))
+                self._count(run.name)
 
 
 def _size(run: Path) -> int:

@@ -14,7 +14,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Message, Metadata, MetadataIndex
 
-from ...files import HALF, DirectoryLock, replace_file, sync_directory
+from ...files import HALF, DirectoryLock, open_file, replace_file, sync_directory
 from ..finished import finished_contents, is_described, is_finished
 from ..reader.scan import UNREADABLE, Frame, frames
 from ..run_names import METADATA, bag_files, runs
@@ -99,7 +99,8 @@ def _mend_file(path: Path) -> tuple[Contents, int]:
     """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
     half = path.with_name(path.name + HALF)
     try:
-        with path.open("rb") as old, half.open("wb") as new:
+        half.unlink(missing_ok=True)  # it may be a pipe
+        with open_file(path) as old, half.open("wb") as new:
             sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
             for frame in frames(old, sound.on_damage):
                 if frame.opcode == Opcode.DATA_END:

@@ -21,8 +21,7 @@ _GROWTH: Final = 40
 class BagFile:
     """An MCAP file that ends with a whole record whenever a call returns or raises.
 
-    `append` and `finish` are called by one thread at a time; `sync` by any number, which share
-    what is one sync on the disk.
+    `append` and `finish` are called by one thread at a time, `sync` meanwhile by another one.
 
     `node`: name of the node that records. Raises OSError: nothing is left of the file. Attributes
     `path`: where the file was made; `size`: bytes up to the end of the last whole record;
@@ -40,7 +39,6 @@ class BagFile:
         self._closing_size = len(closing(path.name, self.contents, 0)) + _GROWTH * (
             len(self._channels) + 10)
         self._syncing = threading.Lock()
-        self._synced = 0
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         try:
             self.size = write_all(self._number, [start], 0)
@@ -63,8 +61,8 @@ class BagFile:
         """
         return not is_file_at(self._number, self.path)
 
-    def append(self, topic: str, data: memoryview, log_time: int) -> int:
-        """Write a message; return its number, which `sync` takes.
+    def append(self, topic: str, data: memoryview, log_time: int) -> None:
+        """Hand a message to the operating system, which keeps it whatever becomes of the process.
 
         Raises OSError: it is not in the file.
         """
@@ -74,26 +72,23 @@ class BagFile:
         self.contents.count(channel, log_time)
         self.size = end
         self.written += 1
-        return self.written
 
-    def sync(self, number: int) -> None:
-        """Return once the message of this number, and all before it, are on the disk.
+    def sync(self) -> None:
+        """Return once all that has been appended is on the disk.
 
         Raises OSError: nobody knows whether they are. The kernel forgets what it could not write,
         so that a second try would succeed without having done anything: the file is broken.
         """
         with self._syncing:
-            if self._synced >= number:
-                return
             if self.broken is not None:
                 raise self.broken
-            written = self.written
+            if self._number < 0:  # finished meanwhile, and durable
+                return
             try:
                 os.fdatasync(self._number)
             except OSError as error:
                 self.broken = error
                 raise
-            self._synced = written
 
     def finish(self) -> None:
         """Write summary and footer, make all durable, and close.
@@ -110,11 +105,10 @@ class BagFile:
                 self.broken = error
                 raise
             self.size = end
-            self._synced = self.written
             self._close()
 
     def abandon(self, cause: OSError) -> None:
-        """Close without a footer; whoever still waits for a sync is told the cause."""
+        """Close without a footer; a further sync is told the cause."""
         with self._syncing:
             self.broken = self.broken or cause
             self._close()

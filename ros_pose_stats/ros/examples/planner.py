@@ -6,6 +6,7 @@ ros2 run ros_pose_stats example_planner --ros-args -p files:="[clamp.stl]" -p un
 from __future__ import annotations
 
 import sys
+import time
 from array import array
 from functools import partial
 from itertools import count
@@ -27,6 +28,9 @@ from ros_pose_stats import load_part
 LATCHED = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
+TIMEOUT = 30.0
+"""Seconds after which a question is asked again: flips may take ten, and an answer may be lost."""
+
 
 class ExamplePlanner(Node):
     """Decides again whenever the node knows more of a part, and prints what has changed."""
@@ -47,6 +51,7 @@ class ExamplePlanner(Node):
         self.picked: dict[str, set[int]] = {part.part_id: set() for part in parts}
         self.decided: dict[str, tuple[int, str]] = {}  # the question's number, and the decision
         self.questions = count()
+        self.waiting: dict[str, tuple[float, Any]] = {}  # until when, and the question's result
         self.news: dict[str, Any] = {}
         self.feeding = self.create_client(FeedingAnswer, "pose_stats/feeding")
         self.create_subscription(PoseStatistics, "pose_stats/pose_statistics", self.on_result,
@@ -67,9 +72,13 @@ class ExamplePlanner(Node):
         """Ask what a feeder gets that drops wrong parts again, and one that flips them."""
         if not self.feeding.service_is_ready():  # it may be found later than the topic
             return
+        for part_id, (until, result) in self.waiting.items():
+            if time.monotonic() > until:
+                self.news.setdefault(part_id, result)
         for part_id, result in self.news.items():
             number, wanted = next(self.questions), self.choose_poses(result)
             self.picked[part_id] = wanted
+            self.waiting[part_id] = time.monotonic() + TIMEOUT, result
             asked = [self.feeding.call_async(FeedingAnswer.Request(
                 part_id=part_id, wanted=wanted, rate=self.rate, kick_height=kick_height,
                 cycle_time=self.cycle_time)) for kick_height in (0.0, self.kick_height)]
@@ -92,6 +101,7 @@ class ExamplePlanner(Node):
         last, before = self.decided.get(result.part_id, (-1, ""))
         if number < last or not all(one.done() for one in asked):  # answers may overtake others
             return
+        self.waiting.pop(result.part_id, None)
         afresh, flipped = (one.result() for one in asked)
         if not (afresh.success and flipped.success):
             self.get_logger().warning(afresh.message if flipped.success else flipped.message)

@@ -95,6 +95,9 @@ class FlipReports(JobListener):
         """Tell whoever waits."""
         self.on_end(job)
 
+    def let_go(self, job_id: str) -> None:
+        """What was counted goes when there is no room for it."""
+
 
 def _transitions(found: FlipStatistics) -> int:
     return int(found.counts.size)

@@ -78,9 +78,8 @@ class Job:
     snapshot: PoseStatistics | None = None
     flips: FlipStatistics | None = None  # the end result of flips, until it has been told
     message: str = ""  # how it ended
-    answer: bytes = b""  # the end result as a serialised message, once made
-    recorded: bool = True  # whether the acceptance is on record
-    asked: bool = False  # whether a client has been told of it, who may rely on what is on record
+    recorded: bool = True  # whether the acceptance is in the bag and in the state
+    asked: bool = False  # whether a client has been told of it, who may rely on that
     finished: threading.Event = field(default_factory=threading.Event)
     cancel_reason: str = ""
     ending: bool = False  # whether its end is being told; that happens once
@@ -141,7 +140,7 @@ class JobListener(Protocol):
     """Told what happens to jobs; all but the first two in the queue's own thread."""
 
     def queued(self, job: Job) -> bool:
-        """Accepted; returns when that is on record, false where it could not be put there."""
+        """Accepted; returns when that is kept and on record, false where it is not."""
 
     def joined(self, job: Job) -> bool:
         """A client asked for what the node had begun by itself; returns as `queued` does."""
@@ -160,3 +159,6 @@ class JobListener(Protocol):
 
     def told(self, job: Job) -> None:
         """The end is there to be seen."""
+
+    def let_go(self, job_id: str) -> None:
+        """Nobody can ask for it any more."""

@@ -1,11 +1,11 @@
-"""What happens to drop simulations goes on record, to late joiners and to goals."""
+"""What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
 from __future__ import annotations
 
-import threading
+import time
 from array import array
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
@@ -14,14 +14,19 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
-from ..parts.announcer import NOT_RECORDED
-from ..parts.part_store import KnownPart
+from ..parts.announcer import NOT_RECORDED, Announcer
+from ..parts.known_part import KnownPart, known_as
 from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
-from . import KEPT, Job, State
+from ..state import Change, State
+from .job import Job
+from .job import State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
 """Of the results of ended jobs that are kept; older ones are in the bag only."""
+
+SECONDS_BETWEEN = 1.0
+"""A running job is kept as far as it is this often."""
 
 
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
@@ -60,46 +65,65 @@ def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
     return found
 
 
-class JobReports:
-    """The listener of the job queue; says the end of each job in one line."""
+def job_change(event: JobEvent, answer: bytes = b"") -> Change:
+    """What the state keeps of a job: the last that happened to it, and what was done."""
+    return Change("jobs", event.job_id, (
+        event.job_id, int(event.event), serialize_message(event), answer))
 
-    def __init__(self, results: ResultStore, recorder: Recorder,
-                 say: Callable[[str], object]) -> None:
+
+class JobReports:
+    """The listener of the job queue; says the end of each job in one line.
+
+    `restored`: ids of jobs of earlier runs and bytes of their answers, oldest first.
+    """
+
+    def __init__(self, results: ResultStore, announcer: Announcer, recorder: Recorder,
+                 state: State, say: Callable[[str], object],
+                 restored: Iterable[tuple[str, int]] = ()) -> None:
         self._results = results
-        self._recorder = recorder
+        self._announcer = announcer
+        self._recorder, self._state = recorder, state
         self._say = say
-        self._unfinished: dict[str, tuple[JobEvent, int]] = {}
-        self._recording = threading.RLock()
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
-        self._answered: deque[Job] = deque()
-        self._answer_bytes = 0
+        self._kept_at = 0.0
+        self._answered = deque(restored)
+        self._answer_bytes = sum(size for _, size in self._answered)
         self.on_progress: Callable[[Job], object] = lambda job: None
         self.on_started: Callable[[Job], object] = lambda job: None
         self.on_end: Callable[[Job], object] = lambda job: None
 
     def queued(self, job: Job) -> bool:
-        """Put the acceptance on record before it is told.
+        """Keep the acceptance before it is told.
 
         Nobody is told of what the node starts by itself, so that does not wait for the disk.
         """
-        return self._record_unfinished(job_event(job, JobEvent.QUEUED), durable=job.asked)
+        known = self._part_of(job)
+        if known is not None:
+            self._results.parts.log.introduce(known)
+        recorded, change = self._report(job_event(job, JobEvent.QUEUED))
+        return (not job.asked or self._state.commit(change)) and recorded
 
     def joined(self, job: Job) -> bool:
-        """Have what is on record of a job on disk, since a client is told of it now."""
-        return self._recorder.sync()
+        """Have what is kept of a job on the disk, since a client is told of it now."""
+        return self._state.commit()
 
     def started(self, job: Job) -> None:
         """Put the start on record."""
-        self._record_unfinished(job_event(job, JobEvent.RUNNING), durable=False)
+        self._report(job_event(job, JobEvent.RUNNING))
         self.on_started(job)
 
     def progressed(self, job: Job) -> None:
         """Tell goals, and late joiners now and then."""
         self.on_progress(job)
-        snapshot, known = job.snapshot, self._part_of(job)
-        if snapshot is None or known is None or not snapshot.drops > snapshot.unsettled:
+        snapshot, at = job.snapshot, time.monotonic()
+        if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
-        if self._results.is_due(known, job.request.scene):
+        if at - self._kept_at >= SECONDS_BETWEEN:
+            self._kept_at = at
+            self._state.put(job_change(job_event(job, JobEvent.RUNNING),
+                                       serialize_message(self.interim(job, snapshot))))
+        known = self._part_of(job)
+        if known is not None and self._results.is_due(known, job.request.scene):
             self._results.offer_results(known, job.request.scene,
                                         [self.interim(job, snapshot)])
 
@@ -108,70 +132,65 @@ class JobReports:
         message = drop_records(job, job.part.result().digest, chunk)
         self._recorder.record(DROP_RECORDS, serialize_message(message))
 
-    def ended(self, job: Job, state: State) -> None:
-        """Put the end and its result on record, and latch the result."""
-        message = self._recorded_answer(job)
-        with self._recording:  # until the end is on record, the acceptance has to be
-            self._unfinished.pop(job.job_id, None)
-            recorded = self._record(job_event(job, int(state), job.message),
-                                    durable=job.asked or state is State.DONE)
-        if message is not None:
-            if not recorded:
-                message = self._results.announcer.warn_unrecorded(message)
-            self._latch(job, message)
-            self._remember(job, serialize_message(message))
-        elif not (recorded and job.recorded):  # there is no result that could say so
-            said = self._warnings(job) or (self._results.announcer.not_recorded(),)
-            job.message = " ".join(filter(None, (job.message, *said)))
+    def ended(self, job: Job, state: JobState) -> None:
+        """Keep the end and its result, and latch the result."""
+        known, event = self._known_or_own(job), job_event(job, int(state), job.message)
+        if job.snapshot is None or known is None:
+            recorded, change = self._report(event)
+            if not (recorded and job.recorded and self._is_kept(job, state, change)):
+                said = self._warnings(job) or (self._announcer.not_recorded(),)
+                job.message = " ".join(filter(None, (job.message, *said)))
+        else:
+            self._end_with(job, state, event, self._results.number_result(
+                known, job.snapshot, job.settings, job.job_id, True, self._warnings(job)), known)
         self._say(f"{job.job_id}: {state.name} after {job.drops_done} of "
                   f"{job.request.drops} drops of '{job.part_id}'"
                   + (f": {job.message}" if job.message else ""))
 
-    def told(self, job: Job) -> None:
-        """Tell the goals."""
-        self.on_end(job)
-
-    def record_again(self) -> None:
-        """Put on record again how far unfinished jobs are, where the bag may not have it."""
-        with self._recording:
-            for event, mark in list(self._unfinished.values()):
-                if mark < self._recorder.trusted_from:
-                    self._record_unfinished(event, durable=False)
-
-    def _record_unfinished(self, event: JobEvent, *, durable: bool) -> bool:
-        """Put on record that a job waits or runs, and keep that until its end."""
-        with self._recording:
-            mark = self._recorder.mark
-            recorded = self._record(event, durable=durable)
-            self._unfinished[event.job_id] = event, mark if recorded else -1
-            return recorded
-
-    def _recorded_answer(self, job: Job) -> PoseStatistics | None:
-        """The message of what a job has done; it is durable once the job's end is."""
-        found, known = job.snapshot, self._known_or_own(job)
-        if found is None or known is None:
-            return None
-        message = self._results.number_result(
-            known, found, job.settings, job.job_id, True, self._warnings(job))
-        return self._results.announcer.record_answer(message, durable=False)
-
-    def _latch(self, job: Job, message: PoseStatistics) -> None:
+    def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
+                  known: KnownPart) -> None:
+        with self._recorder.step:
+            message = self._announcer.record_answer(known, message)
+            recorded, change = self._report(event, serialize_message(message))
+        if not (recorded and self._is_kept(job, state, change)):
+            message = self._announcer.warn_unrecorded(message)
+            self._state.put(job_change(event, serialize_message(message)))
         current = self._part_of(job)
         if current is not None and message.drops > message.unsettled:
             self._results.offer_results(current, job.request.scene, [message])
             if job.request.hybrid:
                 self._results.keep_refinement(current, message, job.request.scene)
 
-    def _remember(self, job: Job, answer: bytes) -> None:
-        """Keep the answers of the newest jobs, as far as there is room."""
-        job.answer = answer
-        self._answered.append(job)
-        self._answer_bytes += len(answer)
-        while (self._answer_bytes > MOST_ANSWER_BYTES or len(self._answered) > KEPT) and len(
-                self._answered) > 1:
-            oldest = self._answered.popleft()
-            self._answer_bytes -= len(oldest.answer)
-            oldest.answer = b""
+    def _is_kept(self, job: Job, state: JobState, change: int) -> bool:
+        """Whether what a client hears of the end is on the disk; of others nobody hears."""
+        return not (job.asked or state is JobState.DONE) or self._state.commit(change)
+
+    def told(self, job: Job) -> None:
+        """Tell the goals."""
+        self.on_end(job)
+
+    def let_go(self, job_id: str) -> None:
+        """Keep nothing of a job any more."""
+        self._state.put(Change("jobs", job_id, None))
+
+    def _report(self, event: JobEvent, answer: bytes = b"") -> tuple[bool, int]:
+        """Put on record and keep what happened; whether it is there, and the state's change.
+
+        Answers are kept of the newest jobs, as far as there is room.
+        """
+        with self._recorder.step:
+            recorded = self._recorder.record(JOB_EVENTS, serialize_message(event))
+            change = self._state.put(job_change(event, answer))
+            if answer:
+                self._answered.append((event.job_id, len(answer)))
+                self._answer_bytes += len(answer)
+            while self._answer_bytes > MOST_ANSWER_BYTES and len(self._answered) > 1:
+                oldest, size = self._answered.popleft()
+                self._answer_bytes -= size
+                row = self._state.get("jobs", oldest)
+                if row is not None:
+                    self._state.put(Change("jobs", oldest, (*row[:3], b"")))
+            return recorded, change
 
     def interim(self, job: Job, snapshot: Statistics) -> PoseStatistics:
         """The message of a running job's statistics so far, made once a snapshot."""
@@ -188,8 +207,10 @@ class JobReports:
     def current_answer(self, job: Job) -> PoseStatistics:
         """What a job has to show at this time; empty before the first drops."""
         snapshot = job.snapshot
-        if job.answer:
-            return deserialize_message(job.answer, PoseStatistics)
+        if job.state.ended:
+            row = self._state.get("jobs", job.job_id)
+            return deserialize_message(row[3], PoseStatistics) if row and row[3] else (
+                PoseStatistics())
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
     def _part_of(self, job: Job) -> KnownPart | None:
@@ -198,15 +219,12 @@ class JobReports:
         if part is None:
             return None
         known = self._results.parts.current(part.part_id)
-        return known if known is not None and known.part.digest == part.digest else None
+        return known if known is not None and known.digest == part.digest else None
 
     def _known_or_own(self, job: Job) -> KnownPart | None:
         part = job.built()
         known = self._part_of(job)
-        return KnownPart(part, b"", (-1.0, -1.0)) if known is None and part is not None else known
+        return known_as(part) if known is None and part is not None else known
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
         return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)
-
-    def _record(self, event: JobEvent, *, durable: bool) -> bool:
-        return self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)

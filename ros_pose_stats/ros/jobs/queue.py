@@ -34,7 +34,7 @@ CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
 
 POLL_SECONDS = 0.02
 
-LAST_SECONDS = 1.5
+LAST_SECONDS = 0.6
 """What runs may be ended for so long when the queue is closed; a huge part is prepared for minutes
 before its first drop."""
 
@@ -281,4 +281,6 @@ class Jobs:
         """Forget the job that ended longest ago, if there are too many."""
         self._ended.append(job.job_id)
         while len(self._ended) > KEPT:
-            self._known.pop(self._ended.popleft(), None)
+            oldest = self._ended.popleft()
+            self._known.pop(oldest, None)
+            self._listener.let_go(oldest)

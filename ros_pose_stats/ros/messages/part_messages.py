@@ -13,8 +13,8 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import MeshError, RequestError
-from ..parts.part_requests import PartRequest
 from .mesh_views import NotPlainCdrError, Numbers, mesh_numbers, part_mesh_numbers
+from .part_requests import PartRequest
 from .times import time_message
 
 T = TypeVar("T")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.duration import Duration
@@ -20,14 +20,14 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
-from ...records import Part
 from ..floods import MOST_SWAPS, Floods
 from ..messages.markers import marker_array, poses_each, triangles_each
+from ..messages.part_requests import part_line, shown
 from ..messages.statistics_messages import farewell_message, with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
-from .part_requests import part_line, shown
-from .part_store import KnownPart
+from ..state import State
+from .known_part import KnownPart
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -42,7 +42,7 @@ PARTING_SECONDS = 1.0
 GLANCE = 0.01
 """Seconds between looks at whether it has."""
 
-NOT_RECORDED = "NOT_RECORDED: this could not be written to the bag: {}."
+NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 
 @dataclass(eq=False)
@@ -50,31 +50,22 @@ class _Shown:
     """A part's own publisher, and what it latches."""
 
     publisher: Publisher
-    part: Part
+    known: KnownPart
     message: PoseStatistics
-
-
-class Recorded(NamedTuple):
-    """A result that was put on record, warned of if it is not there, and the same serialised.
-
-    `mark` is the recorder's before that; -1 where it is not on record.
-    """
-
-    message: PoseStatistics
-    data: bytes
-    mark: int
 
 
 class Announcer:
-    """Publishes and records results.
+    """Publishes and records results; a mesh goes on record by `introduce` before them.
 
     Each part has a publisher of its own on the same topic: reliable, transient local, depth 1.
     A late joiner gets the current result of every part, whatever the others do.
     """
 
-    def __init__(self, node: Node, recorder: Recorder, floods: Floods) -> None:
+    def __init__(self, node: Node, recorder: Recorder, state: State,
+                 introduce: Callable[[KnownPart], object], floods: Floods) -> None:
         self._node = node
-        self.recorder = recorder
+        self._recorder, self._state = recorder, state
+        self._introduce = introduce
         self._floods = floods
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
@@ -86,31 +77,31 @@ class Announcer:
 
     def announce_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
-        of_part = self._floods.count(f"meshes of part {shown(known.part.part_id)}", MOST_SWAPS)
+        of_part = self._floods.count(f"meshes of part {shown(known.part_id)}", MOST_SWAPS)
         if not (self._floods.count("new parts") and of_part):
             return
         log = self._node.get_logger()
-        log.info(part_line(known.part, known.latched))
+        log.info(part_line(known.part, known.shown.latched))
         for warning in known.part.warnings:
-            log.warning(f"{known.part.part_id}: {warning}")
+            log.warning(f"{known.part_id}: {warning}")
 
-    def record_result(self, message: PoseStatistics, recorded: bool = False) -> Recorded:
-        """Put a result that is latched on record, unless it is there from the beginning."""
-        data = serialize_message(message)
-        if recorded and not self.recorder.trusted_from:
-            return Recorded(message, data, 0)
-        mark = self.recorder.mark
-        if self.recorder.record(POSE_STATISTICS, data):
-            return Recorded(message, data, mark)
-        message = self.warn_unrecorded(message)
-        return Recorded(message, serialize_message(message), -1)
+    def record_result(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
+        """Put a result that is latched on record; the same, warned of where that fails."""
+        self._introduce(known)
+        if self._recorder.record(POSE_STATISTICS, serialize_message(message)):
+            return message
+        return self.warn_unrecorded(message)
 
-    def publish_result(self, part: Part, message: PoseStatistics, data: bytes) -> None:
-        """Latch a message as the part's current one."""
+    def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes) -> None:
+        """Latch a message, serialised too, as the part's current one."""
         with self._lock:
-            publisher = self._publisher(part.part_id)
-            self._shown[part.part_id] = _Shown(publisher, part, message)
+            publisher = self._publisher(known.part_id)
+            self._shown[known.part_id] = _Shown(publisher, known, message)
             publisher.publish(data)
+        self.draw()
+
+    def draw(self) -> None:
+        """Have markers drawn anew: something has changed in what they show."""
         self._changed.set()
 
     def _publisher(self, part_id: str) -> Publisher:
@@ -124,15 +115,16 @@ class Announcer:
 
     def withdraw_result(self, known: KnownPart, stamp: int, reason: str) -> None:
         """Latch nothing for a part any more, and tell present subscribers that it is forgotten."""
-        part_id = known.part.part_id
+        part_id = known.part_id
         with self._lock:
             shown = self._shown.pop(part_id, None)
         if shown is None:
             return
-        found = self.record_result(farewell_message(shown.message, stamp, known.revisions.next(),
-                                                    reason))
+        data = serialize_message(farewell_message(shown.message, stamp, known.numbers.next(),
+                                                  reason))
+        self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
-            shown.publisher.publish(found.data)
+            shown.publisher.publish(data)
             alone = not self._leaving
             self._leaving[part_id] = shown.publisher, time.monotonic()
         if alone:
@@ -159,9 +151,10 @@ class Announcer:
             while self._leaving:
                 self._node.destroy_publisher(self._leaving.popitem()[1][0])
 
-    def record_answer(self, message: PoseStatistics, *, durable: bool = True) -> PoseStatistics:
+    def record_answer(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put an answer on record before it goes to a caller; warn where that fails."""
-        if self.recorder.record(ANSWERS, serialize_message(message), durable=durable):
+        self._introduce(known)
+        if self._recorder.record(ANSWERS, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
 
@@ -172,8 +165,8 @@ class Announcer:
         return with_warning(message, self.not_recorded())
 
     def not_recorded(self) -> str:
-        """The warning of an answer that could not be put on record."""
-        return NOT_RECORDED.format(self.recorder.last_problem)
+        """The warning of an answer that is not in the bag, or not in the state."""
+        return NOT_RECORDED.format(self._state.problem or self._recorder.last_problem)
 
     def _draw_markers(self) -> None:
         """Draw what is latched, at most once a second and only where it has changed."""
@@ -181,8 +174,9 @@ class Announcer:
             return
         self._changed.clear()
         with self._lock:
-            shown = [self._shown[part_id] for part_id in sorted(self._shown)]
+            shown = [self._shown[part_id] for part_id in sorted(self._shown)
+                     if self._shown[part_id].known.source.is_built]
         each = poses_each(len(shown))
         most = triangles_each(sum(min(len(one.message.poses), each) for one in shown))
         self._markers.publish(marker_array(
-            [(one.message, visible_triangles(one.part, most)) for one in shown]))
+            [(one.message, visible_triangles(one.known.part, most)) for one in shown]))

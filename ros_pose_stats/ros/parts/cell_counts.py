@@ -5,21 +5,19 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+from ros_pose_stats_msgs.msg import PoseCounts
 
-from ...methods import OBSERVED
-from ...recording.analysis.decoding import numbering_of
 from ...records import Part
 from ...records.scene import Numbering
 from ...resting.poses import resting_poses
 from ...statistics.chi_square import homogeneity
 from ...text import percent
-from ..diagnostics import Health
-from .part_requests import shown
+from ..messages.part_requests import shown
+from ..refusals import Health
 
 Index = NDArray[np.int64]
 
@@ -31,13 +29,21 @@ CHANCE: Final = 1e-4
 hundred thousand parts."""
 
 
+class HasPart(Protocol):
+    """What gives a part when it is asked for."""
+
+    @property
+    def part(self) -> Part:
+        """The part itself."""
+
+
 class Ground(NamedTuple):
     """What counts must have in common to be added: numbers of the poses, and the plate."""
 
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: Ground, part: Part) -> bool:
+    def goes_on_as(self, other: Ground, known: HasPart) -> bool:
         """Whether only `round_sides` is new, and the poses of the part keep their numbers.
 
         A plate that was fitted may bring sides of its own; what it was fitted to still counts.
@@ -45,18 +51,19 @@ class Ground(NamedTuple):
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
         return (other == Ground(Numbering(tolerance, new), self.plate)
-                and resting_poses(part, tolerance, sides).is_numbered_like(
-                    resting_poses(part, tolerance, new)))
+                and resting_poses(known.part, tolerance, sides).is_numbered_like(
+                    resting_poses(known.part, tolerance, new)))
 
 
 class CellCounts:
     """Counts of the poses of a part, and whether the last ones differ from those before.
 
-    `total` (P,) int: what is counted already.
+    `total` (P,) int: what is counted already; `series`: names the messages that are in it.
     """
 
-    def __init__(self, ground: Ground, total: Index) -> None:
+    def __init__(self, ground: Ground, total: Index, series: int) -> None:
         self.ground = ground
+        self.series = series
         self._total = total.copy()
         self._recent: deque[Index] = deque()
         self._seen = 0
@@ -105,16 +112,6 @@ def _describe_drift(recent: Index, before: Index) -> str:
     most = int(np.abs(now - then).argmax())
     return (f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose {most}, of the "
             f"{before.sum()} before {percent(then[most])} % did")
-
-
-def counts_of_result(last: PoseStatistics) -> CellCounts | None:
-    """What a result of the last run had learnt from; None for one that had not."""
-    if last.method != OBSERVED:
-        return None
-    total = np.zeros(len(last.poses), dtype=np.int64)
-    for pose in last.poses:
-        total[pose.index] = pose.count
-    return CellCounts(Ground(numbering_of(last), last.plate), total)
 
 
 def count_health(parts: Mapping[str, CellCounts | None]) -> Health:

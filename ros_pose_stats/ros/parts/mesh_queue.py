@@ -1,14 +1,18 @@
-"""Meshes on their way to become parts, in three lanes: what takes long holds up nothing quick."""
+"""Meshes on their way to become parts, in two lanes: what takes long holds up nothing quick."""
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
-from typing import TypeVar
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, TypeVar
 
 from ...errors import RequestError
-from .lanes import Lane, Pace, Rank, Task
+from ...mesh.overlap import TakesLongError
 
 T = TypeVar("T")
 
@@ -20,52 +24,99 @@ ROOM = 4
 The large ones take half of that at most, so that there is always room for small ones.
 """
 
+LAST_SECONDS = 0.5
+"""What is in hand may be finished for so long when the queue is closed."""
+
+
+class Lane(IntEnum):
+    """Where a task waits."""
+
+    QUICK = 0
+    """It is done in the node, in moments."""
+
+    SLOW = 1
+    """It may take all the time that a mesh may take, in another process."""
+
+
+class Rank(IntEnum):
+    """What goes first in a lane."""
+
+    URGENT = 0
+    MESH = 1
+    LATER = 2
+
+
+@dataclass(eq=False)
+class _Task:
+    """Something to do."""
+
+    work: Callable[[], Any]
+    size: int  # bytes that it holds on to
+    part_id: str  # empty: of no name
+    large: bool
+    rank: Rank
+    future: Future[Any] = field(default_factory=Future)  # of what comes of it
+    lane: Lane = Lane.QUICK  # in which it waits
+
+    def do(self) -> bool:
+        """Do it; what comes of it belongs to whoever asked, if they still wait.
+
+        Returns false where it needs more time than the quick lane has.
+        """
+        with suppress(InvalidStateError):  # the queue was closed just now
+            try:
+                self.future.set_result(self.work())
+            except BaseException as error:
+                if isinstance(error, TakesLongError) and self.lane is Lane.QUICK:
+                    return False
+                self.future.set_exception(error)
+        return True
+
 
 class MeshQueue:
-    """Three lanes, and what each of them has to wait for.
+    """Two lanes, each with a thread of its own.
 
-    A small mesh begins in the quick lane, a large one in the middle one. What is not done within
-    the lane's time goes on to the next lane, and so does what comes under the name of a mesh
-    there: of two meshes of one name the later one is done last.
+    A small mesh begins in the quick lane, a large one in the slow one. What turns out to take
+    long goes on to the slow lane, and so does what comes under the name of a mesh there: of two
+    meshes of one name the later one is done last.
 
     `most_bytes`: how many bytes a single mesh may have.
     """
 
     def __init__(self, most_bytes: Callable[[], int]) -> None:
         self._most_bytes = most_bytes
-        self._lanes = [Lane(pace) for pace in Pace]
-        self._threads = [threading.Thread(target=self._run, args=(lane,), daemon=True,
-                                          name=f"{lane.pace.name.lower()} lane")
-                         for lane in self._lanes]
-        self._names: dict[str, list[Task]] = {}
-        self._bytes = {False: 0, True: 0}
+        self._lanes = {lane: tuple(deque[_Task]() for _ in Rank) for lane in Lane}
+        self._in_hand: dict[Lane, _Task | None] = dict.fromkeys(Lane)
+        self._threads = {lane: threading.Thread(target=self._run, args=(lane,), daemon=True,
+                                                name=f"{lane.name.lower()} lane")
+                         for lane in Lane}
+        self._names: dict[str, list[_Task]] = {}
+        self._bytes = {False: 0, True: 0}  # of small and of large meshes
         self._closed = False
         self._changed = threading.Condition()
-        self._of_thread = threading.local()
 
     def start(self) -> None:
         """Begin to work."""
-        for thread in self._threads:
+        for thread in self._threads.values():
             thread.start()
 
-    def pace(self) -> Pace:
-        """Of the lane in whose thread this is called; elsewhere there is all the time."""
-        found: Pace = getattr(self._of_thread, "pace", Pace.SLOW)
-        return found
+    def is_quick(self) -> bool:
+        """Whether this is called in the quick lane; elsewhere there is all the time."""
+        return threading.current_thread() is self._threads[Lane.QUICK]
 
     def put(self, work: Callable[[], T], size: int, part_id: str = "",
             large: bool = False) -> Future[T]:
         """Queue a task; waits while the quick lane is full.
 
-        `work`: may raise `TakesLongError`, and is called again in the next lane then; `size`:
+        `work`: may raise `TakesLongError`, and is called again in the slow lane then; `size`:
         bytes that it holds on to; `part_id`: tasks of one name are done in their order. Returns of
-        what `work` returns or raises; cancelled where the queue is closed, and refused where a
-        slower lane is full: to wait for that would hold up small meshes.
+        what `work` returns or raises; cancelled where the queue is closed, and refused where the
+        slow lane is full: to wait for that would hold up small meshes.
         """
-        task = Task(work, size, part_id, Pace.MIDDLE if large else Pace.QUICK, Rank.MESH)
+        task = _Task(work, size, part_id, large, Rank.MESH)
         with self._changed:
-            while not self._closed and (problem := self._lack_of_room(task)):
-                if self._entry(task).pace is not Pace.QUICK:
+            while (problem := self._lack_of_room(task)) is not None:
+                if self._entry(task) is Lane.SLOW:
                     task.future.set_exception(problem)
                     return task.future
                 self._changed.wait()
@@ -78,9 +129,9 @@ class MeshQueue:
 
         Raises RequestError if there is no room for it.
         """
-        task = self._request(work, size, part_id, large)
+        task = _Task(work, size, part_id, large, Rank.URGENT)
         with self._changed:
-            problem = None if self._closed else self._lack_of_room(task)
+            problem = self._lack_of_room(task)
             if problem is not None:
                 raise problem
             self._append(task)
@@ -92,36 +143,35 @@ class MeshQueue:
         Raises RequestError if there is no room for it.
         """
         with self._changed:
-            problem = None if self._closed else self._lack_of_room(self._request(
-                lambda: None, size, part_id, large))
+            problem = self._lack_of_room(_Task(lambda: None, size, part_id, large, Rank.URGENT))
         if problem is not None:
             raise problem
 
     def put_later(self, work: Callable[[], T], large: bool = False) -> Future[T]:
         """Queue a task that holds on to little for when nothing else waits; never waits."""
-        task = Task(work, 0, "", Pace.SLOW if large else Pace.QUICK, Rank.LATER)
+        task = _Task(work, 0, "", large, Rank.LATER)
         with self._changed:
             self._append(task)
         return task.future
 
-    @staticmethod
-    def _request(work: Callable[[], object], size: int, part_id: str, large: bool) -> Task:
-        return Task(work, size, part_id, Pace.MIDDLE if large else Pace.QUICK, Rank.URGENT)
+    def _entry(self, task: _Task) -> Lane:
+        """The lane of a task, as large as it is and behind those of its name."""
+        others = self._names.get(task.part_id, [])
+        before = others[:others.index(task)] if task in others else others
+        slow = task.large or any(one.lane is Lane.SLOW for one in before)
+        return Lane.SLOW if slow else Lane.QUICK
 
-    def _entry(self, task: Task) -> Lane:
-        """The lane to wait in at first: behind the last one of its name."""
-        others = self._names.get(task.part_id)
-        return self._lanes[others[-1].lane if others else task.pace]
-
-    def _lack_of_room(self, task: Task) -> RequestError | None:
+    def _lack_of_room(self, task: _Task) -> RequestError | None:
         """Why a task cannot be taken in now; one that is larger than the bound waits alone."""
-        waiting = len(self._entry(task).waiting[task.rank])
+        if self._closed:
+            return None
+        waiting = len(self._lanes[self._entry(task)][task.rank])
         if waiting >= MOST_WAITING:
             return RequestError(f"at most {MOST_WAITING} meshes of a kind waiting", f"{waiting}",
                                 "send it again in a moment")
-        room, large = ROOM * self._most_bytes(), task.pace is not Pace.QUICK
+        room = ROOM * self._most_bytes()
         for most, held in ((room, sum(self._bytes.values())),
-                           *(((room // 2, self._bytes[True]),) if large else ())):
+                           *(((room // 2, self._bytes[True]),) if task.large else ())):
             if held and held + task.size > most:
                 return RequestError(
                     f"at most {most} bytes of {'large ' * (most < room)}meshes waiting "
@@ -130,29 +180,24 @@ class MeshQueue:
                     "send it again once they are done, or decimate it")
         return None
 
-    def _append(self, task: Task) -> None:
+    def _append(self, task: _Task) -> None:
         """Take in a task."""
         if self._closed:
             task.future.cancel()
             return
-        task.lane = self._entry(task).pace
         if task.part_id:
             self._names.setdefault(task.part_id, []).append(task)
-        self._bytes[task.pace is not Pace.QUICK] += task.size
-        self._lanes[task.lane].waiting[task.rank].append(task)
+        self._bytes[task.large] += task.size
+        self._wait_in(self._entry(task), task)
+
+    def _wait_in(self, lane: Lane, task: _Task) -> None:
+        task.lane = lane
+        self._lanes[lane][task.rank].append(task)
         self._changed.notify_all()
 
-    def _move(self, task: Task, pace: Pace) -> None:
-        """Have a task wait in a slower lane, behind those there."""
-        self._bytes[task.pace is not Pace.QUICK] -= task.size
-        task.pace = task.lane = pace
-        self._bytes[True] += task.size
-        self._lanes[pace].waiting[task.rank].append(task)
-        self._changed.notify_all()
-
-    def _remove(self, task: Task) -> None:
+    def _remove(self, task: _Task) -> None:
         """Let go of a task that has been done."""
-        self._bytes[task.pace is not Pace.QUICK] -= task.size
+        self._bytes[task.large] -= task.size
         others = self._names.get(task.part_id, [])
         if task in others:
             others.remove(task)
@@ -161,7 +206,6 @@ class MeshQueue:
         self._changed.notify_all()
 
     def _run(self, lane: Lane) -> None:
-        self._of_thread.pace = lane.pace
         while self._do_next(lane):
             pass
 
@@ -170,42 +214,39 @@ class MeshQueue:
         task = self._next(lane)
         if task is None:
             return False
-        done = task.do(lane.pace)
+        done = task.do()
         with self._changed:
-            lane.in_hand = None
+            self._in_hand[lane] = None
             dropped = self._closed and not done
             if done or dropped:
                 self._remove(task)
-            else:
-                self._move(task, Pace(lane.pace + 1))
+            else:  # it takes long
+                self._bytes[False] -= task.size
+                self._bytes[True] += task.size
+                task.large = True
+                self._wait_in(Lane.SLOW, task)
         if dropped:
             task.future.cancel()
         return True
 
-    def _next(self, lane: Lane) -> Task | None:
+    def _next(self, lane: Lane) -> _Task | None:
         """The next task that is to be done in a lane; none once the queue is closed."""
         with self._changed:
             while not self._closed:
-                task = lane.pop()
+                task = next((tasks.popleft() for tasks in self._lanes[lane] if tasks), None)
                 if task is None:
                     self._changed.wait()
-                elif (pace := self._pace_of(task)) > lane.pace:
-                    self._move(task, pace)
+                elif self._entry(task) is Lane.SLOW and lane is Lane.QUICK:
+                    self._wait_in(Lane.SLOW, task)
                 else:
-                    lane.in_hand = task
+                    self._in_hand[lane] = task
                     return task
             return None
-
-    def _pace_of(self, task: Task) -> Pace:
-        """The lane that a task has to take, as large as it is and behind those of its name."""
-        others = self._names.get(task.part_id, [])
-        before = others[:others.index(task)] if task in others else []
-        return max([task.pace, *(one.lane for one in before)])
 
     def waiting(self) -> int:
         """Tasks that wait."""
         with self._changed:
-            return sum(len(tasks) for lane in self._lanes for tasks in lane.waiting)
+            return sum(len(tasks) for lane in self._lanes.values() for tasks in lane)
 
     def close(self) -> bool:
         """Drop what waits, finish what is in hand if that is soon done.
@@ -214,13 +255,17 @@ class MeshQueue:
         """
         with self._changed:
             self._closed = True
-            dropped = [task for lane in self._lanes for tasks in lane.waiting for task in tasks]
-            for lane in self._lanes:
-                for tasks in lane.waiting:
-                    tasks.clear()
+            waiting = [tasks for ranks in self._lanes.values() for tasks in ranks]
+            dropped = [task for tasks in waiting for task in tasks]
+            for tasks in waiting:
+                tasks.clear()
             self._changed.notify_all()
         for task in dropped:
             task.future.cancel()
-        ended = [lane.ended(thread)  # each is asked, so that nobody waits for what it has in hand
-                 for lane, thread in zip(self._lanes, self._threads, strict=True)]
-        return all(ended)
+        for lane, thread in self._threads.items():
+            if thread.is_alive():
+                thread.join(timeout=LAST_SECONDS)
+            in_hand = self._in_hand[lane]
+            if thread.is_alive() and in_hand is not None:
+                in_hand.future.cancel()  # nobody waits for it
+        return not any(thread.is_alive() for thread in self._threads.values())

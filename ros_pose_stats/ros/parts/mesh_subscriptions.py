@@ -14,14 +14,14 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
-from ..diagnostics import Refusals
 from ..messages.part_messages import request_of_mesh_bytes, request_of_part_bytes
+from ..messages.part_requests import PartRequest, named
+from ..refusals import Refusals
 from ..settings import Settings, mesh_topics
-from ..transport.overruns import SequenceGaps
+from ..transport.batches import SequenceGaps
+from .known_part import KnownPart
 from .mesh_queue import MeshQueue
 from .part_builder import is_large
-from .part_requests import PartRequest, named
-from .result_store import ResultStore
 
 DEPTH = 100
 """Messages that wait in the middleware."""
@@ -35,13 +35,17 @@ def failed(error: Exception) -> Future[Any]:
 
 
 class MeshSubscriptions:
-    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes."""
+    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes.
 
-    def __init__(self, node: Node, settings: Callable[[], Settings], results: ResultStore,
-                 mesh_queue: MeshQueue, refusals: Refusals) -> None:
+    `take_part`: makes a known part of it.
+    """
+
+    def __init__(self, node: Node, settings: Callable[[], Settings],
+                 take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue,
+                 refusals: Refusals) -> None:
         self._node = node
         self._settings = settings
-        self._results = results
+        self._take_part = take_part
         self._mesh_queue = mesh_queue
         self._refusals = refusals
         self._group = MutuallyExclusiveCallbackGroup()
@@ -60,7 +64,7 @@ class MeshSubscriptions:
             except Exception as error:  # a refusal, or a failure that is told like one
                 self._refusals.watch_mesh(lambda: topic, failed(error))
                 return
-            coming = self._mesh_queue.put(partial(self._results.take_part, request), len(data),
+            coming = self._mesh_queue.put(partial(self._take_part, request), len(data),
                                           request.part_id, is_large(request))
             self._refusals.watch_mesh(lambda: topic + named(request.part_id), coming)
 

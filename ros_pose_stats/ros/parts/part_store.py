@@ -1,30 +1,28 @@
-"""What parts the node knows: built once, put on record once, the least recently used forgotten."""
+"""What parts the node knows: built once, kept in the state, the least recently used forgotten."""
 
 from __future__ import annotations
 
-import math
+import itertools
 import threading
-from collections import OrderedDict, deque
+from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures import Future
-from dataclasses import dataclass, field
-from typing import TypeVar
+from functools import partial
 
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import JobEvent, PoseStatistics
+from ros_pose_stats_msgs.msg import JobEvent
 
 from ...errors import MeshError, PoseStatsError, RequestError
-from ...records import DropScene, Part
+from ...records import Part
 from ...records.part import array_bytes, digest_name
+from ..messages.part_messages import part_message, request_of_part_bytes
+from ..messages.part_requests import PartRequest, shown
 from ..messages.times import now, time_message
-from ..recorder import JOB_EVENTS, Recorder
-from .cell_counts import CellCounts
+from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
+from ..state import Change, State
+from ..state.tables import Row
+from .known_part import KnownPart, Numbers, PartSource
 from .memory import Memory
-from .mesh_record import MeshRecord
 from .part_builder import NotBuiltError
-from .part_requests import PartRequest, part_of, shown
-
-T = TypeVar("T")
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
@@ -35,82 +33,91 @@ BUILT_BYTES = 64 * 2**20
 NUMBERED = 1024
 """Forgotten parts whose revisions go on where they come again."""
 
-LAST_RECORDED = 16
-"""Results of a name that are known to have been recorded: its meshes may change places."""
+RECORDED = 4096
+"""Meshes that are known to be in the bag."""
 
 
-@dataclass(eq=False)
-class Revisions:
-    """Numbers of the results of one name, whichever meshes come under it."""
+class MeshLog:
+    """Puts the mesh of each part on record once a bag, before anything else of the part."""
 
-    newest: int = 0  # given to a result
-    shown: int = 0  # of what was latched last
-    # numbers of the last results that were put on record when latched, as they were first
-    recorded: deque[int] = field(default_factory=lambda: deque(maxlen=LAST_RECORDED))
-    recorded_at: float = -math.inf  # when that was last, by the monotonic clock
-    # held while a result of the name is numbered, latched or withdrawn
-    lock: threading.RLock = field(default_factory=threading.RLock)
+    def __init__(self, recorder: Recorder, state: State) -> None:
+        self._recorder, self._state = recorder, state
+        self._bag = -1
+        self._recorded: Memory[tuple[str, str], bool] = Memory(RECORDED)
+        self._lock = threading.RLock()
 
-    def next(self) -> int:
-        """The number of a new result."""
-        with self.lock:
-            self.newest += 1
-            return self.newest
+    def introduce(self, known: KnownPart) -> None:
+        """Put a part's mesh on record, and the result that a start has latched, unless they are.
 
-
-@dataclass(eq=False)
-class KnownPart:
-    """A part with what the node says of it at present."""
-
-    part: Part
-    content: bytes  # digest of the mesh as it was sent
-    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
-    request: PartRequest | None = None  # the mesh as it was sent
-    revisions: Revisions = field(default_factory=Revisions)  # of its name
-    latched: PoseStatistics | None = None  # the current result, which late joiners get
-    # the best estimate or simulation for that scene, as it was before it was latched: under
-    # another number, and combined with the counts where there are any
-    model: PoseStatistics | None = None
-    counts: CellCounts | None = None  # what cameras counted of it
-    scene: DropScene | None = None  # that the latched result is for
-    published: float = 0.0  # when it was published, by the monotonic clock
-    # the result of the last run that this one began with, which is in the bag already
-    on_record: PoseStatistics | None = None
-    # bytes of the mesh as it was sent, of the part, and of what was prepared on it when it became
-    # known
-    size: int = 0
-    mark: int = -1  # the recorder's, when the latched result was put on record; -1 where it is not
-    latched_bytes: int = 0  # size of the latched result as a message
-    mesh_is_last: bool = False  # whether the mesh went on record, and no result of it since
-
-
-def at_hand(value: T) -> Future[T]:
-    """A future that is done."""
-    future: Future[T] = Future()
-    future.set_result(value)
-    return future
+        The bag of each run stands alone, also one that is begun because another was deleted.
+        """
+        with self._lock:
+            if self._bag != self._recorder.bag:
+                self._recorded.clear()
+            if self._recorded.get((known.part_id, known.digest)):
+                return
+            message = self._state.mesh(known.part_id)
+            if message is None or not self._recorder.record(PART_MESH, message):
+                return
+            if self._bag != self._recorder.bag:  # as the record was written
+                self._recorded.clear()
+                self._bag = self._recorder.bag
+            self._recorded.put((known.part_id, known.digest), True)
+            if known.shown.latched is not None and not known.shown.recorded:
+                known.shown.recorded = self._recorder.record(
+                    POSE_STATISTICS, serialize_message(known.shown.latched))
 
 
 class PartStore:
     """Known parts by their id.
 
-    `on_forgotten`: told a part that made room or was forgotten, when (nanoseconds), and why.
-    Attributes `build`: makes a `Part` of a `PartRequest`; `meshes`: which of their meshes are on
-    record.
+    `build`: makes a `Part` of a `PartRequest`; `on_forgotten`: told a part that made room or was
+    forgotten, when (nanoseconds), and why. Attributes `log`: puts their meshes on record.
     """
 
-    def __init__(self, recorder: Recorder,
+    def __init__(self, recorder: Recorder, state: State, log: MeshLog,
+                 build: Callable[[PartRequest], Part],
                  on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
-        self._recorder = recorder
-        self._on_forgotten = on_forgotten
-        self.build: Callable[[PartRequest], Part] = part_of
+        self._recorder, self._state, self.log = recorder, state, log
+        self._build_part, self._on_forgotten = build, on_forgotten
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
+        self._used: set[str] = set()
+        self._uses = itertools.count(1)
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         self._built: Memory[tuple[str, bytes], Part] = Memory(
             BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
-        self.meshes = MeshRecord(recorder)
-        self._revisions: Memory[str, Revisions] = Memory(NUMBERED)
+        self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
+
+    def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
+        """Know the parts of the state again, the last used ones; each is built when asked for.
+
+        The least recently used first.
+        """
+        rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
+        with self._lock:
+            for part_id, digest, content, restitution, drop_height, size, _ in rows:
+                source = PartSource(None, partial(self._rebuild, part_id, digest))
+                self._parts[part_id] = KnownPart(
+                    part_id, digest, content, (restitution, drop_height), source, size=size)
+            self._uses = itertools.count(rows[-1][-1] + 1 if rows else 1)
+        self.shrink(most, most_bytes)
+        return self.all()
+
+    def _rebuild(self, part_id: str, digest: str) -> Part:
+        """Build a part of an earlier run.
+
+        Raises PoseStatsError.
+        """
+        message = self._state.mesh(part_id)
+        if message is None:
+            raise MeshError(f"the mesh of {shown(part_id)} beside the state file", "none that is "
+                            "as it was written", "send the part again")
+        part = self._build(request_of_part_bytes(message))
+        if part.digest != digest:
+            raise MeshError(f"the mesh of {shown(part_id)} as it was kept",
+                            "another one", "send the part again")
+        return part
 
     def resolve(self, request: PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is new: not known yet, and here by `put` only.
@@ -119,15 +126,19 @@ class PartStore:
         refused before.
         """
         same = self._same(request.part_id, request.content)
-        part = self._build(request) if same is None else same.part
-        old = self.find(part.part_id)
+        if same is None:
+            part = self._build(request)
+            part_id, digest, source = part.part_id, part.digest, PartSource(part)
+        else:
+            part_id, digest, source = same.part_id, same.digest, same.source
+        old = self.find(part_id)
         override = (request.restitution, request.drop_height)
-        if old is not None and (old.part.digest, old.scene_override) == (part.digest, override):
+        if old is not None and (old.digest, old.scene_override) == (digest, override):
             return old, False
-        revisions = self._revisions.get(part.part_id) if old is None else old.revisions
-        new = KnownPart(part, request.content, override, request, revisions or Revisions())
-        if old is not None and old.part.digest == part.digest:
-            new.counts = old.counts  # dropped otherwise, but on the same plate
+        numbers = self._numbers.get(part_id) if old is None else old.numbers
+        new = KnownPart(part_id, digest, request.content, override, source, numbers or Numbers())
+        if old is not None and old.digest == digest:  # dropped otherwise, but on the same plate
+            new.shown.counts, new.shown.counted = old.shown.counts, old.shown.counted
         return new, True
 
     def _same(self, part_id: str, content: bytes) -> KnownPart | None:
@@ -136,8 +147,8 @@ class PartStore:
             known = self.find(part_id)
             return known if known is not None and known.content == content else None
         for known in self.all():
-            if known.content == content and known.part.part_id == digest_name(known.part.digest):
-                return self.find(known.part.part_id)
+            if known.content == content and known.part_id == digest_name(known.digest):
+                return self.find(known.part_id)
         return None
 
     def _build(self, request: PartRequest) -> Part:
@@ -148,7 +159,7 @@ class PartStore:
         part = self._built.get(key)
         if part is None:
             try:
-                part = self.build(request)
+                part = self._build_part(request)
             except NotBuiltError:  # the mesh may be good
                 raise
             except PoseStatsError as found:
@@ -157,32 +168,45 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, most: int, most_bytes: int, *,
-            newest: bool = True) -> KnownPart:
-        """Record and remember a part, with no result of the same name between the two.
+    def put(self, known: KnownPart, request: PartRequest, most: int, most_bytes: int) -> None:
+        """Keep, record and remember a part, with no result of the same name between the two.
 
-        It takes the place of one of the same id, if it is the newest, and of the oldest beyond
-        `most` parts and `most_bytes` of them all. Returns the part that is known then.
-
-        Raises MeshError if the part alone takes more.
+        It takes the place of one of the same id, and of the oldest beyond `most` parts and
+        `most_bytes` of them all. Raises MeshError if the part alone takes more.
         """
-        known.size = array_bytes(known.part, known.request)
+        known.size = array_bytes(known.part, request)
         if known.size > most_bytes:
             raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "
                             f"max_part_bytes)", f"{known.size} bytes, "
                             f"{len(known.part.triangles)} triangles",
                             "decimate the mesh, or raise the parameter")
-        with known.revisions.lock:
-            self.meshes.record(known)
+        message = serialize_message(part_message(request, known.part_id, request.stamp or now()))
+        with known.numbers.lock:
+            other = self.current(known.part_id)
+            if other is not None:
+                self.log.introduce(other)
+            self._state.put_mesh(known.part_id, message)
+            gone = [] if other is None or other.digest == known.digest else [
+                Change("counts", known.part_id, None)]
+            known.change = self._state.put(Change("parts", known.part_id, self._row(known)), *gone)
+            self.log.introduce(known)
             with self._lock:
-                other = self._parts.get(known.part.part_id)
-                if other is not None and not newest:
-                    return other
-                self._parts.pop(known.part.part_id, None)
-                self._parts[known.part.part_id] = known
-            self.meshes.record(known)  # what held it may have gone while nobody knew the part
+                self._parts.pop(known.part_id, None)
+                self._parts[known.part_id] = known
         self.shrink(most, most_bytes)
-        return known
+
+    def _row(self, known: KnownPart) -> Row:
+        return (known.part_id, known.digest, known.content, *map(float, known.scene_override),
+                known.size, next(self._uses))
+
+    def keep_uses(self) -> None:
+        """Have the state know which parts were used last."""
+        with self._lock:
+            used, self._used = self._used, set()
+            changes = [Change("parts", part_id, self._row(known))
+                       for part_id, known in self._parts.items() if part_id in used]
+        if changes:
+            self._state.put(*changes)
 
     def find(self, part_id: str) -> KnownPart | None:
         """A part, which counts as used now; None if it is not known."""
@@ -190,6 +214,7 @@ class PartStore:
             known = self._parts.get(part_id)
             if known is not None:
                 self._parts.move_to_end(part_id)
+                self._used.add(part_id)
             return known
 
     def current(self, part_id: str) -> KnownPart | None:
@@ -217,18 +242,19 @@ class PartStore:
         with self._lock:
             return list(self._parts.values())
 
-    def forget(self, part_id: str) -> None:
-        """Forget a part.
+    def is_kept(self, known: KnownPart) -> bool:
+        """Whether the state has a part on the disk; waits until it has."""
+        return self._state.commit(known.change)
 
-        Raises RequestError if it is not known.
-        """
-        self._let_go(self.known(part_id), "a client had the part forgotten", durable=True)
+    def forget(self, known: KnownPart, why: str = "a client had the part forgotten") -> bool:
+        """Forget a part; whether the state has that on the disk."""
+        return self._state.commit(self._let_go(known, why))
 
     def shrink(self, most: int, most_bytes: int) -> None:
         """Forget the least recently used ones beyond `most` parts and bytes; one is kept."""
         while (oldest := self._oldest_beyond(most, most_bytes)) is not None:
             self._let_go(oldest, "the part made room for others that were used more recently "
-                         "(parameters max_parts, max_part_bytes)", durable=False)
+                         "(parameters max_parts, max_part_bytes)")
 
     def _oldest_beyond(self, most: int, most_bytes: int) -> KnownPart | None:
         with self._lock:
@@ -236,26 +262,24 @@ class PartStore:
             too_many = len(self._parts) > most or total > most_bytes
             return next(iter(self._parts.values())) if too_many and len(self._parts) > 1 else None
 
-    def record_forgotten(self, part_id: str, digest: str, stamp: int, *,
-                         durable: bool = False) -> None:
-        """Put on record that a part is not known any more, so that no later run begins with it."""
-        event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id, part_digest=digest)
-        event.header.stamp = time_message(stamp)
-        self._recorder.record(JOB_EVENTS, serialize_message(event), durable=durable)
-
-    def _let_go(self, known: KnownPart, why: str, *, durable: bool) -> None:
-        """Forget a part, unless another one has taken its place.
+    def _let_go(self, known: KnownPart, why: str) -> int | None:
+        """Forget a part, unless another one has taken its place; the number of that change.
 
         While its name is locked nothing is recorded of that: neither a result of it after the
         word that it is forgotten, nor that word after the same part has come again.
         """
-        part_id, stamp = known.part.part_id, now()
-        with known.revisions.lock:
+        part_id, stamp = known.part_id, now()
+        with known.numbers.lock:
             if self.current(part_id) is not known:
-                return
+                return None
             self._on_forgotten(known, stamp, why)
-            self.record_forgotten(part_id, known.part.digest, stamp, durable=durable)
-            known.revisions.shown = known.revisions.newest
-            self._revisions.put(part_id, known.revisions)
+            event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id,
+                             part_digest=known.digest)
+            event.header.stamp = time_message(stamp)
+            self._recorder.record(JOB_EVENTS, serialize_message(event))
+            known.numbers.shown = known.numbers.newest
+            self._numbers.put(part_id, known.numbers)
             with self._lock:
                 self._parts.pop(part_id, None)
+            return self._state.put(*(Change(table, part_id, None)
+                                     for table in ("parts", "meshes", "results", "counts")))

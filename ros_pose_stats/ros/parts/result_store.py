@@ -8,30 +8,23 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
+from rclpy.serialization import deserialize_message, serialize_message
+from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ... import records
-from ...errors import PoseStatsError
 from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
-from ...planning.observed import observe_counts
-from ...recording.analysis.decoding import numbering_of
 from ...records import DropScene
-from ..messages.statistics_messages import (
-    Answer,
-    copied,
-    statistics_message,
-    statistics_of_message,
-)
+from ..messages import statistics_messages as messages
+from ..messages.part_requests import PartRequest, check_request, estimator_name
 from ..messages.times import now
 from ..settings import Settings
-from .announcer import Announcer, Recorded
-from .cell_counts import CellCounts, Ground, counts_of_result
+from ..state import Change, State
+from .announcer import Announcer
+from .count_store import CountStore
+from .known_part import KnownPart
 from .memory import Memory
-from .part_requests import PartRequest, check_request, estimator_name
-from .part_store import KnownPart, PartStore
+from .part_store import PartStore
 from .result_rules import known_error, labelled, replaces, still_true
 
 REMEMBERED_POSES = 20_000
@@ -59,179 +52,122 @@ class Key(NamedTuple):
     plate_frame: str
 
 
-def live_size(known: KnownPart) -> int:
-    """Bytes that a part and what is latched for it take in a bag, names aside."""
-    request = known.request
-    mesh = 0 if request is None else request.vertices.nbytes + request.triangles.nbytes
-    return mesh + known.latched_bytes
-
-
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part.
 
-    Attributes `on_shown`: told each `KnownPart` once its best result is latched after it, or a
-    parameter, is new.
+    Attributes `parts`: what they are of.
     """
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore,
-                 announcer: Announcer) -> None:
+    def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
+                 announcer: Announcer, state: State) -> None:
         self._settings = settings
         self.parts = parts
-        self.announcer = announcer
-        self.recorder = announcer.recorder
+        self._counts = counts
+        self._announcer = announcer
+        self._state = state
         self._waiting: dict[str, KnownPart] = {}
-        self._counted: dict[str, KnownPart] = {}
-        self.on_shown: Callable[[KnownPart], object] = lambda known: None
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def take_part(self, request: PartRequest, last: PoseStatistics | None = None, *,
-                  recorded: bool = False, newest: bool = True) -> KnownPart:
-        """Make a received mesh a known part, estimated and latched.
+    def take_part(self, request: PartRequest) -> tuple[KnownPart, bool]:
+        """Make a received mesh a known part, estimated and latched; whether it is a new one.
 
-        A copy of what is known is ignored; one that was refused is refused again at once.
-
-        `last`: what was latched for it in the last run; `recorded`: whether that stands for this
-        run too, if it holds; `newest`: whether it takes the place of a known part of its name.
-        Raises PoseStatsError with one line that says what is wrong.
+        A copy of what is known is ignored; one that was refused is refused again at once. Raises
+        PoseStatsError with one line that says what is wrong.
         """
         settings = self._settings()
         check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
         known, new = self.parts.resolve(request)
-        restored = self._restore_result(known, last, scene)
-        if recorded:
-            known.on_record = restored
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            there = self.parts.put(known, settings.max_parts, settings.max_part_bytes,
-                                   newest=newest)
-            if there is not known:
-                return there
-            self.show_best(known, restored)
-            self.announcer.announce_part(known)
-        elif restored is not None:
-            self.offer_results(known, scene, [restored])
-        return known
+            self.parts.put(known, request, settings.max_parts, settings.max_part_bytes)
+            self.show_best(known)
+            self._announcer.announce_part(known)
+        return known, new
 
-    def relabel(self, last: PoseStatistics) -> PoseStatistics:
-        """A result of the last run with the present plate and frame."""
-        return labelled(last, self._settings())
+    def restore(self, known: KnownPart) -> None:
+        """Give a part what the state has of it: its last result, and what was counted."""
+        shown, row = known.shown, self._state.get("results", known.part_id)
+        if row is not None:
+            _, latched, model, known.numbers.newest = row
+            known.numbers.shown = known.numbers.newest
+            shown.recorded = False
+            with suppress(Exception):  # of the bindings: then it is estimated anew
+                shown.latched = deserialize_message(latched, PoseStatistics)
+                shown.latched.final = True  # nothing is going to refine it any more
+                shown.model = shown.latched if not model else deserialize_message(
+                    model, PoseStatistics)
+        self._counts.restore(known)
 
-    def holds(self, last: PoseStatistics, override: tuple[float, float]) -> bool:
-        """Whether a result of the last run is one of the present scene of its part."""
-        with suppress(PoseStatsError):  # of an override that holds no more
-            return still_true(last, self._settings().scene(override))
-        return False
+    def show_restored(self, known: KnownPart) -> bool:
+        """Latch what an earlier run has latched, where it holds in the present scene.
 
-    def _restore_result(self, known: KnownPart, last: PoseStatistics | None,
-                        scene: DropScene) -> PoseStatistics | None:
-        """Remember a result of the last run, if it still holds."""
-        if last is None:
-            return None
-        with known.revisions.lock:
-            known.revisions.newest = max(known.revisions.newest, last.revision)
-        if last.part_digest == known.part.digest and known.counts is None:
-            known.counts = counts_of_result(last)
-        if (last.part_digest != known.part.digest or last.method == OBSERVED
-                or not still_true(last, scene)):
-            return None
-        if not last.drops:
-            self._results.put(self._key(last.method, known, scene), last)
-        return last
-
-    def record_again(self) -> None:
-        """Put parts and what is latched for them on record where the bag may not have them.
-
-        A mesh is followed by its result, which tells its digest. Parts that are too large to be
-        recorded again and again go with the files of this run; meshes of earlier runs are
-        recorded once in any case.
+        Returns false where it does not, so that there is nothing to show yet.
         """
-        meshes, parts = self.parts.meshes, self.parts.all()
-        may_repeat = self.recorder.has_room_for(sum(map(live_size, parts)))
-        for known in parts:
-            with known.revisions.lock:
-                if self.recorder.closing or self.parts.current(known.part.part_id) is not known:
-                    continue
-                if meshes.holds(known) and known.mark >= self.recorder.trusted_from:
-                    continue
-                if may_repeat or known.mark < 0 or meshes.must_move(known):
-                    meshes.record(known)
-                    self._record_latched(known)
-        meshes.leave_runs(self.parts.all())
+        shown, settings = known.shown, self._settings()
+        scene, last, model = settings.scene(known.scene_override), shown.latched, shown.model
+        if last is None or model is None or last.part_digest != known.digest or not (
+                still_true(model, scene)):
+            shown.latched = shown.model = None
+            return False
+        with known.numbers.lock:
+            if last is model:
+                last = model = labelled(model, settings)
+            shown.model, shown.latched, shown.scene = labelled(model, settings), last, scene
+            shown.published = time.monotonic()
+            known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
+            observed = last.method == OBSERVED
+            if self._counts.counted_as(known, model) != last.observed * observed or (
+                    observed and last.header.frame_id != settings.plate_frame):
+                self._latch(known, shown.model, scene)
+            else:
+                self._announcer.publish_result(known, last, serialize_message(last))
+        for role in (model.method, BEST):
+            if role == BEST or not model.drops:
+                self._results.put(self._key(role, known, scene), shown.model)
+        return True
 
-    def add_counts(self, known: KnownPart, counts: PoseCounts) -> None:
-        """Learn from what a camera counted, if on this plate; `record_waiting` shows it.
-
-        `counts`: of its poses as they are numbered now.
-        """
-        if counts.plate not in ("", self._settings().plate):
-            return
-        ground = self._ground(counts)
-        with known.revisions.lock:
-            if known.latched is None:
-                return
-            if known.counts is None or known.counts.ground != ground:
-                known.counts = CellCounts(ground, np.zeros(len(known.latched.poses), np.int64))
-            if known.counts.add(counts):
-                self._counted[known.part.part_id] = known
-
-    def _ground(self, message: PoseCounts | PoseStatistics) -> Ground:
-        return Ground(numbering_of(message), self._settings().plate)
-
-    def _show_counts(self) -> None:
-        """Latch what cameras have counted since it was latched last."""
-        for part_id in list(self._counted):
-            known = self._counted.pop(part_id)
-            with known.revisions.lock:
-                if (self.parts.current(part_id) is known and known.model is not None
-                        and known.scene is not None):
-                    self._latch(known, known.model, known.scene)
-
-    def record_waiting(self) -> None:
+    def show_waiting(self) -> None:
         """Show what was counted, and put on record what was not when it was latched again."""
-        self._show_counts()
+        for known in self._counts.take_new():
+            with known.numbers.lock:
+                shown = known.shown
+                if (self.parts.current(known.part_id) is known and shown.model is not None
+                        and shown.scene is not None):
+                    self._latch(known, shown.model, shown.scene)
         for part_id in list(self._waiting):
-            known = self._waiting.get(part_id)
-            if known is None:
+            waiting = self._waiting.pop(part_id, None)
+            if waiting is None or waiting.shown.latched is None:
                 continue
-            with known.revisions.lock:
-                if self._waiting.get(part_id) is known:
-                    del self._waiting[part_id]
-                    if self.parts.current(part_id) is known:
-                        self._record_latched(known)
+            with waiting.numbers.lock:
+                if self.parts.current(part_id) is waiting:
+                    self._announcer.record_result(waiting, waiting.shown.latched)
 
-    def _record_latched(self, known: KnownPart) -> None:
-        """Put what is latched for a part on record as it was published."""
-        if known.latched is not None:
-            known.mark = self.announcer.record_result(known.latched).mark
-
-    def show_best(self, known: KnownPart, restored: PoseStatistics | None = None) -> None:
+    def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
         scene = self._settings().scene(known.scene_override)
-        self.offer_results(known, scene, self._candidates(known, scene, restored))
-        self.on_shown(known)
+        self.offer_results(known, scene, self._candidates(known, scene))
 
-    def _candidates(self, known: KnownPart, scene: DropScene,
-                    restored: PoseStatistics | None) -> Iterator[PoseStatistics]:
+    def _candidates(self, known: KnownPart, scene: DropScene) -> Iterator[PoseStatistics]:
         """All that could be shown of a part; each is looked up when those before were offered."""
-        if restored is not None:
-            yield restored
         best = self._results.get(self._key(BEST, known, scene))
         if best is not None:
             yield best
-        with known.revisions.lock:  # until it is offered, so that nothing comes in between
-            if known.model is not None and known.scene == scene:
-                yield labelled(known.model, self._settings())
+        with known.numbers.lock:  # until it is offered, so that nothing comes in between
+            if known.shown.model is not None and known.shown.scene == scene:
+                yield labelled(known.shown.model, self._settings())
         yield self.estimate(known, "", scene)
+
+    def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
+        """Whether an analytic result is at hand; raises as `estimate`."""
+        name = estimator_name(method or self._settings().default_method, scene.restitution)
+        return self._results.get(self._key(name, known, scene)) is not None
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before.
 
-        Raises
-        ------
-        PoseStatsError
-            If the method is unknown, or the part has no equilibrium.
+        Raises PoseStatsError if the method is unknown, or the part has no equilibrium.
         """
         settings = self._settings()
         name = estimator_name(method or settings.default_method, scene.restitution)
@@ -262,19 +198,20 @@ class ResultStore:
         """Make the message of a new result of a part, with the error of the settings' plate."""
         if found.method != OBSERVED:
             found = replace(found, plate_error=settings.plate_error)
-        return statistics_message(found, Answer(now(), settings.plate_frame, settings.plate,
-                                                known.revisions.next(), job_id, final, warnings))
+        return messages.statistics_message(found, messages.Answer(
+            now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
+            warnings))
 
     def is_due(self, known: KnownPart, scene: DropScene) -> bool:
         """Whether an intermediate result for this scene may be latched again by now."""
         return (self._settings().scene(known.scene_override) == scene
-                and time.monotonic() - known.published >= SECONDS_BETWEEN)
+                and time.monotonic() - known.shown.published >= SECONDS_BETWEEN)
 
     def offer_results(self, known: KnownPart, scene: DropScene,
                       candidates: Iterable[PoseStatistics]) -> None:
         """Latch, one after the other, the results that are better than what is latched."""
         for message in candidates:
-            with known.revisions.lock:
+            with known.numbers.lock:
                 better = self._is_better(known, message, scene)
                 if better:
                     self._latch(known, message, scene)
@@ -283,61 +220,49 @@ class ResultStore:
 
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
-        if self.parts.current(known.part.part_id) is not known or (
-                message is known.latched or message is known.model):
+        shown = known.shown
+        if self.parts.current(known.part_id) is not known or (
+                message is shown.latched or message is shown.model):
             return False
         if self._settings().scene(known.scene_override) != scene:
             return False
-        if (known.scene == scene and known.model is not None
-                and not replaces(message, known.model)):
+        if (shown.scene == scene and shown.model is not None
+                and not replaces(message, shown.model)):
             return False
         return message.final or self.is_due(known, scene)
 
-    def _latch(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> None:
-        """Show a result under a number above that of the one before, and put it on record.
+    def _latch(self, known: KnownPart, model: PoseStatistics, scene: DropScene) -> None:
+        """Show a result under a number above that of the one before, record and keep it.
 
         One that is latched again, because meshes change places, is put on record at most once
-        a second; the last one always, by `record_waiting`.
+        a second; the last one always, by `show_waiting`.
         """
-        known.model = message
-        message = self._observe(known, message)
-        at, revisions, origin = time.monotonic(), known.revisions, message
-        if message.revision <= revisions.shown:
-            message = copied(message)
-            message.revision = revisions.next()
-        revisions.shown = message.revision
-        again = origin is not message and origin.revision in revisions.recorded
-        if (again and not known.mesh_is_last
-                and at - revisions.recorded_at < SECONDS_BETWEEN):
-            self._waiting[known.part.part_id] = known
-            found = Recorded(message, serialize_message(message), -1)
+        shown, numbers, at = known.shown, known.numbers, time.monotonic()
+        observed = self._counts.observe(known, model)
+        message = model if observed is None else self.number_result(
+            known, observed, self._settings(), final=model.final)
+        again = message.revision <= numbers.shown
+        if again:
+            message = messages.copied(message)
+            message.revision = numbers.next()
+        if message.method == OBSERVED and not self._state.commit(shown.counted):
+            message = self._announcer.warn_unrecorded(message)
+        if again and at - numbers.recorded_at < SECONDS_BETWEEN:
+            self._waiting[known.part_id] = known
         else:
-            self._waiting.pop(known.part.part_id, None)
-            found = self.announcer.record_result(message, message is known.on_record)
-            revisions.recorded_at, known.mesh_is_last = at, False
-            if found.mark >= 0 and not again:
-                revisions.recorded.append(origin.revision)
-        known.mark, known.latched = found.mark, found.message
-        known.latched_bytes = len(found.data)
-        known.scene, known.published = scene, at
-        self.announcer.publish_result(known.part, found.message, found.data)
-
-    def _observe(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
-        """A result of the model combined with what was counted; itself where nothing was."""
-        counts = known.counts
-        if counts is None:
-            return message
-        ground = self._ground(message)
-        if counts.ground != ground and counts.ground.goes_on_as(ground, known.part):
-            counts.ground = ground
-        if counts.ground != ground:
-            return message
-        found = observe_counts(statistics_of_message(message), counts.total)
-        if found.method != OBSERVED:
-            return message
-        return self.number_result(known, found, self._settings(), final=message.final)
+            self._waiting.pop(known.part_id, None)
+            message = self._announcer.record_result(known, message)
+            numbers.recorded_at = at
+        numbers.shown = message.revision
+        shown.model, shown.latched, shown.scene = model, message, scene
+        shown.published, shown.recorded = at, True
+        data = serialize_message(message)
+        self._announcer.publish_result(known, message, data)
+        self._state.put(Change("results", known.part_id, (
+            known.part_id, data, serialize_message(model) if message.method == OBSERVED else b"",
+            numbers.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
         settings = self._settings()
-        return Key(role, known.part.part_id, known.part.digest, scene, settings.plate,
+        return Key(role, known.part_id, known.digest, scene, settings.plate,
                    settings.plate_error, settings.plate_frame)

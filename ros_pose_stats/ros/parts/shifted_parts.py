@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh.parts import shift_center
 from ...records import Part
 from ...text import listed, millimetres
+from .known_part import KnownPart, known_as
 from .memory import Memory
-from .part_store import BUILT_BYTES, KnownPart
+from .part_store import BUILT_BYTES
 
 Array = NDArray[np.float64]
 
@@ -31,12 +30,12 @@ class ShiftedParts:
         """
         if not offset.any():
             return known
-        key = known.part.part_id, known.part.digest, offset.tobytes()
+        key = known.part_id, known.digest, offset.tobytes()
         part = self._parts.get(key)
         if part is None:
             part = shift_center(known.part, offset)
             self._parts.put(key, part)
-        return replace(known, part=part, latched=None, model=None, scene=None, counts=None)
+        return known_as(part, known)
 
 
 def shift_warning(offset: Array) -> str:

@@ -1,7 +1,13 @@
-"""All messages of a topic that wait are taken together, so that one sync keeps them all."""
+"""Subscriptions under a flood: what waits is taken together, and what was overrun is counted.
+
+The middleware tells of no sample that a newer one pushed out of the history, but every publisher
+numbers its messages. Which publisher a message is from is not told either: it is taken to follow
+the nearest lower number that has arrived.
+"""
 
 from __future__ import annotations
 
+import bisect
 import math
 import threading
 import time
@@ -11,10 +17,8 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
-from ..diagnostics import Refusals
 from ..floods import MINUTE
-from ..recorder import Recorder
-from .overruns import SequenceGaps
+from ..refusals import Refusals
 
 DEPTH = 1000
 """Messages that wait in the middleware."""
@@ -27,6 +31,30 @@ OVERHEAD = 1000
 
 Received = tuple[bytes, Mapping[str, int]]
 
+MOST_PUBLISHERS = 64
+
+
+class SequenceGaps:
+    """Counts what is missing between the numbers of one topic."""
+
+    def __init__(self) -> None:
+        self._last: list[int] = []
+
+    def missing_before(self, number: int) -> int:
+        """Messages lost just before this one.
+
+        `number`: of the message, counted by its publisher; 0 where the middleware has none.
+        Returns 0 for the first message of a publisher.
+        """
+        if number <= 0:
+            return 0
+        place = bisect.bisect_left(self._last, number) - 1
+        missing = 0 if place < 0 else number - self._last.pop(place) - 1
+        bisect.insort(self._last, number)
+        if len(self._last) > MOST_PUBLISHERS:
+            del self._last[0]
+        return missing
+
 
 class BatchSubscription:
     """Hands over all serialised messages that wait, and counts those that were overrun.
@@ -35,16 +63,17 @@ class BatchSubscription:
     the numbers that are missing.
 
     `noun`: what is on it, for the log; `take`: called with serialised messages in the order of
-    their coming, by one thread at a time; `recorder`: keeps the number of those that were lost.
+    their coming, by one thread at a time; `count_lost`: counts those that were lost, and returns
+    how many that is by now.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, noun: str,
-                 take: Callable[[list[bytes]], object], recorder: Recorder,
+                 take: Callable[[list[bytes]], object], count_lost: Callable[[int], int],
                  refusals: Refusals) -> None:
         self._log = node.get_logger()
         self._kind, self._topic, self._noun = kind, topic, noun
         self._hand_over = take
-        self._recorder = recorder
+        self._add_lost = count_lost
         self._refusals = refusals
         self._gaps = SequenceGaps()
         self._lost_told = -math.inf
@@ -83,7 +112,7 @@ class BatchSubscription:
         self._hand_over([data for data, _ in received])
 
     def _count_lost(self, lost: int) -> None:
-        total = self._recorder.count_lost(lost)
+        total = self._add_lost(lost)
         if lost and time.monotonic() - self._lost_told > MINUTE:
             self._lost_told = time.monotonic()
             self._log.warning(f"{self._topic}: {total} counts lost so far: they come faster than "

@@ -101,6 +101,15 @@ def tables(log, folder):
 
 
 class TestCsv:
+    def test_no_name_is_a_formula(self, tmp_path):
+        """Spreadsheets would compute it."""
+        write_run(tmp_path / "log", [
+            ("pose_statistics", result(1.0, part_id="=1+1")),
+            ("pose_counts", counts(2.0, (2, 1, 0, 0, 0), part_id="=1+1"))])
+        rows = tables(tmp_path / "log", tmp_path / "csv")
+        assert {row["part_id"] for name in ("poses", "answers", "counts")
+                for row in rows[name]} == {"'=1+1"}
+
     def test_values_come_back(self, log, tmp_path):
         (tmp_path / "poses.csv").write_text("old")  # is replaced
         rows = tables(log, tmp_path)

@@ -117,6 +117,8 @@ def mended(killed, place, tmp_path_factory):
     (folder / "notes" / "mine.mcap").write_text("mine")
     with cell_of(place[0], folder, "mended", environment=place[1]) as (node, client):
         ask(client, 1)
+        for bag, _ in before.values():
+            node.says(f"{bag.name} mended")
         node.stop()
     return before
 
@@ -200,7 +202,7 @@ def assert_says_that_nothing_is_recorded(node, client, health):
 
 
 def assert_records(client, folder, health):
-    """Everything is recorded again; the answer that is there."""
+    """Everything is recorded again, each bag by itself; the answer that is there."""
     health.line("recording", lambda line, _: line.level == DiagnosticStatus.OK)
     (statistics,) = ask(client, 1)
     assert not unrecorded(statistics)
@@ -228,7 +230,15 @@ def test_a_full_disk_and_a_missing_folder_come_and_go(place, tmp_path):
         shutil.rmtree(folder)
         until(lambda: not unrecorded(ask(client, 1)[0]) and bags_of(folder), "another bag")
         last = assert_records(client, folder, health)
+        (bag,) = bags_of(folder)
+        shutil.copytree(bag, folder / "copy")
+        bag = bag.rename(folder / "monday")
+        newest = client.good("estimate", part_id=last.part_id).statistics
         node.stop()
+    assert_readable_by_others(bag)
+    assert whole(last) in {whole(message) for message in recorded_in(bag)}
     (bag,) = bags_of(folder)
     assert_readable_by_others(bag)
-    assert whole(last) in set(map(whole, recorded(folder, "answers")))
+    topics = [topic for topic, data in raw(bag) if message_of(topic, data).part_id == last.part_id]
+    assert topics[:2] == [on_topic("part_mesh"), on_topic("answers")]
+    assert whole(newest) in {whole(message) for message in recorded_in(bag)}

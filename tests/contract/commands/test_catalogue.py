@@ -295,11 +295,13 @@ def test_a_part_that_ends_its_process_is_refused_and_costs_no_other(tmp_path):
     for name in ("box.stl", "deadly.stl", "other.stl"):
         write_stl(tmp_path / name, shapes.box(10.0, 20.0, 30.0))
     (tmp_path / "sitecustomize.py").write_text(
-        "import os, pathlib\n"
-        "read = pathlib.Path.read_bytes\n"
-        "def deadly(path):\n"
-        "    return os.abort() if path.name == 'deadly.stl' else read(path)\n"
-        "pathlib.Path.read_bytes = deadly\n")
+        "import os\n"
+        "usual = os.open\n"
+        "def deadly(path, *how, **more):\n"
+        "    if str(path).endswith('deadly.stl'):\n"
+        "        os.abort()\n"
+        "    return usual(path, *how, **more)\n"
+        "os.open = deadly\n")
     done = subprocess.run(
         [sys.executable, "-m", "ros_pose_stats", "catalogue", tmp_path, "--unit", "mm",
          "--workers", "1", "-o", tmp_path / "out"], capture_output=True, text=True,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,44 @@ def test_a_mirrored_object_is_turned_back(tmp_path, block):
     scene.export(tmp_path / "mirrored.3mf")
     part = load_part(tmp_path / "mirrored.3mf")
     assert trimesh.Trimesh(part.vertices, part.triangles).volume == pytest.approx(6e-6)
+
+
+def model_of(folder, objects, built):
+    """A 3MF file of a tetrahedron, other objects (number: components), and one that is built."""
+    inside = "".join(
+        f'<object id="{number}"><components>{components}</components></object>'
+        for number, components in objects.items())
+    mesh = ('<vertices>' + "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in (
+        (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))) + '</vertices><triangles>' + "".join(
+            f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in (
+                (0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))) + '</triangles>')
+    path = folder / "model.3mf"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", (
+            f'<model unit="meter"><resources><object id="1"><mesh>{mesh}</mesh></object>{inside}'
+            f'</resources><build><item objectid="{built}"/></build></model>'))
+    return path
+
+
+def placed(number, x=0):
+    return f'<component objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {x} 0 0"/>'
+
+
+def test_components_in_components_are_all_in_their_places(tmp_path):
+    """Each object is twice the one before, so far apart that all lie in a row."""
+    doubles = {k + 2: placed(k + 1) + placed(k + 1, 2**(k + 1)) for k in range(10)}
+    part = load_part(model_of(tmp_path, doubles, 11))
+    assert len(part.triangles) == 4 * 2**10
+    corners = part.vertices[part.triangles].reshape(-1, 12, 3)[:, :, 0].min(axis=1)
+    assert sorted(corners) == [2.0 * k for k in range(2**10)]
+
+
+@pytest.mark.parametrize(("objects", "said"), [
+    ({k + 2: placed(k + 1) * 1000 for k in range(5)}, "at most 100000 placed objects"),
+    ({k + 2: placed(k + 1) for k in range(3000)}, "at most 100 objects in each other"),
+    ({2: placed(3)}, "none with id '3'")])
+def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects, said):
+    assert said in refused(model_of(tmp_path, objects, max(objects)))
 
 
 def test_an_ascii_stl_of_several_solids_is_one_part_and_none_of_them_may_be_cut(tmp_path, block):

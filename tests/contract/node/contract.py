@@ -36,10 +36,11 @@ DEFAULTS = {
     "max_mesh_bytes": 67_108_864, "max_part_bytes": 2**30, "cluster_tolerance": 0.0025,
     "round_sides": 192, "flip_height": 0.0,
     "log_directory": "", "max_bag_bytes": 536_870_912, "max_log_bytes": 2**33,
-    "log_drops": False, "restore": True,
+    "log_drops": False, "restore": True, "state_file": "",
 }
 
-FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes", "restore"}
+FIXED = {"mesh_topics", "log_directory", "max_bag_bytes", "max_log_bytes", "restore",
+         "state_file"}
 """What can be set at the start only."""
 
 FIELDS = {

@@ -166,11 +166,27 @@ def test_counts_sharpen_what_is_latched(tuned, model):
     assert asked.observed == 0 and probabilities(asked.poses) == probabilities(model.poses)
 
 
+def test_a_message_counts_once_however_often_it_comes(node, tuned, model):
+    """Stamp and content tell that it is the same; a played bag brings the bytes again."""
+    camera, message = counting(tuned), counted(model, [30, 70])
+    camera.publish(*[message] * 3)
+    learnt(tuned, model.part_id, 100)
+    camera.publish(message, counted(model, [30, 70]))
+    learnt(tuned, model.part_id, 200)
+    node.says("recorded, but it came before, and counts once")
+    unstamped = counted(model, [1])
+    unstamped.header.stamp = type(unstamped.header.stamp)()
+    camera.publish(unstamped, unstamped)
+    node.says("fill in header.stamp")
+    learnt(tuned, model.part_id, 201)
+
+
 def test_counts_of_anything_else_are_recorded_only(tuned, model):
     """Of another plate, another numbering, another part, or more than there can be."""
     camera = counting(tuned)
     for fields in ({"plate": "steel"}, {"cluster_tolerance": 0.01}, {"part_digest": "ab" * 32},
-                   {"count": [2**63, 2**63]}, {"index": [0, 99]}):
+                   {"count": [2**63, 2**63]}, {"count": [10**6, 1]}, {"index": [0, 99]},
+                   {"drop_height": math.nan}):
         camera.publish(counted(model, [50, 50], **fields))
     camera.publish(counted(model, [1, 2], plate=""))
     learnt(tuned, model.part_id, 3)

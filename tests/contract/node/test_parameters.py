@@ -63,8 +63,8 @@ class TestRefusals:
 
     @pytest.mark.parametrize("name", sorted(FIXED))
     def test_what_holds_for_the_run_cannot_be_changed(self, tuned, name):
-        value = {"mesh_topics": ["/other"], "log_directory": "/tmp", "restore": False}.get(
-            name, 10**6)
+        value = {"mesh_topics": ["/other"], "log_directory": "/tmp", "restore": False,
+                 "state_file": "/tmp/state"}.get(name, 10**6)
         assert_refused(tuned, name, value, "at the start")
 
     def test_several_at_once_are_judged_one_by_one(self, tuned):

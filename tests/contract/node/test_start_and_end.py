@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 import signal
+import sqlite3
 import sys
 from pathlib import Path
 
@@ -18,7 +21,7 @@ from tests.running import refusal
 from .harness.bags import assert_readable_by_others, bags_of, ends, recorded
 from .harness.camera import counted, counting
 from .harness.cell import Health, MeshPublisher, cell_of, latched
-from .harness.client import RUNNING, until, wait_for
+from .harness.client import CANCELLED, RUNNING, until, wait_for
 from .harness.goals import Goals
 from .harness.jobs import LONG, finished, known_part, running_with_results, start
 from .harness.parts import WEDGE, flat, mesh, new_id
@@ -79,8 +82,12 @@ def test_without_ros_or_its_messages(refused, monkeypatch, missing, advice):
 
 @pytest.fixture(scope="module")
 def odd(domain, tmp_path_factory):
-    """A client of a node with parameters of every form, on simulated time."""
-    with cell_of(domain, tmp_path_factory.mktemp("bags"), "odd", use_sim_time=True,
+    """A client of a node with parameters of every form, on simulated time, and beside a pipe."""
+    bags = tmp_path_factory.mktemp("bags")
+    run = bags / "pose_stats_20260202T024000_000000_42"
+    run.mkdir()
+    os.mkfifo(run / f"{run.name}_1.mcap")
+    with cell_of(domain, bags, "odd", use_sim_time=True,
                  restitution=0, max_job_seconds=5, drop_height=1, cluster_tolerance=0, workers=1,
                  mesh_topics="[/cad/clamp, 'a=b=/cad/clamp', '~/mine', 'other=nut']") as (
             _, client):
@@ -113,6 +120,25 @@ def test_stamps_are_those_of_the_clock_that_stands_until_somebody_publishes_it(o
         return odd.good("estimate", part=flat(WEDGE, part_id)).statistics.header.stamp.sec
 
     until(lambda: stamp(new_id()) == 1234, "the node's clock")
+    clock.publish(Clock(clock=Time(sec=-5)))  # which rclpy cannot hold
+    told = odd.good("estimate", part=flat(WEDGE, new_id())).statistics
+    assert told.header.stamp.sec == 1234
+
+
+def test_a_file_of_plates_is_a_small_file(refused, tmp_path):
+    """No pipe that nobody writes to, no device without an end, no aliases of aliases."""
+    file = tmp_path / "plates.yaml"
+    os.mkfifo(file)
+    assert "a pipe" in refused(f"plates:={file}", "plate:=glass")
+    assert "a device" in refused("plates:=/dev/zero", "plate:=glass")
+    file.unlink()
+    lines = [f"{name}: &{name} [{', '.join(9 * ['*' + before])}]"
+             for before, name in itertools.pairwise("abcdefghi")]
+    for text, said in (("\n".join(["a: &a [x]", *lines]), "values"),
+                       ("plates:\n" + "".join(f"  p{k}: x\n" for k in range(300)), "256 plates"),
+                       ("#" * 300_000, "262144 bytes")):
+        file.write_text(text)
+        assert said in refused(f"plates:={file}", "plate:=glass")
 
 
 ENDING = "expected a running node, got one that is ending; start it again"
@@ -139,6 +165,49 @@ def test_many_signals_as_soon_as_it_is_ready(node_of):
         node.send(number)
     assert node.ended() == 0
     node.assert_sound()
+
+
+STUCK = """
+import sys, time
+from ros_pose_stats.ros.parts.part_store import PartStore
+
+def never_ends(*arguments):
+    while True:
+        time.sleep(0.0)
+
+PartStore.forget = never_ends
+from ros_pose_stats.commands.node import main
+sys.exit(main())
+"""
+
+
+def test_a_callback_that_never_ends_keeps_nothing_from_ending(node_of, client_of, tmp_path):
+    """What was acknowledged is in the state, and the bag is whole."""
+    node = node_of(program=["-c", STUCK]).ready()
+    client = client_of()
+    client.good("estimate", part=flat(WEDGE, "kept"))
+    job_id = start(client, "kept", LONG)
+    running_with_results(client, job_id)
+    for _ in range(2):
+        client.send("forget_part", part_id="kept")
+    client.good("estimate", part_id="kept")
+    node.send(signal.SIGTERM)
+    assert node.ended() == 0
+    with sqlite3.connect(tmp_path / "bags" / "pose_stats.sqlite3") as state:
+        assert state.execute("SELECT part_id FROM parts").fetchall() == [("kept",)]
+        assert state.execute("SELECT job_id, state FROM jobs").fetchall() == [(job_id, CANCELLED)]
+    assert_readable_by_others(*bags_of(tmp_path / "bags"))
+
+
+@pytest.mark.parametrize(("make", "said"), [
+    (lambda file: None, "newer"), (lambda file: os.mkfifo(file.with_name("pipe")), "pipe")])
+def test_a_state_file_that_is_not_to_be_touched_is_refused(refused, tmp_path, make, said):
+    with sqlite3.connect(tmp_path / "newer") as link:
+        link.execute("CREATE TABLE parts (part_id)")
+        link.execute("PRAGMA user_version=99")
+    make(tmp_path / "newer")
+    line = refused(f"state_file:={tmp_path / said}")
+    assert said in line and "state" in line
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,9 @@ def parameters(**values):
 class NodeProcess:
     """A node in its `folder`, with parameters by `values`, and what it says on standard error."""
 
-    def __init__(self, log_directory, *arguments, environment=None, folder=None, **values):
-        command = [sys.executable, "-m", "ros_pose_stats", "node", "--ros-args",
+    def __init__(self, log_directory, *arguments, environment=None, folder=None,
+                 program=("-m", "ros_pose_stats", "node"), **values):
+        command = [sys.executable, *program, "--ros-args",
                    *parameters(log_directory=log_directory, **values), *arguments]
         self.log_directory = log_directory
         self.lines = []

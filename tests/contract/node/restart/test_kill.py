@@ -58,6 +58,8 @@ class Killings:
         for job_id in jobs:
             assert client.good("get_drop_simulation", job_id=job_id).state >= DONE
         self.ended_by_start += len(jobs)
+        for job_id, state in self.told.ends.items():
+            assert client.good("get_drop_simulation", job_id=job_id).state == state
 
 
 @pytest.mark.long

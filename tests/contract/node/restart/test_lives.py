@@ -1,4 +1,4 @@
-"""What a node that is started again has: the parts, results and counts that it had before."""
+"""What a node that is started again has: parts, results, counts and jobs of its state file."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from shape_msgs.msg import Mesh
 from ..harness.bags import assert_readable_by_others, bags_of, recorded
 from ..harness.camera import counted, counting, learnt
 from ..harness.cell import Health, MeshPublisher, cell_of, latched
-from ..harness.client import CANCELLED
+from ..harness.client import CANCELLED, until
 from ..harness.jobs import LONG, finished, get, running_with_results, start
+from ..harness.node import NodeProcess
 from ..harness.parts import WEDGE, counts, flat, library_part, mesh, probabilities, whole
 
 
@@ -46,6 +47,13 @@ def first_life(client):
     seen = client.good("estimate", part=flat(scaled(1.5), "seen")).statistics
     counting(client).publish(counted(seen, [30, 70])).acknowledged()
     learnt(client, "seen", 100)
+
+
+def second_node(folder):
+    """How a node of the same name ends that is started beside the first one."""
+    (lock,) = folder.glob("lives.*.lock")
+    with NodeProcess(folder, "-r", "__ns:=/lives") as node:
+        return node.ended(), node.log, int(lock.read_text())
 
 
 def assert_restored(client, before):
@@ -84,8 +92,12 @@ def lives(begin, domain, folder):
     with begin() as (_, client):
         first_life(client)
         left.first = shown(client)
+        left.done = client.call("list_drop_simulations").job_id
+        left.answers = {job_id: get(client, job_id) for job_id in left.done}
     with begin() as (node, client):
         assert_restored(client, left.first)  # here, since it is over when the next one begins
+        left.again = {job_id: get(client, job_id) for job_id in left.done}
+        left.second = second_node(folder)
         left.better = finished(client, start(client, "simulated", 20_000, seed=5)).statistics
         camera = counting(client)
         camera.publish(counted(left.first["seen"], [1, 0]))
@@ -98,6 +110,17 @@ def lives(begin, domain, folder):
         left.bag = bags_of(folder)[1]
         node.kill()
     return left
+
+
+def test_finished_jobs_answer_as_before(lives):
+    assert len(lives.done) == 3
+    for job_id, before in lives.answers.items():
+        assert whole(lives.again[job_id]) == whole(before) and before.statistics.drops > 0
+
+
+def test_a_second_node_of_the_name_is_refused_with_the_first_one_s_process(lives):
+    status, log, first = lives.second
+    assert status == 2 and f"process {first} has in use" in log and "state_file" in log
 
 
 def test_all_parts_of_a_node_that_ended_well_come_back(lives):
@@ -143,14 +166,13 @@ def test_a_kill_loses_nothing_that_was_acknowledged(lives, third, folder):
     assert ends == [JobEvent.CANCELLED]
 
 
-def test_copies_and_renamed_bags_change_nothing_and_a_new_scene_is_estimated(
-        lives, third, begin, folder):
+def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
     """Nor is anything of the job told again. Of all parts the last used are kept."""
     shutil.copytree(lives.bag, folder / (lives.bag.name + "0"))
     with begin(restitution=0.3, plate_frame="feeder", max_parts=6) as (node, client):
         client.good("estimate", part_id="seen")
-        now = shown(client)
-        assert len(now) == 6 and {"seen", "simulated", "own scene"} <= now.keys()
+        now = until(lambda: len(found := shown(client)) == 6 and found, "six results")
+        assert {"seen", "simulated", "own scene"} <= now.keys()
         assert all(told.header.frame_id == "feeder" for told in now.values())
         assert (now["simulated"].method, now["simulated"].restitution) == ("split", 0.3)
         assert now["simulated"].revision > third.shown["simulated"].revision
@@ -159,12 +181,19 @@ def test_copies_and_renamed_bags_change_nothing_and_a_new_scene_is_estimated(
         client.good("forget_part", part_id="own scene")
         kept = set(now) - {"own scene"}
         node.kill()
-    shutil.move(lives.bag, folder / "monday")
-    with begin() as (_, client):
-        assert shown(client).keys() == kept
-        assert latched(client, "seen").observed == 101
     cancelled = [event.job_id for event in recorded(folder, "job_events")
                  if event.event == JobEvent.CANCELLED and event.job_id == lives.job_id]
-    assert len(cancelled) <= 2  # in the copy too
-    with begin(restore="false") as (_, client):
-        assert shown(client) == {}
+    assert len(cancelled) == 1
+    for bag in bags_of(folder):
+        shutil.rmtree(bag)
+    with begin() as (_, client):
+        until(lambda: shown(client).keys() == kept, "all results")
+        assert latched(client, "seen").observed == 101
+        assert get(client, lives.job_id).state == CANCELLED
+    (file,) = folder.glob("lives.*.sqlite3")
+    file.write_bytes(file.read_bytes()[:-5000])
+    with begin(restore="false") as (node, client):
+        assert shown(client) == {} and "the node starts without it" in node.log
+        line, values = Health(client).line("recording")
+        assert values["state file set aside"].startswith(f"{file.name}.unreadable-")
+        assert values["state file set aside"] in line.message

@@ -10,19 +10,20 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.srv import FitPlate
 
 from ...errors import RequestError
 from ...text import several
+from ..messages.part_requests import shown
+from ..parts.announcer import Announcer
 from ..parts.cell_counts import CellCounts
-from ..parts.part_requests import shown
-from ..parts.part_store import KnownPart, PartStore
-from ..requests import ending
-from ..services import Later, refusing
+from ..parts.count_store import CountStore
+from ..parts.known_part import KnownPart
+from ..parts.part_store import PartStore
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
-from ..transport.overruns import SERVICE_QUALITY
+from ..transport.answering_node import AnsweringNode
+from .requests import ending
+from .services import Later, refusing
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PlateFit
@@ -37,10 +38,12 @@ class PlateFits:
     `use_plate`: makes the node work with a plate of its file as the file now has it.
     """
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: PartStore, counts: CountStore, announcer: Announcer,
                  use_plate: Callable[[str], object]) -> None:
         self._settings = settings
-        self._parts = parts
+        self._parts, self._counts = parts, counts
+        self._announcer = announcer
         self._use_plate = use_plate
         self._log = node.get_logger()
         self.say_failure = self._log.error
@@ -48,8 +51,7 @@ class PlateFits:
         self._closed = False
         self._done: float | None = None
         self._thread = threading.Thread()
-        node.create_service(FitPlate, "~/fit_plate", self.answer, qos_profile=SERVICE_QUALITY,
-                            callback_group=ReentrantCallbackGroup())
+        node.serve(FitPlate, "~/fit_plate", self.answer)
 
     @refusing
     def answer(self, request: Any, response: Any) -> Later:
@@ -122,16 +124,21 @@ class PlateFits:
                                 f"{several(len(found.parts), 'part')}, and "
                                 f"{several(found.drops, 'drop')} in {found.seconds:.1f} s")
             if request.apply:
-                file = self._apply(plate, found)
+                file, kept = self._apply(plate, found)
                 response.message += f"; written to {file} as {plate}, and used from now on"
+                if not kept:
+                    response.message += f". {self._announcer.not_recorded().rstrip('.')}"
             response.message += "."
             self._log.info(f"~/fit_plate: restitution {found.restitution[0]:.2f}, drop height "
                            f"{found.drop_height[0]:.3g} m. {response.message}")
         finally:  # before the answer leaves, which may bring the next request
             self._done = None
 
-    def _apply(self, plate: str, found: PlateFit) -> Path:
-        """Write the plate into the node's file and work with it; the file."""
+    def _apply(self, plate: str, found: PlateFit) -> tuple[Path, bool]:
+        """Write the plate into the node's file and work with it.
+
+        Returns the file, and whether the state has on the disk which counts are of that plate.
+        """
         from ...plates import profile_of, write_profile
 
         settings = self._settings()
@@ -143,12 +150,9 @@ class PlateFits:
             raise RequestError("a file of plates that can be written (parameter plates)",
                                f"{file} ({error.strerror or error})",
                                "name another one") from error
-        for known in self._parts.all():
-            with known.revisions.lock:
-                if known.counts is not None and not known.counts.ground.plate:
-                    known.counts.ground = known.counts.ground._replace(plate=plate)
+        kept = self._counts.name_plate(plate)
         self._use_plate(plate)
-        return file
+        return file, kept
 
 
 def check_applicable(plate: str, settings: Settings) -> None:
@@ -171,8 +175,8 @@ def counts_on(plate: str, present: str,
     `present`: the node's plate. What was counted while it had no name is taken for any. Raises
     RequestError if there are none.
     """
-    counted = [(known, known.counts) for known in parts
-               if known.counts is not None and known.counts.total.any()]
+    counted = [(known, counts) for known in parts
+               if (counts := known.shown.counts) is not None and counts.total.any()]
     names = {plate, present} if not present else {plate}
     found = [(known, seen) for known, seen in counted if seen.ground.plate in names]
     if not found:

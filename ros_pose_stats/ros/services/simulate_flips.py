@@ -12,20 +12,21 @@ from ros_pose_stats_msgs.action import SimulateFlips
 
 from ...errors import RequestError
 from ...resting.poses import are_found
+from ..jobs.flips import FlipReports, flips_in_all, pose_count
+from ..jobs.job import FlipRequest, Job
+from ..jobs.queue import Jobs
+from ..parts.known_part import at_hand
 from ..parts.part_builder import is_large
-from ..parts.part_store import PartStore, at_hand
+from ..parts.part_store import PartStore
 from ..settings import Settings
-from ..transport.late_answers import PatientNode
-from .flips import FlipReports, flips_in_all, pose_count
+from ..transport.answering_node import AnsweringNode
 from .goals import GoalServer
-from .job import FlipRequest, Job
-from .queue import Jobs
 
 
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -44,7 +45,7 @@ class SimulateFlipsServer(GoalServer):
         if not is_large(known.part) or are_found(known.part, scene):
             flips_in_all(pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
-            FlipRequest(known.part.part_id, known.content, scene, request.drops, request.seed,
+            FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
             at_hand(known.part), settings)
 

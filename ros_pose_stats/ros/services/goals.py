@@ -8,20 +8,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from rclpy.action import CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 
 from ...errors import PoseStatsError
-from ..transport.late_answers import PatientActionServer, PatientNode
-from ..transport.overruns import SERVICE_QUALITY
-from . import Job, Jobs, State
+from ..jobs import Job, Jobs, State
+from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0
 """The transition that follows a cancel's callback takes a millisecond, on a busy machine more."""
 
-LAST_SECONDS = 1.0
+LAST_SECONDS = 0.3
 
 MOST_ASKED = 1000
 
@@ -44,7 +43,7 @@ class GoalServer(ABC):
     that runs.
     """
 
-    def __init__(self, node: PatientNode, kind: Any, name: str, jobs: Jobs,
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs,
                  reports: Reports) -> None:
         self._node = node
         self._name = name
@@ -57,7 +56,7 @@ class GoalServer(ABC):
         self._next_feedback = 0.0
         reports.on_started, reports.on_progress = self._begin, self._feedback
         reports.on_end = self._complete
-        self._server = PatientActionServer(
+        self._server = ActionServer(
             node, kind, f"~/{name}", execute_callback=self._refuse,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
             cancel_callback=self._cancel, callback_group=ReentrantCallbackGroup(),

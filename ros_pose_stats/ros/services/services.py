@@ -11,29 +11,29 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ..errors import PoseStatsError, RequestError
-from ..mesh.mass_properties import check_offset
-from ..methods import AUTO
-from ..planning.confidence import not_enough
-from ..records import DropScene
-from .jobs import Job, Jobs, State
-from .jobs.job_reports import JobReports
-from .messages.outline_messages import outline_messages
-from .messages.part_messages import is_given
-from .messages.statistics_messages import with_warning
-from .parts.part_requests import shown
-from .parts.part_store import KnownPart
-from .parts.refinement import Refinement, credible_bound
-from .parts.result_store import ResultStore
-from .parts.shifted_parts import ShiftedParts, shift_warning
+from ...errors import PoseStatsError, RequestError
+from ...mesh.mass_properties import check_offset
+from ...methods import AUTO
+from ...planning.confidence import not_enough
+from ...records import DropScene
+from ..jobs import Job, Jobs, State
+from ..jobs.job_reports import JobReports
+from ..jobs.refinement import Refinement, credible_bound
+from ..messages.part_messages import is_given
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import with_warning
+from ..parts.announcer import Announcer
+from ..parts.known_part import KnownPart
+from ..parts.outlines import Outlines, outline_messages
+from ..parts.part_store import PartStore
+from ..parts.result_store import ResultStore
+from ..parts.shifted_parts import ShiftedParts, shift_warning
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
-from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
 
 BY_DROPS = "ask for the method auto, or start a drop simulation"
 AS_ITSELF = "for drops, send the part with this centre of mass in its inertia"
@@ -99,33 +99,33 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], results: ResultStore,
-                 requests: Requests, refinement: Refinement, jobs: Jobs,
-                 reports: JobReports) -> None:
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
+                 results: ResultStore, announcer: Announcer, requests: Requests,
+                 refinement: Refinement, jobs: Jobs, reports: JobReports,
+                 outlines: Outlines) -> None:
         self._settings = settings
+        self._parts = parts
         self._results = results
+        self._announcer = announcer
         self._requests = requests
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
+        self._outlines = outlines
         self._shifted = ShiftedParts()
         self.say_failure = node.get_logger().error
-        quick = ReentrantCallbackGroup()
-        # Of estimates a client may want thousands. Meshes have a queue of their own.
-        node.create_service(
-            srv.EstimatePoses, "~/estimate", self.estimate, qos_profile=SERVICE_QUALITY,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            in_turn=lambda request: not is_given(request.part))
-        for name, kind, callback, group in (
-                ("start_drop_simulation", srv.StartDropSimulation, self.start,
-                 MutuallyExclusiveCallbackGroup()),
-                ("get_statistics", srv.GetStatistics, self.get_statistics, quick),
-                ("forget_part", srv.ForgetPart, self.forget, quick),
-                ("get_drop_simulation", srv.GetDropSimulation, self.get, quick),
-                ("list_drop_simulations", srv.ListDropSimulations, self.list, quick),
-                ("cancel_drop_simulation", srv.CancelDropSimulation, self.cancel, quick)):
-            node.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QUALITY,
-                                callback_group=group)
+        for kind, name, callback in (
+                (srv.EstimatePoses, "estimate", self.estimate),
+                (srv.StartDropSimulation, "start_drop_simulation", self.start)):
+            node.serve(kind, f"~/{name}", callback,
+                       lambda request: not is_given(request.part))  # meshes have their own queue
+        for kind, name, callback in (
+                (srv.GetStatistics, "get_statistics", self.get_statistics),
+                (srv.ForgetPart, "forget_part", self.forget),
+                (srv.GetDropSimulation, "get_drop_simulation", self.get),
+                (srv.ListDropSimulations, "list_drop_simulations", self.list),
+                (srv.CancelDropSimulation, "cancel_drop_simulation", self.cancel)):
+            node.serve(kind, f"~/{name}", callback)
 
     @refusing
     def estimate(self, request: Any, response: Any) -> Later | None:
@@ -133,21 +133,31 @@ class Services:
         check_target(request.target_error)
         step = request.com_offset
         offset = check_offset((step.x, step.y, step.z))
-        resolved = self._requests.resolve_part(request.part_id, request.part)
+
+        def is_enough(known: KnownPart) -> bool:
+            """Whether the answer is remembered since before the part was built in this run."""
+            scene = self._settings().scene((request.restitution, request.drop_height),
+                                           known.scene_override)
+            return not (offset.any() or request.target_error) and self._results.remembers(
+                known, request.method, scene)
+
+        resolved = self._requests.resolve_part(request.part_id, request.part, None, is_enough)
         go_on = partial(self._estimate_part, request, response, resolved, offset)
         return go_on() if resolved.coming.done() else Later(resolved.coming, go_on)
 
     def _estimate_part(self, request: Any, response: Any, resolved: ResolvedPart,
                        offset: Array) -> Later | None:
-        known = self._shifted.shift(wait_for(resolved.coming), offset)
+        received = wait_for(resolved.coming)
+        known = self._shifted.shift(received, offset)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
         prepared = self._requests.prepare(known, scene)
-        go_on = partial(self._answer, request, response, known, scene, prepared, offset)
+        go_on = partial(self._answer, request, response, received, known, scene, prepared, offset)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
-    def _answer(self, request: Any, response: Any, known: KnownPart, scene: DropScene,
-                prepared: Future[Any], offset: Array) -> None:
+    def _answer(self, request: Any, response: Any, received: KnownPart, known: KnownPart,
+                scene: DropScene, prepared: Future[Any], offset: Array) -> None:
+        """Answer for a part as it is asked about, once the state has it as it was received."""
         wait_for(prepared)
         if offset.any():  # drops in the background would be of the part as it is known
             found = with_warning(self._named(known, request, scene, AS_ITSELF),
@@ -156,7 +166,9 @@ class Services:
             found, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             found = self._named(known, request, scene, BY_DROPS)
-        response.statistics = self._results.announcer.record_answer(found)
+        if not self._parts.is_kept(received):
+            found = self._announcer.warn_unrecorded(found)
+        response.statistics = self._announcer.record_answer(received, found)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
@@ -175,26 +187,35 @@ class Services:
         job = self._requests.start_job(request)
         response.job_id = job.job_id
         if not job.recorded:
-            response.message = self._results.announcer.not_recorded()
+            response.message = self._announcer.not_recorded()
 
     @refusing
-    def get_statistics(self, request: Any, response: Any) -> None:
+    def get_statistics(self, request: Any, response: Any) -> Later | None:
         """What is latched, with outlines of one part where they are asked for."""
-        parts = self._results.parts
+        parts = self._parts
         if request.heights and not request.part_id:
             raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
-        latched = [(known.part, known.latched) for known in chosen if known.latched is not None]
+        latched = [(known, found) for known in chosen
+                   if (found := known.shown.latched) is not None]
         response.statistics = [found for _, found in latched]
-        for part, found in latched if request.heights else ():
-            response.outlines = outline_messages(part, found, request.heights)
+        if not (request.heights and latched):
+            return None
+        known, result = latched[0]
+        coming = self._outlines.begin(known.part, result, request.heights)
+
+        def go_on() -> None:
+            response.outlines = outline_messages(result, request.heights, wait_for(coming))
+
+        return Later(coming, go_on)
 
     @refusing
     def forget(self, request: Any, response: Any) -> None:
         """Forget a part."""
-        self._results.parts.known(request.part_id)
+        known = self._parts.known(request.part_id)
         self._jobs.cancel_refinement(request.part_id, "the part was forgotten")
-        self._results.parts.forget(request.part_id)
+        if not self._parts.forget(known):
+            response.message = self._announcer.not_recorded()
 
     @refusing
     def get(self, request: Any, response: Any) -> None:

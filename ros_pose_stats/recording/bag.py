@@ -4,42 +4,39 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
-from ...files import DirectoryLock, make_directories, replace_file, sync_directory
-from ..repair.removal import remove_empty
-from ..repair.repair import mend
-from ..run_names import METADATA, bag_file, being_made
-from .bag_file import BagFile
-from .contents import Contents, metadata_yaml
-from .mcap_layout import message_size
-from .message_types import MessageType
+from ..files import DirectoryLock, make_directories, replace_file, sync_directory
+from .repair.removal import remove_empty
+from .repair.repair import mend
+from .run_names import METADATA, bag_file, being_made
+from .writer.bag_file import BagFile
+from .writer.contents import Contents, metadata_yaml
+from .writer.mcap_layout import message_size
+from .writer.message_types import MessageType
 
 
 class ClosedFile(NamedTuple):
-    """A file that is not written any more: its name, bytes and mark."""
+    """A file that is not written any more: its name and bytes."""
 
     name: str
     size: int
-    mark: int
 
 
 class Bag:
     """The files of a run. Used by one thread at a time.
 
     `path`: the directory to be made; `max_bytes`: a file that would grow beyond it is finished and
-    followed by the next; `node`: name of the node that records; `marks`: each file takes the next
-    one for its mark; they rise, over several bags too. Attributes `mark`: of the file that is
-    being written, or was last; `closed`: files of the bag before that, the oldest first;
-    `metadata_size`: bytes of `metadata.yaml`. Raises OSError: the directory cannot be made.
+    followed by the next; `node`: name of the node that records. Attributes `closed`: files before
+    the one that is being written, the oldest first; `metadata_size`: bytes of `metadata.yaml`.
+    Raises OSError: the directory cannot be made.
     """
 
     def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
-                 node: str = "", marks: Iterator[int] | None = None) -> None:
+                 node: str = "") -> None:
         self._path = path
         self._lock = _locked_directory(path)
         self._types = types
@@ -47,8 +44,6 @@ class Bag:
         self._max_bytes = max_bytes
         self._file: BagFile | None = None
         self._finished: dict[str, Contents] = {}
-        self._marks = count() if marks is None else marks
-        self.mark = 0
         self.closed: list[ClosedFile] = []
         self.metadata_size = 0
         self._next_number = 0
@@ -74,17 +69,16 @@ class Bag:
         """Whether the directory, or the lock in it, was deleted, moved or replaced."""
         return not self._lock.holds(self._path)
 
-    def append(self, topic: str, data: memoryview, log_time: int) -> tuple[BagFile, int]:
-        """Write a message; return the file and the number that its `sync` takes.
+    def append(self, topic: str, data: memoryview, log_time: int) -> None:
+        """Write a message.
 
         Raises OSError: it is not in the bag, or the bag is not described; the next call tries
         again.
         """
         file = self._file_for(message_size(data))
-        number = file.append(topic, data, log_time)
+        file.append(topic, data, log_time)
         if not self._described:
             self._describe()
-        return file, number
 
     def drop_oldest(self) -> ClosedFile | None:
         """Delete the oldest file that is closed and return what it was, if there is one.
@@ -126,6 +120,8 @@ class Bag:
     def abandon(self) -> None:
         """Let go of the bag as it is; a directory without a file in it goes."""
         if self._file is not None:
+            with suppress(OSError):  # where it was moved to it is whole
+                self._file.finish()
             self._file.abandon(OSError(errno.ENOENT, os.strerror(errno.ENOENT)))
             self._file = None
         with suppress(OSError):
@@ -145,7 +141,6 @@ class Bag:
             path = bag_file(self._path, self._next_number)
             self._file = BagFile(path, self._types, self._node)
             self._next_number += 1
-            self.mark = next(self._marks)
             self._described = False
         return self._file
 
@@ -168,7 +163,7 @@ class Bag:
 
     def _close(self, file: BagFile) -> None:
         self._file = None
-        self.closed.append(ClosedFile(file.path.name, file.size, self.mark))
+        self.closed.append(ClosedFile(file.path.name, file.size))
 
     def _describe(self) -> None:
         files = {name: contents for name, contents in self._finished.items()

@@ -9,18 +9,18 @@ from concurrent.futures import CancelledError, Future
 from concurrent.futures import TimeoutError as NotYet
 from typing import Any, NamedTuple, TypeVar
 
-from ..errors import PoseStatsError, RequestError
-from ..records import DropScene, Part
-from ..resting.poses import are_found, poses_in
-from .diagnostics import Refusals
-from .jobs import Job, JobRequest, Jobs
-from .messages.part_messages import is_given, let_go, mesh_size, taken_request
-from .parts.mesh_queue import MeshQueue
-from .parts.part_builder import are_many, is_large
-from .parts.part_requests import PartRequest, check_request, shown
-from .parts.part_store import KnownPart, at_hand
-from .parts.result_store import ResultStore
-from .settings import Settings
+from ...errors import PoseStatsError, RequestError
+from ...records import DropScene, Part
+from ...resting.poses import are_found
+from ..jobs import Job, JobRequest, Jobs
+from ..messages.part_messages import is_given, let_go, mesh_size, taken_request
+from ..messages.part_requests import PartRequest, check_request, shown
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.mesh_queue import MeshQueue
+from ..parts.part_builder import are_many, is_large
+from ..parts.part_store import PartStore
+from ..refusals import Refusals
+from ..settings import Settings
 
 T = TypeVar("T")
 
@@ -48,14 +48,16 @@ class ResolvedPart(NamedTuple):
 class Requests:
     """Resolves parts and starts jobs, for services and the action.
 
-    Meshes that come with a request and are refused count among `refusals`.
+    Meshes that come with a request and are refused count among `refusals`. `take_part`: makes a
+    known part of one; `find_poses`: has the poses of a large part at hand.
     """
 
-    def __init__(self, settings: Callable[[], Settings], results: ResultStore,
-                 mesh_queue: MeshQueue, jobs: Jobs, refusals: Refusals,
-                 find_poses: Callable[[Part, DropScene], object] = poses_in) -> None:
+    def __init__(self, settings: Callable[[], Settings], parts: PartStore,
+                 take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue, jobs: Jobs,
+                 refusals: Refusals, find_poses: Callable[[Part, DropScene], object]) -> None:
         self._settings = settings
-        self._results = results
+        self._parts = parts
+        self._take_part = take_part
         self._mesh_queue = mesh_queue
         self._jobs = jobs
         self._refusals = refusals
@@ -66,13 +68,14 @@ class Requests:
         """Refuse whatever comes from now on."""
         self._closed = True
 
-    def resolve_part(self, part_id: str, message: Any,
-                     accepted: threading.Event | None = None) -> ResolvedPart:
+    def resolve_part(self, part_id: str, message: Any, accepted: threading.Event | None = None,
+                     is_enough: Callable[[KnownPart], bool] = lambda known: False
+                     ) -> ResolvedPart:
         """The part of a request: known, or carried and on its way.
 
         `message`: is let go of: the request is kept until it is answered; `accepted`: a mesh that
-        takes longer than its answer should is begun with only then. Raises PoseStatsError if there
-        is none, or two.
+        takes longer than its answer should is begun with only then; `is_enough`: whether a known
+        part will do though it is not built yet. Raises PoseStatsError if there is none, or two.
         """
         if self._closed:
             raise ending()
@@ -85,13 +88,13 @@ class Requests:
                                "fill one of the two")
         message.part_id = message.part_id or part_id
         if not carried:
-            return _known_part(self._results.parts.known(message.part_id))
-        same = self._results.parts.find(message.part_id) if message.part_id else None
+            return self._known_part(self._parts.known(message.part_id), is_enough)
+        same = self._parts.find(message.part_id) if message.part_id else None
         if same is None:
             self._check_room(message)
         request, override = self._checked(message)
         if same is not None and (same.content, same.scene_override) == (request.content, override):
-            return _known_part(same)
+            return self._known_part(same, is_enough)
         slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
         coming = self._take(request, accepted if slow else None)
         return ResolvedPart(coming, request.part_id, lambda: request.content, override, slow)
@@ -122,16 +125,27 @@ class Requests:
         def take_part() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
-            return self._results.take_part(request)
+            return self._take_part(request)
 
         coming = self._mesh_queue.put_first(take_part, request.bytes(), request.part_id,
                                             is_large(request))
         self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
         return coming
 
+    def _known_part(self, known: KnownPart,
+                    is_enough: Callable[[KnownPart], bool]) -> ResolvedPart:
+        """A known part; one of an earlier run may have to be built first, before others."""
+        def build() -> KnownPart:
+            known.source.get()
+            return known
+
+        coming = (at_hand(known) if known.source.is_built or is_enough(known)
+                  else self._mesh_queue.put_first(build, 0, known.part_id))
+        return ResolvedPart(coming, known.part_id, lambda: known.content, known.scene_override)
+
     def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
         """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not is_large(known.part) or are_found(known.part, scene):
+        if not known.source.is_built or not is_large(known.part) or are_found(known.part, scene):
             return at_hand(None)
         return self._mesh_queue.put_first(
             lambda: self._find_poses(known.part, scene), large=True)
@@ -155,11 +169,6 @@ class Requests:
                 _bare_part(resolved.coming), settings)
         finally:
             accepted.set()
-
-
-def _known_part(known: KnownPart) -> ResolvedPart:
-    return ResolvedPart(at_hand(known), known.part.part_id, lambda: known.content,
-                        known.scene_override)
 
 
 def _source(part_id: str) -> str:

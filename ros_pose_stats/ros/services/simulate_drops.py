@@ -7,17 +7,17 @@ from typing import Any
 from ros_pose_stats_msgs.action import SimulateDrops
 from ros_pose_stats_msgs.msg import PartMesh
 
-from ..requests import Requests
-from ..transport.late_answers import PatientNode
-from . import Job, Jobs
+from ..jobs import Job, Jobs
+from ..jobs.job_reports import JobReports
+from ..transport.answering_node import AnsweringNode
 from .goals import GoalServer
-from .job_reports import JobReports
+from .requests import Requests
 
 
 class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
-    def __init__(self, node: PatientNode, requests: Requests, jobs: Jobs,
+    def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
                  reports: JobReports) -> None:
         self._requests = requests
         self._reports = reports

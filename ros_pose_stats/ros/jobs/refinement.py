@@ -20,12 +20,15 @@ from ...planning.confidence import (
 )
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
-from ..jobs import JobRequest, Jobs
+from ..messages.part_requests import PartRequest
 from ..messages.statistics_messages import with_warning
+from ..parts.announcer import Announcer
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.result_rules import refutes
+from ..parts.result_store import ResultStore
 from ..settings import Settings
-from .part_store import KnownPart, at_hand
-from .result_rules import refutes
-from .result_store import ResultStore
+from .job import JobRequest
+from .queue import Jobs
 
 
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
@@ -47,10 +50,27 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
-    def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs) -> None:
+    def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs,
+                 announcer: Announcer) -> None:
         self._settings = settings
         self._results = results
         self._jobs = jobs
+        self._announcer = announcer
+
+    def take_part(self, request: PartRequest) -> KnownPart:
+        """Make a received mesh a known part, and refine what it shows if that is wanted.
+
+        Raises PoseStatsError with one line that says what is wrong.
+        """
+        known, new = self._results.take_part(request)
+        if new:
+            self.refine(known)
+        return known
+
+    def show_again(self, known: KnownPart) -> None:
+        """Show the best of a part after a parameter has changed, and refine that."""
+        self._results.show_best(known)
+        self.refine(known)
 
     def refine(self, known: KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
@@ -58,10 +78,10 @@ class Refinement:
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
         scene, hybrid = settings.scene(known.scene_override), settings.default_method == AUTO
         target = settings.target_error
-        request = JobRequest(known.part.part_id, known.content, scene, drops, 0,
+        request = JobRequest(known.part_id, known.content, scene, drops, 0,
                              self._aim(known, target, scene) if hybrid else target,
                              settings.max_job_seconds, True, hybrid)
-        self._jobs.cancel_refinement(known.part.part_id, "the part or its scene has changed",
+        self._jobs.cancel_refinement(known.part_id, "the part or its scene has changed",
                                      but=request)
         wanted = settings.refine_drops or settings.target_error
         if wanted and not _fine_enough(known, request, target):
@@ -108,7 +128,7 @@ class Refinement:
     def _start(self, known: KnownPart, target_error: float, scene: DropScene) -> str:
         """Begin to drop; what there is to say about it."""
         settings = self._settings()
-        request = JobRequest(known.part.part_id, known.content, scene, self._most_drops(), 0,
+        request = JobRequest(known.part_id, known.content, scene, self._most_drops(), 0,
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
@@ -117,7 +137,7 @@ class Refinement:
             return f"drops cannot refine it now: {refusal}"
         said = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
-        return said if job.recorded else f"{said} {self._results.announcer.not_recorded()}"
+        return said if job.recorded else f"{said} {self._announcer.not_recorded()}"
 
 
 def _means(message: PoseStatistics) -> str:
@@ -133,8 +153,8 @@ def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
     """Whether the model is as good as a refinement would make it."""
-    model = known.model
-    if model is None or known.scene != request.scene:
+    model = known.shown.model
+    if model is None or known.shown.scene != request.scene:
         return False
     if not (model.drops or request.hybrid):
         return False

@@ -9,13 +9,12 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from ros_pose_stats_msgs.msg import PoseStatistics
 from ros_pose_stats_msgs.srv import FeedingAnswer
 
-from ..errors import RequestError
-from ..records import DropScene, FlipStatistics
-from ..statistics.feeding import (
+from ...errors import RequestError
+from ...records import DropScene, FlipStatistics
+from ...statistics.feeding import (
     Feeding,
     check_cycle_time,
     check_rate,
@@ -23,18 +22,18 @@ from ..statistics.feeding import (
     drop_afresh,
     flip_wrong_ones,
 )
-from ..statistics.pose_shares import pose_shares
-from .jobs import FlipRequest, Job, Jobs
-from .jobs.flips import FlipReports, flip_key, flips_in_all
-from .jobs.simulate_flips import flat
-from .messages.statistics_messages import statistics_of_message
-from .parts.part_requests import shown
-from .parts.part_store import KnownPart, PartStore, at_hand
+from ...statistics.pose_shares import pose_shares
+from ..jobs import FlipRequest, Job, Jobs
+from ..jobs.flips import FlipReports, flip_key, flips_in_all
+from ..messages.part_requests import shown
+from ..messages.statistics_messages import statistics_of_message
+from ..parts.known_part import KnownPart, at_hand
+from ..parts.part_store import PartStore
+from ..settings import Settings
+from ..transport.answering_node import AnsweringNode
 from .requests import ending
 from .services import Later, refusing
-from .settings import Settings
-from .transport.late_answers import PatientNode
-from .transport.overruns import SERVICE_QUALITY
+from .simulate_flips import flat
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -50,7 +49,7 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: PatientNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -61,16 +60,14 @@ class FeedingService:
         self._lock = threading.Lock()
         self.say_failure = node.get_logger().error
         reports.on_end = self._tell
-        node.create_service(FeedingAnswer, "~/feeding", self.answer,
-                            qos_profile=SERVICE_QUALITY,
-                            callback_group=ReentrantCallbackGroup())
+        node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @refusing
     def answer(self, request: Any, response: Any) -> Later | None:
         """What a feeder gets, from the result that is latched now."""
         known = self._parts.known(request.part_id)
-        with known.revisions.lock:  # both of one result
-            latched, scene = known.latched, known.scene
+        with known.numbers.lock:  # both of one result
+            latched, scene = known.shown.latched, known.shown.scene
         if latched is None or scene is None:
             raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
                                "ask again in a moment")
@@ -91,7 +88,7 @@ class FeedingService:
     def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
         """Flips as many as an answer takes, of goals too, or what there was time for."""
-        key = flip_key(known.part.digest, scene, kick)
+        key = flip_key(known.digest, scene, kick)
         own, of_goals = self._reports.best(key), self._goals.best(key)
         enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
@@ -100,7 +97,7 @@ class FeedingService:
         settings = self._settings()
         seconds = min(FLIP_SECONDS, settings.max_job_seconds)
         return self._jobs.submit(
-            FlipRequest(known.part.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
                         kick_height=kick), at_hand(known.part), settings)
 
     def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:

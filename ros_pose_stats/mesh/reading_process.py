@@ -1,0 +1,249 @@
+"""A program of its own: STEP or 3MF on standard input, what it holds on standard output.
+
+On some damaged files OpenCASCADE ends the whole process, and it prints as it likes; a small 3MF
+file can stand for more than any memory holds. Here that harms nobody. Of `cascadio` only the
+compiled core is loaded, since its own module loads all of trimesh and takes ten times as long; 3MF
+is read with the standard library alone.
+"""
+
+import array
+import ctypes
+import importlib.util
+import io
+import json
+import os
+import signal
+import sys
+import zipfile
+from xml.parsers import expat
+
+ANGLE = 0.131
+"""A little over 7.5 degrees, half of which an arc spans at most: 96 sides a turn, whatever the
+radius, and whole sides in every arc of a multiple of 15 degrees, so that the halves and quarters
+into which CAD systems divide a circle are regular. Half of the sides that round surfaces have in
+drops."""
+
+LINEAR = 1.5e-3
+"""Largest distance from the true curve, as a fraction of each edge, so that a hole has as many
+sides as a rim a thousand times its size, whatever the unit. On circles the angle decides; at 1e-3
+this would divide some of them by 100."""
+
+
+PR_SET_PDEATHSIG = 1
+"""Of Linux's `prctl`."""
+
+MOST_EXPANDED = 2**29
+"""Bytes of a 3MF file once it is decompressed: some ten million triangles."""
+
+MOST_INSTANCES, MOST_DEPTH = 100_000, 100
+"""Of the objects in a 3MF file, and of components in components."""
+
+MOST_TRIANGLES, MOST_VERTICES = 10_000_000, 30_000_000
+"""Of a 3MF file, with every object as often as it is placed."""
+
+UNMOVED = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+"""Three rows of a matrix that leaves everything in its place."""
+
+
+def main(parent: int, folder: str) -> None:
+    """Read standard input for a process that is the parent.
+
+    `folder`: where the package cascadio is, for STEP; empty for 3MF.
+    """
+    end_with(parent)
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    read = tessellate if folder else unpack
+    with os.fdopen(answer, "wb") as output:
+        for piece in read(sys.stdin.buffer.read(), folder):
+            output.write(piece)
+
+
+def tessellate(data: bytes, folder: str) -> list[bytes]:
+    """A GLB file of a STEP file."""
+    sys.path.insert(0, folder)
+    found = importlib.util.find_spec("cascadio")
+    assert found is not None
+    sys.modules["cascadio"] = importlib.util.module_from_spec(found)
+    from cascadio import _core
+
+    # One thread, so that the order of the triangles is never a matter of chance.
+    return [_core.to_glb_bytes(data, _core.FileType.STEP, tol_linear=LINEAR, tol_angular=ANGLE,
+                               tol_relative=True, use_parallel=False)]
+
+
+def unpack(data: bytes, _: str) -> list[bytes]:
+    """A line of JSON about a 3MF file, then coordinates and corners of each object in it."""
+    try:
+        archive = Archive(data)
+        placed = archive.placed()
+    except RefusedError as refusal:
+        return [json.dumps({"refused": refusal.args}).encode()]
+    except Exception as error:  # whatever else is wrong with the file
+        return [json.dumps({"unreadable": f"{type(error).__name__}: {error}"}).encode()]
+    used = list(dict.fromkeys(key for key, _ in placed))
+    objects = [archive.objects[key] for key in used]
+    number = {key: place for place, key in enumerate(used)}
+    head = {"unit": archive.unit,
+            "sizes": [(len(one.vertices), len(one.corners)) for one in objects],
+            "placed": [(number[key], matrix) for key, matrix in placed]}
+    return [json.dumps(head).encode() + b"\n",
+            *(each.tobytes() for one in objects for each in (one.vertices, one.corners))]
+
+
+Reference = tuple[tuple[str, str], tuple[float, ...]]
+"""An object, by its model and its id, and the rows of the matrix that places it."""
+
+
+class RefusedError(Exception):
+    """What was expected, what came, and what to do."""
+
+
+class Object:
+    """An object of a 3MF file: its own mesh, and other objects in it."""
+
+    def __init__(self) -> None:
+        self.vertices = array.array("d")
+        self.corners = array.array("q")
+        self.components: list[Reference] = []
+
+
+class Archive:
+    """A 3MF file: a zip file of models, one of which says what is built.
+
+    Raises RefusedError, or whatever the parsers raise.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._zip = zipfile.ZipFile(io.BytesIO(data))
+        self._names = {name.strip("/").lower(): name for name in self._zip.namelist()}
+        self._expanded = 0
+        self._models: set[str] = set()
+        self.objects: dict[tuple[str, str], Object] = {}
+        self.items: list[Reference] = []
+        self.unit = "millimeter"  # of a file that names none
+        self.root = next(name for name in self._names if "3d/3dmodel.model" in name)
+        self._read(self.root)
+
+    def placed(self) -> list[Reference]:
+        """Each object with a mesh as often as it is built, and the matrix that puts it there."""
+        placed, triangles, vertices = [], 0, 0
+        waiting = [(key, matrix, 1) for key, matrix in stacked(self.items)]
+        seen = 0
+        while waiting:
+            key, matrix, depth = waiting.pop()
+            found = self._object(key)
+            seen += 1
+            triangles += len(found.corners) // 3
+            vertices += len(found.vertices) // 3
+            instances = seen + len(waiting) + len(found.components)
+            for most, number, what in ((MOST_INSTANCES, instances, "placed objects"),
+                                       (MOST_DEPTH, depth, "objects in each other"),
+                                       (MOST_TRIANGLES, triangles, "triangles"),
+                                       (MOST_VERTICES, vertices, "vertices")):
+                if number > most:
+                    raise RefusedError(f"at most {most} {what}", "more than that",
+                                  "export single parts, or join the objects before")
+            if found.corners:
+                placed.append((key, matrix))
+            waiting += [(other, product(matrix, inner), depth + 1)
+                        for other, inner in stacked(found.components)]
+        return placed
+
+    def _object(self, key: tuple[str, str]) -> Object:
+        if key not in self.objects and key[0] not in self._models:
+            self._read(key[0])
+        if key not in self.objects:
+            raise RefusedError("every object that is built to be in it",
+                               f"none with id {key[1]!r}", "export it again")
+        return self.objects[key]
+
+    def _read(self, model: str) -> None:
+        """Read one model of the file."""
+        self._models.add(model)
+        parser, current = expat.ParserCreate(), Object()
+
+        def refuse(*_: object) -> None:
+            raise RefusedError("no entities of its own", "some", "export it again")
+
+        def start(tag: str, fields: dict[str, str]) -> None:
+            nonlocal current
+            match tag.rpartition(":")[2]:
+                case "vertex":
+                    current.vertices.extend((float(fields["x"]), float(fields["y"]),
+                                             float(fields["z"])))
+                case "triangle":
+                    current.corners.extend((int(fields["v1"]), int(fields["v2"]),
+                                            int(fields["v3"])))
+                case "object":
+                    current = self.objects[model, fields["id"]] = Object()
+                case "component":
+                    current.components.append(reference(fields))
+                case "item" if model == self.root:
+                    self.items.append(reference(fields))
+                case "model" if model == self.root:
+                    self.unit = fields.get("unit", self.unit)
+
+        def reference(fields: dict[str, str]) -> Reference:
+            path = next((value for name, value in fields.items()
+                         if name.rpartition(":")[2] == "path"), model)
+            return (path.strip("/").lower(), fields["objectid"]), placement(fields)
+
+        parser.StartElementHandler = start
+        parser.EntityDeclHandler = refuse
+        with self._zip.open(self._names[model]) as stream:
+            while piece := stream.read(2**20):
+                self._expanded += len(piece)
+                if self._expanded > MOST_EXPANDED:
+                    raise RefusedError(f"at most {MOST_EXPANDED} bytes once it is decompressed",
+                                  "more than that", "export single parts, or as STL")
+                parser.Parse(piece, False)
+        parser.Parse(b"", True)
+        for one in self.objects.values():
+            if one.corners and not 0 <= min(one.corners) <= max(one.corners) < len(
+                    one.vertices) // 3:
+                raise RefusedError("triangles between vertices of their object", "others",
+                              "export it again")
+
+
+def stacked(placed: list[Reference]) -> list[Reference]:
+    """What is placed, the next one last: the first one, then the others from the last one on.
+
+    Instances of one object follow each other. So trimesh has it, and the order makes the digest.
+    """
+    alike: dict[tuple[str, str], list[Reference]] = {}
+    for one in placed:
+        alike.setdefault(one[0], []).append(one)
+    found = [one for some in alike.values() for one in some]
+    return [*found[1:], *found[:1]]
+
+
+def placement(fields: dict[str, str]) -> tuple[float, ...]:
+    """The rows of the matrix of an element, which the file has column by column."""
+    if "transform" not in fields:
+        return UNMOVED
+    values = [float(one) for one in fields["transform"].split()]
+    if len(values) != 12:
+        raise RefusedError("transforms of twelve numbers", f"{len(values)}", "export it again")
+    return tuple(values[3 * column + row] for row in range(3) for column in range(4))
+
+
+def product(first: tuple[float, ...], second: tuple[float, ...]) -> tuple[float, ...]:
+    """The matrix that does the second, then the first."""
+    if first is UNMOVED or second is UNMOVED:
+        return second if first is UNMOVED else first
+    return tuple(sum(first[4 * row + k] * second[4 * k + column] for k in range(3))
+                 + (first[4 * row + 3] if column == 3 else 0.0)
+                 for row in range(3) for column in range(4))
+
+
+def end_with(parent: int) -> None:
+    """Have this process end when its parent does, even by `kill -9`; a file may take minutes."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it was quicker
+        os._exit(1)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2])

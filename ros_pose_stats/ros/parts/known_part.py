@@ -1,0 +1,112 @@
+"""A part that the node knows: what the part store writes of it, and what the result store does."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from ros_pose_stats_msgs.msg import PoseStatistics
+
+from ...records import DropScene, Part
+from .cell_counts import CellCounts
+
+T = TypeVar("T")
+
+NODE_SCENE = (-1.0, -1.0)
+"""Restitution and drop height of a part that has no scene of its own."""
+
+
+def at_hand(value: T) -> Future[T]:
+    """A future that is done."""
+    future: Future[T] = Future()
+    future.set_result(value)
+    return future
+
+
+@dataclass(eq=False)
+class Numbers:
+    """Numbers of the results of one name, whichever meshes come under it."""
+
+    newest: int = 0  # given to a result
+    shown: int = 0  # of what was latched last
+    recorded_at: float = -math.inf  # when that went on record last, by the monotonic clock
+    # held while a result of the name is numbered, latched or withdrawn
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def next(self) -> int:
+        """The number of a new result."""
+        with self.lock:
+            self.newest += 1
+            return self.newest
+
+
+@dataclass(eq=False)
+class Shown:
+    """What a part shows at present; written by the result store."""
+
+    latched: PoseStatistics | None = None  # the current result, which late joiners get
+    # the best estimate or simulation for that scene, as it was before it was latched: under
+    # another number, and combined with the counts where there are any
+    model: PoseStatistics | None = None
+    counts: CellCounts | None = None  # what cameras counted of it
+    counted: int = 0  # number of the change of the state that has all of the counts
+    scene: DropScene | None = None  # that the latched result is for
+    published: float = 0.0  # when it was published, by the monotonic clock
+    recorded: bool = True  # whether what is latched is in the bag; not so where a start shows it
+
+
+class PartSource:
+    """Gives a part: the one at hand, or one that is built when somebody first asks for it.
+
+    `build`: may raise PoseStatsError, and `TakesLongError` in a lane of meshes; it is called again
+    the next time.
+    """
+
+    def __init__(self, part: Part | None, build: Callable[[], Part] | None = None) -> None:
+        self._part, self._build = part, build
+        self._lock = threading.Lock()
+
+    @property
+    def is_built(self) -> bool:
+        """Whether the part is at hand."""
+        return self._part is not None
+
+    def get(self) -> Part:
+        """The part, once it is built."""
+        with self._lock:
+            if self._part is None:
+                assert self._build is not None
+                self._part = self._build()
+            return self._part
+
+
+@dataclass(eq=False)
+class KnownPart:
+    """A part by its name; written by the part store."""
+
+    part_id: str
+    digest: str
+    content: bytes  # digest of the mesh as it was sent
+    scene_override: tuple[float, float]  # of the part's own scene; negative: the node's
+    source: PartSource
+    numbers: Numbers = field(default_factory=Numbers)  # of its name
+    shown: Shown = field(default_factory=Shown)
+    size: int = 0  # bytes of the mesh as it is kept, and of the part when it became known
+    change: int = 0  # number of the change of the state that has it
+
+    @property
+    def part(self) -> Part:
+        """The part itself. Raises PoseStatsError if it cannot be built."""
+        return self.source.get()
+
+
+def known_as(part: Part, like: KnownPart | None = None) -> KnownPart:
+    """A part of which nothing is shown, for an answer alone; named and numbered like another."""
+    if like is None:
+        return KnownPart(part.part_id, part.digest, b"", NODE_SCENE, PartSource(part))
+    return KnownPart(like.part_id, part.digest, like.content, like.scene_override,
+                     PartSource(part), like.numbers)

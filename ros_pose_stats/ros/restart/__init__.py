@@ -1,1 +1,0 @@
-"""What a node takes over from the bags of earlier runs."""

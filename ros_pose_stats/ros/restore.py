@@ -1,0 +1,186 @@
+"""A node that starts goes on with what its state has, and takes in the end of its last bag."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rclpy.serialization import deserialize_message, serialize_message
+from ros_pose_stats_msgs import msg
+
+from ..errors import RequestError
+from ..recording.analysis.decoding import Decoders
+from ..recording.reader.raw_reader import RawMessage, files_of_bag, messages_after
+from ..recording.writer.message_types import message_type
+from ..records import DropScene
+from .jobs import Job, JobRequest
+from .jobs import State as JobState
+from .jobs.job_reports import job_change
+from .recorder import ANSWERS, JOB_EVENTS, PACKAGE, PLACE, POSE_COUNTS, Recorder, share_directory
+from .settings import Settings
+from .state import Change, State
+from .state.tables import MESSAGES
+
+INTERRUPTED = "the node ended before the simulation did"
+
+_decoders = Decoders()
+
+
+@cache
+def _definition(kind: str) -> str:
+    return message_type(f"{PACKAGE}/msg/{kind}", share_directory).definition
+
+
+def definitions() -> dict[str, str]:
+    """Definitions of the messages in the state, by type, as they are installed."""
+    return {kind: _definition(kind) for kind in set(MESSAGES.values())}
+
+
+def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
+    """A message of another definition, field by field by name; None where it cannot be read.
+
+    CDR holds no names, so that bytes of another definition would be read into wrong fields. A
+    field that it does not have keeps its default.
+    """
+    if definition == _definition(kind):
+        return data
+    decoded = _decoders.decode(RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))
+    if decoded is None:
+        return None
+    return bytes(serialize_message(_filled(getattr(msg, kind)(), decoded)))
+
+
+def _filled(message: Any, decoded: Any) -> Any:
+    for name, kind in message.get_fields_and_field_types().items():
+        value, default = getattr(decoded, name, None), getattr(message, name)
+        if value is None:
+            continue
+        if hasattr(default, "get_fields_and_field_types"):
+            _filled(default, value)
+        elif "/" in kind:
+            package, _, item = kind.removeprefix("sequence<").rstrip(">").partition("/")
+            make = getattr(import_module(f"{package}.msg"), item)
+            setattr(message, name, [_filled(make(), one) for one in value])
+        else:
+            setattr(message, name, value)
+    return message
+
+
+@dataclass
+class Tail:
+    """What the last bag has beyond the state: at most what came within the last second or two."""
+
+    counts: list[msg.PoseCounts] = field(default_factory=list)
+    events: list[msg.JobEvent] = field(default_factory=list)
+    answers: dict[str, bytes] = field(default_factory=dict)  # of jobs that had ended, by job
+
+
+def tail_of(state: State, say: Callable[[str], object]) -> Tail:
+    """Read it; a bag that is not there any more has none."""
+    found, fact = Tail(), state.get("facts", PLACE)
+    if fact is None:
+        return found
+    try:
+        for message in _beyond(*json.loads(fact[1])):
+            _take(found, message)
+    except Exception as error:  # of the disk, or of bindings about what was cut
+        say(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
+    return found
+
+
+def _beyond(file: str, offset: int) -> Iterator[RawMessage]:
+    path = Path(file)
+    if not path.is_file():
+        return
+    files = files_of_bag(path.parent)
+    for one in files[files.index(path):]:
+        yield from messages_after(one, offset if one == path else 0)
+
+
+def _take(found: Tail, message: RawMessage) -> None:
+    kinds = {POSE_COUNTS: "PoseCounts", JOB_EVENTS: "JobEvent", ANSWERS: "PoseStatistics"}
+    kind = kinds.get(message.topic, "")
+    data = as_of_today(kind, message.definition, message.data) if kind else None
+    if data is None:
+        return
+    read = deserialize_message(data, getattr(msg, kind))
+    if message.topic == POSE_COUNTS:
+        found.counts.append(read)
+    elif message.topic == JOB_EVENTS and read.job_id:
+        found.events.append(read)
+    elif message.topic == ANSWERS and read.job_id:
+        found.answers[read.job_id] = data
+
+
+class RestoredJobs(NamedTuple):
+    """Jobs of earlier runs, oldest first; those that had not ended are cancelled as they were."""
+
+    jobs: list[Job]
+    answers: list[tuple[str, int]]  # by job, the bytes of its answer
+    cancelled: list[Change]  # what has to be kept of that, and recorded
+
+
+def restore_jobs(state: State, tail: Tail, settings: Settings) -> RestoredJobs:
+    """Take jobs from the state, and what happened to them in the end from the last bag."""
+    rows: dict[str, tuple[msg.JobEvent, bytes]] = {}
+    for job_id, _, event, answer in state.rows("jobs"):
+        with suppress(Exception):  # of the bindings; the checksums were right, so it is an old one
+            rows[job_id] = deserialize_message(event, msg.JobEvent), answer
+    for event in tail.events:
+        before, kept = rows.get(event.job_id, (None, b""))
+        if before is None or before.event < msg.JobEvent.DONE:
+            answer = tail.answers.get(event.job_id, kept)
+            rows[event.job_id] = event, answer
+            state.put(job_change(event, answer))
+    jobs, cancelled = [], []
+    for job_id in sorted(rows, key=_by_number):
+        event, answer = rows[job_id]
+        if event.event < msg.JobEvent.DONE:
+            event.event, event.message = msg.JobEvent.CANCELLED, INTERRUPTED
+            cancelled.append(job_change(event, answer))
+        with suppress(RequestError):  # a scene that today's bounds do not allow
+            jobs.append(_ended_job(event, settings))
+    answers = [(job.job_id, len(rows[job.job_id][1])) for job in jobs]
+    return RestoredJobs(jobs, answers, cancelled)
+
+
+def record_cancelled(cancelled: list[Change], recorder: Recorder, state: State,
+                     say: Callable[[str], object]) -> None:
+    """Put on record that jobs were cancelled, once: a start that is killed here is known by it."""
+    recorder.begin_place()
+    state.commit()
+    for change in cancelled:
+        row = change.row or ()
+        with recorder.step:
+            recorder.record(JOB_EVENTS, row[2])
+            state.put(change)
+        say(f"{row[0]}: CANCELLED: {INTERRUPTED}")
+
+
+def _by_number(job_id: str) -> tuple[str, int]:
+    run, _, number = job_id.rpartition("_")
+    return run, int(number) if number.isdigit() else 0
+
+
+def _ended_job(event: msg.JobEvent, settings: Settings) -> Job:
+    height = event.drop_height if event.drop_height > 0.0 else None
+    scene = DropScene(event.restitution, height, event.cluster_tolerance, event.round_sides)
+    request = JobRequest(event.part_id, b"", scene, event.drops, event.seed, event.target_error,
+                         event.max_seconds, event.refinement)
+    job = Job(event.job_id, request, Future(), event.seed, settings, JobState(event.event),
+              drops_done=event.drops_done, message=event.message)
+    job.finished.set()
+    return job
+
+
+def begin_afresh(state: State) -> None:
+    """Have the state forget parts, results and counts: they are not to be there again."""
+    state.put(*(Change(table, row[0], None) for table in ("parts", "meshes", "results", "counts")
+                for row in state.rows(table)))

@@ -1,0 +1,300 @@
+"""The node's state: changes are handed in by anybody and written by one thread, many at a time."""
+
+from __future__ import annotations
+
+import hashlib
+import sqlite3
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from ...errors import RequestError
+from ...files import (
+    NotAFileError,
+    make_directories,
+    read_file,
+    refuse_irregular,
+    replace_file,
+)
+from . import tables
+from .tables import Change, Row
+
+LARGE: Final = 64 * 2**10
+"""Bytes of a mesh that lies in a file of its own: SQLite would write it twice."""
+
+SECONDS: Final = 1.0
+"""Changes that nobody waits for are written within that time; what failed is tried again then."""
+
+
+class State:
+    """Rows of the tables in `tables.COLUMNS`, in a file that one living node has.
+
+    `file`: made where there is none; `definitions`: of the messages in it, by type; `convert`:
+    brings messages of other definitions up to date; `say`: told in one line what a user should
+    know; `patience`: seconds to wait for another process that has it. Attributes `problem`: why
+    changes cannot be written now, empty where they are; `set_aside`: name that a file got which
+    could not be read. Raises RequestError if the file is none of a node, or of a newer version;
+    StateInUseError if another process has it.
+
+    Where the file cannot be written, changes are kept and tried again. A file that is deleted
+    under a running node is made anew from what the node still has open.
+    """
+
+    def __init__(self, file: Path, definitions: Mapping[str, str] | None = None,
+                 convert: tables.Convert = lambda kind, definition, data: None,
+                 say: Callable[[str], object] = lambda line: None,
+                 patience: float = tables.LOCK_SECONDS) -> None:
+        self.file, self.meshes = file, file.with_name(f"{file.stem}.meshes")
+        self.problem = self.set_aside = ""
+        self._definitions, self._convert, self._say = dict(definitions or {}), convert, say
+        self._patience = patience
+        self._link: sqlite3.Connection | None = None
+        self._reader: sqlite3.Connection | None = None  # does not wait for what is being written
+        self._lock: tables.FileLock | None = None
+        self._identity: tuple[int, int] | None = None
+        self._pending: dict[tuple[str, str | bytes], tuple[Row | None]] = {}
+        self._number = self._committed = self._begun = self._ended = 0
+        self._urgent = self._closed = False
+        self._changed = threading.Condition()
+        self._using = threading.Lock()  # held while the file is written
+        self._reading = threading.Lock()
+        self._filing = threading.Lock()  # held while files of meshes come or go
+        try:
+            refuse_irregular(file)
+            self._open()
+        except (NotAFileError, IsADirectoryError) as error:
+            raise RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
+                               "name another one") from error
+        except (sqlite3.Error, OSError) as error:
+            self.problem = tables.problem_of(file, error)
+            say(f"NOT_RECORDED: {self.problem}")
+        except RequestError:
+            self._let_go()
+            raise
+        self._thread = threading.Thread(target=self._run, name="state", daemon=True)
+        self._thread.start()
+
+    def put(self, *changes: Change) -> int:
+        """Hand changes in that belong together; the number that `commit` takes."""
+        with self._changed:
+            for change in changes:
+                self._pending[change.table, change.key] = (change.row,)
+            self._number += 1
+            self._changed.notify_all()
+            return self._number
+
+    def put_mesh(self, part_id: str, message: bytes) -> int:
+        """Hand in the mesh of a part; a large one is in a file of its own by then."""
+        row: Row = (part_id, message, "")
+        if len(message) < LARGE:
+            return self.put(Change("meshes", part_id, row))
+        name = hashlib.sha256(message).hexdigest()
+        with self._filing:
+            with suppress(OSError):  # else it is tried as a row, which says what is wrong
+                make_directories(self.meshes)
+                if not (self.meshes / name).exists():
+                    replace_file(self.meshes / name, message)
+                row = part_id, b"", name
+            return self.put(Change("meshes", part_id, row))
+
+    def commit(self, number: int | None = None) -> bool:
+        """Wait until a change, and all before it, are on the disk; whether they are.
+
+        `number`: from `put`; everything handed in so far where it is left out. `problem` says why
+        it cannot be written.
+        """
+        with self._changed:
+            wanted, begun = self._number if number is None else number, self._begun
+            if self._committed >= wanted:
+                return True
+            self._urgent = True
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._committed >= wanted or self._ended > begun
+                                   or self._closed)
+            return self._committed >= wanted
+
+    def get(self, table: str, key: str | bytes) -> Row | None:
+        """A row by its key, as it was handed in last; None where there is none."""
+        with self._changed:
+            held = self._pending.get((table, key))
+        if held is not None:
+            return held[0]
+        with self._reading, suppress(sqlite3.Error):
+            return None if self._reader is None else tables.look_up(self._reader, table, key)
+        return None
+
+    def rows(self, table: str) -> list[Row]:
+        """All rows of a table that were there at the start, in the order of their making."""
+        with self._using:
+            return [] if self._link is None else tables.rows_of(self._link, table)
+
+    def mesh(self, part_id: str) -> bytes | None:
+        """The mesh of a part as it was handed in; None where it is not there, or damaged."""
+        row = self.get("meshes", part_id)
+        if row is None or not row[2]:
+            return None if row is None else row[1]
+        try:
+            message = read_file(self.meshes / row[2])
+        except OSError:
+            return None
+        return message if hashlib.sha256(message).hexdigest() == row[2] else None
+
+    def close(self) -> bool:
+        """Write what waits, and let go of the file; whether all of it is written."""
+        written = self.commit()
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join()
+        with self._using:
+            self._let_go()
+        return written
+
+    def _let_go(self) -> None:
+        with self._reading:
+            for one in filter(None, (self._reader, self._link)):
+                with suppress(sqlite3.Error):
+                    one.close()
+            self._link = self._reader = None
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._pending or self._urgent or self._closed)
+                if not self._closed:  # what comes within a moment is written together
+                    self._changed.wait_for(lambda: self._urgent or self._closed, SECONDS)
+                if self._closed:
+                    return
+                self._urgent = False
+            self._try()
+
+    def _try(self) -> None:
+        """Write all that waits, and tell whoever waits for it."""
+        with self._changed:
+            taken, number = dict(self._pending), self._number
+            self._begun += 1
+        problem = ""
+        try:
+            with self._using:
+                self._write([Change(table, key, row) for (table, key), (row,) in taken.items()])
+        except Exception as error:  # must not end the thread; whoever waits is told
+            problem = tables.problem_of(self.file, error)
+        with self._changed:
+            if not problem:
+                self._committed = number
+                for key, held in taken.items():
+                    if self._pending.get(key) is held:
+                        del self._pending[key]
+            self._ended = self._begun
+            changed, self.problem = bool(problem) != bool(self.problem), problem
+            self._changed.notify_all()
+        if changed:
+            self._say(f"NOT_RECORDED: {problem}" if problem
+                      else f"the state file {self.file} is written again")
+
+    def _write(self, changes: list[Change]) -> None:
+        if self._link is None:
+            self._open()
+        elif self._is_gone():
+            self._make_anew(self._link)
+        elif self.problem:
+            self._use(tables.connect(self.file))
+        link = self._link
+        assert link is not None
+        replaced = {row[2] for table, key, _ in changes if table == "meshes"
+                    and (row := tables.look_up(link, table, key)) is not None and row[2]}
+        tables.write(link, changes)
+        if replaced:
+            self._remove_files(link, replaced)
+
+    def _open(self) -> None:
+        """Take the file and see whether it is sound; one that is not is set aside."""
+        make_directories(self.file.parent)
+        lock = self._lock or tables.FileLock(self.file, self._patience)
+        self._lock = lock
+        try:
+            self._use(self._sound())
+        except Exception as error:
+            if not tables.is_damage(error):
+                raise
+            self.set_aside = tables.set_aside(self.file, self.meshes)
+            self._say(f"the state file {self.file} cannot be read ({error}); it is kept as "
+                      f"{self.set_aside}, and the node starts without it")
+            self._use(self._sound())
+        if self.meshes.is_dir() and self._link is not None:
+            self._remove_files(self._link, [path.name for path in self.meshes.iterdir()])
+
+    def _sound(self) -> sqlite3.Connection:
+        link = tables.connect(self.file)
+        try:
+            tables.check_sound(link)
+            tables.update_messages(link, self._definitions, self._convert)
+        except BaseException:
+            link.close()
+            raise
+        return link
+
+    def _use(self, link: sqlite3.Connection) -> None:
+        """Work with a connection from now on, and with another one that only reads."""
+        try:
+            reader = tables.connect(self.file)
+        except BaseException:
+            link.close()
+            raise
+        with self._reading:
+            before, self._reader = [self._link, self._reader], reader
+        self._link = link
+        for one in filter(None, before):
+            with suppress(sqlite3.Error):
+                one.close()
+        about = self.file.stat()
+        self._identity = about.st_dev, about.st_ino
+
+    def _is_gone(self) -> bool:
+        """Whether the file was deleted or replaced under the node."""
+        try:
+            about = self.file.stat()
+        except FileNotFoundError:
+            return True
+        return (about.st_dev, about.st_ino) != self._identity
+
+    def _make_anew(self, old: sqlite3.Connection) -> None:
+        """Write what the deleted file holds, which is still open, into one of its name."""
+        make_directories(self.file.parent)
+        lock = tables.FileLock(self.file, 0.0)
+        half = self.file.with_name(f"{self.file.name}.half")
+        try:
+            half.unlink(missing_ok=True)
+            for end in ("-wal", "-shm"):
+                Path(f"{self.file}{end}").unlink(missing_ok=True)
+            copy = sqlite3.connect(half)
+            with suppress(sqlite3.Error):
+                old.execute("PRAGMA wal_checkpoint(PASSIVE)")
+            old.backup(copy)
+            copy.close()
+            half.replace(self.file)
+            link = tables.connect(self.file)
+        except BaseException:
+            lock.release()
+            raise
+        if self._lock is not None:
+            self._lock.release()
+        self._lock = lock
+        self._use(link)
+        self._say(f"the state file {self.file} was deleted, and is made anew")
+
+    def _remove_files(self, link: sqlite3.Connection, names: Iterable[str]) -> None:
+        """Remove files of meshes that no part has any more."""
+        with self._filing:
+            with self._changed:
+                waiting = {held[0][2] for (table, _), held in self._pending.items()
+                           if table == "meshes" and held[0] is not None}
+            for name in set(names) - tables.files_of_meshes(link) - waiting:
+                with suppress(OSError):
+                    (self.meshes / name).unlink()
+

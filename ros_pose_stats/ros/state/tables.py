@@ -1,0 +1,277 @@
+"""The SQLite file of a node's state: who has it, what is in it, and whether that is sound."""
+
+from __future__ import annotations
+
+import fcntl
+import itertools
+import json
+import os
+import sqlite3
+import time
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from ...errors import PoseStatsError, RequestError, reason
+
+VERSION: Final = 1
+APPLICATION: Final = 0x52505353
+"""What the file's header says of its kind."""
+
+COLUMNS: Final = {
+    "parts": "part_id TEXT, digest TEXT, content BLOB, restitution REAL, drop_height REAL, "
+    "size INTEGER, used INTEGER",
+    "meshes": "part_id TEXT, message BLOB, file TEXT",  # a large message lies in the file
+    "results": "part_id TEXT, latched BLOB, model BLOB, revision INTEGER",
+    "counts": "part_id TEXT, digest TEXT, cluster_tolerance REAL, round_sides INTEGER, "
+    "plate TEXT, total BLOB, series INTEGER",
+    "counted": "identity BLOB",  # of a message of counts: 8 bytes of the series, 16 of a digest
+    "jobs": "job_id TEXT, state INTEGER, event BLOB, answer BLOB",
+    "facts": "name TEXT, value TEXT",
+}
+"""Columns by table; the first one is the key, and each row has a checksum behind the others."""
+
+MESSAGES: Final = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
+                   ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
+                   ("jobs", 3): "PoseStatistics"}
+"""Which columns hold serialised messages, and of which type."""
+
+MOST_COUNTED: Final = 1_000_000
+"""Messages of counts whose identity is kept, the newest ones."""
+
+LOCK_SECONDS: Final = 5.0
+GLANCE: Final = 0.05
+BUSY_SECONDS: Final = 2.0
+"""Another program that looks into the file may hold a commit up for so long."""
+
+_TROUBLE: Final = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
+"""What SQLite says of a place that cannot be used now; everything else is of the file itself."""
+
+Row = tuple[Any, ...]
+Convert = Callable[[str, str, bytes], bytes | None]
+"""From the name of a type, its definition of that time and a message to today's message."""
+
+
+class Change(NamedTuple):
+    """A row that is to take the place of the one with its key; None: that one goes."""
+
+    table: str
+    key: str | bytes
+    row: Row | None
+
+
+class DamagedError(Exception):
+    """The file is none of a state, or not as it was written."""
+
+
+class StateInUseError(PoseStatsError):
+    """Another process has the file."""
+
+
+class FileLock:
+    """The kernel's lock of a state file, beside it, with the process that holds it.
+
+    It ends with that process, however that ends.
+
+    Raises StateInUseError if a living process has it for longer than some seconds.
+    """
+
+    def __init__(self, file: Path, seconds: float) -> None:
+        path, until = file.with_name(f"{file.name}.lock"), time.monotonic() + seconds
+        while True:
+            self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK, 0o666)
+            try:
+                fcntl.flock(self._number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                holder = os.pread(self._number, 20, 0).decode(errors="replace").strip()
+            else:
+                break
+            os.close(self._number)
+            if time.monotonic() > until:
+                raise StateInUseError(
+                    f"a state file that no other node uses (parameter state_file, {file})",
+                    f"one that process {holder} has in use",
+                    "end that process, or name another file")
+            time.sleep(GLANCE)
+        os.ftruncate(self._number, 0)
+        os.pwrite(self._number, f"{os.getpid()}\n".encode(), 0)
+
+    def release(self) -> None:
+        """Let go of it; the lock file stays, so that nobody locks one that is gone."""
+        os.close(self._number)
+
+
+def is_trouble(error: sqlite3.Error) -> bool:
+    """Whether an error is of the place, and may pass."""
+    return any(word in str(error).lower() for word in _TROUBLE)
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether an error is of the file itself; names that are none come as UnicodeError."""
+    return isinstance(error, (DamagedError, UnicodeError)) or (
+        isinstance(error, sqlite3.Error) and not is_trouble(error))
+
+
+def sealed(row: Row) -> Row:
+    """A row with its checksum."""
+    return (*row, _check(row))
+
+
+def _check(row: Row) -> int:
+    check = 0
+    for value in row:
+        data = value if isinstance(value, bytes) else repr(value).encode()
+        check = zlib.crc32(data, zlib.crc32(b"%d:" % len(data), check))
+    return check
+
+
+def connect(file: Path) -> sqlite3.Connection:
+    """Open a file, or make one; a disk that can only be read is enough where it ended well.
+
+    Raises sqlite3.Error. Raises RequestError if the file belongs to another program or version.
+    """
+    try:
+        return _connected(str(file), file)
+    except sqlite3.OperationalError as error:
+        if not is_trouble(error) or Path(f"{file}-wal").exists() or not file.exists():
+            raise
+        return _connected(f"{file.absolute().as_uri()}?mode=ro&immutable=1", file)
+
+
+def _connected(name: str, file: Path) -> sqlite3.Connection:
+    read_only = name.startswith("file:")
+    link = sqlite3.connect(name, timeout=BUSY_SECONDS, isolation_level=None,
+                           check_same_thread=False, uri=read_only)
+    try:
+        _check_version(link, file)
+        link.execute("PRAGMA synchronous=FULL")
+        if not read_only:
+            link.execute("PRAGMA journal_mode=WAL")
+            link.execute("SELECT count(*) FROM facts").fetchone()
+    except BaseException:
+        link.close()
+        raise
+    return link
+
+
+def _check_version(link: sqlite3.Connection, file: Path) -> None:
+    (version,), (kind,) = (link.execute(f"PRAGMA {name}").fetchone()
+                           for name in ("user_version", "application_id"))
+    tables = {name for name, in link.execute("SELECT name FROM sqlite_master "
+                                             "WHERE type='table'")}
+    if kind != APPLICATION and tables and not tables & COLUMNS.keys():
+        raise RequestError(f"state_file to be a node's own ({file})",
+                           "an SQLite file of another program", "name another one")
+    if version > VERSION:
+        raise RequestError(f"a state file of version {VERSION} or older ({file})",
+                           f"version {version}, of a newer ros_pose_stats",
+                           "start that version, or name another file (parameter state_file)")
+    if version < VERSION:
+        if tables:
+            raise DamagedError(f"tables but version {version}")
+        columns = "".join(
+            f"CREATE TABLE {table} ({text.replace(',', ' PRIMARY KEY,', 1)}, "
+            "checksum INTEGER);" if "," in text else
+            f"CREATE TABLE {table} ({text} PRIMARY KEY, checksum INTEGER);"
+            for table, text in COLUMNS.items())
+        link.executescript(f"BEGIN IMMEDIATE; {columns} PRAGMA application_id={APPLICATION}; "
+                           f"PRAGMA user_version={VERSION}; COMMIT;")
+
+
+def check_sound(link: sqlite3.Connection) -> None:
+    """Look at the structure of a file, and at every row.
+
+    Raises DamagedError, sqlite3.Error.
+    """
+    (answer,) = link.execute("PRAGMA quick_check(1)").fetchone()
+    if answer != "ok":
+        raise DamagedError(answer)
+    for table in COLUMNS.keys() - {"counted"}:  # of which there may be a million
+        for row in link.execute(f"SELECT * FROM {table}"):
+            if _check(row[:-1]) != row[-1]:
+                raise DamagedError(f"a row of {table} is not as it was written")
+
+
+def rows_of(link: sqlite3.Connection, table: str) -> list[Row]:
+    """All rows of a table in the order in which they were made, without their checksums."""
+    return [row[:-1] for row in link.execute(f"SELECT * FROM {table} ORDER BY rowid")]
+
+
+def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
+    """Make all changes in one transaction, which is on the disk when this returns.
+
+    Raises sqlite3.Error: none of them is made.
+    """
+    link.execute("BEGIN IMMEDIATE")
+    try:
+        for table, key, row in changes:
+            if row is None:
+                link.execute(f"DELETE FROM {table} WHERE {_key(table)}=?", (key,))
+            else:
+                places = ",".join("?" * (len(row) + 1))
+                link.execute(f"INSERT OR REPLACE INTO {table} VALUES ({places})", sealed(row))
+        link.execute("DELETE FROM counted WHERE rowid <= (SELECT max(rowid) FROM counted) - ?",
+                     (MOST_COUNTED,))
+        link.execute("COMMIT")
+    except BaseException:
+        with suppress(sqlite3.Error):
+            link.execute("ROLLBACK")
+        raise
+
+
+def _key(table: str) -> str:
+    return COLUMNS[table].partition(" ")[0]
+
+
+def look_up(link: sqlite3.Connection, table: str, key: str | bytes) -> Row | None:
+    """A row by its key."""
+    row = link.execute(f"SELECT * FROM {table} WHERE {_key(table)}=?", (key,)).fetchone()
+    return None if row is None else row[:-1]
+
+
+def files_of_meshes(link: sqlite3.Connection) -> set[str]:
+    """Names of the files in which large meshes of parts lie."""
+    return {name for name, in link.execute("SELECT file FROM meshes WHERE file != ''")}
+
+
+def update_messages(link: sqlite3.Connection, today: Mapping[str, str],
+                    convert: Convert) -> None:
+    """Write messages anew whose types had other definitions when they were written.
+
+    `today`: definitions by type. A row whose message cannot be read any more goes.
+    """
+    fact = look_up(link, "facts", "definitions")
+    then = {} if fact is None else json.loads(fact[1])
+    if then == today:
+        return
+    changes = [Change("facts", "definitions", ("definitions", json.dumps(dict(today))))]
+    for (table, column), kind in MESSAGES.items():
+        if then.get(kind, today[kind]) == today[kind]:
+            continue
+        rows: dict[str | bytes, Row | None] = {row[0]: row for row in rows_of(link, table)}
+        rows.update({change.key: change.row for change in changes if change.table == table})
+        for key, row in rows.items():
+            if row is not None and row[column]:
+                message = convert(kind, then[kind], row[column])
+                changes.append(Change(table, key, None if message is None else (
+                    *row[:column], message, *row[column + 1:])))
+    write(link, changes)
+
+
+def set_aside(file: Path, meshes: Path) -> str:
+    """Give a file that cannot be read another name, with what lies beside it; that name."""
+    stamp = f"{file.name}.unreadable-{time.strftime('%Y%m%dT%H%M%S', time.gmtime())}"
+    names = itertools.chain([stamp], (f"{stamp}-{number}" for number in itertools.count(2)))
+    name = next(name for name in names if not file.with_name(name).exists())
+    for path, end in ((Path(f"{file}-wal"), "-wal"), (meshes, ".meshes"), (file, "")):
+        with suppress(FileNotFoundError):
+            path.rename(file.with_name(name + end))
+    Path(f"{file}-shm").unlink(missing_ok=True)
+    return name
+
+
+def problem_of(file: Path, error: BaseException) -> str:
+    """One clause that says why a state file cannot be used."""
+    return f"cannot write the state file {file}: {reason(error)}"

@@ -1,0 +1,251 @@
+"""The state file loses nothing that was committed, and shows nothing that was not."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import sqlite3
+import threading
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ros_pose_stats.errors import RequestError
+from ros_pose_stats.ros.state import Change, State, StateInUseError
+
+NAMES = "abc"
+KINDS = dict.fromkeys(("PartMesh", "PoseStatistics", "JobEvent"), "float64 x")
+LARGE = bytes(range(256)) * 1000
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "node" / "pose_stats.sqlite3"
+
+
+@pytest.fixture
+def opened(file):
+    """Opens states, and closes them."""
+    states = []
+
+    def open_state(where=file, **options):
+        states.append(State(where, **options))
+        return states[-1]
+
+    yield open_state
+    for state in states:
+        state.close()
+
+
+def fact(name, value):
+    return Change("facts", name, None if value is None else (name, value))
+
+
+def facts(state):
+    return {name: value for name, value in state.rows("facts") if name in NAMES}
+
+
+def part(part_id="clamp"):
+    return Change("parts", part_id, (part_id, "ab" * 32, b"\0" * 32, -1.0, 0.1, 1000, 1))
+
+
+def image(file, folder, cut):
+    """The files as a power cut leaves them: the newest bytes of the log are missing."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    shutil.copy(file, folder)
+    log = Path(f"{file}-wal").read_bytes()
+    (folder / f"{file.name}-wal").write_bytes(log[:len(log) - min(cut, len(log))])
+    return folder / file.name
+
+
+CHANGES = st.lists(st.tuples(st.sampled_from(NAMES), st.one_of(st.none(), st.text(max_size=3))),
+                   min_size=1, max_size=3)
+STEPS = st.lists(st.tuples(CHANGES, st.booleans()), min_size=1, max_size=8)
+
+
+@settings(max_examples=40, deadline=None,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(steps=STEPS, cut=st.one_of(st.just(0), st.integers(1, 20_000)))
+def test_what_a_kill_or_a_power_cut_leaves_is_what_had_come_up_to_a_moment(
+        tmp_path, steps, cut):
+    """All that was committed where the process was killed; changes of one call stay together."""
+    shutil.rmtree(tmp_path / "node", ignore_errors=True)
+    state = State(tmp_path / "node" / "one.sqlite3")
+    moments, committed = [{}], 0
+    for changes, waits in steps:
+        number = state.put(*(fact(name, value) for name, value in changes))
+        then = dict(moments[-1])
+        for name, value in changes:
+            then[name] = value
+        moments.append({name: value for name, value in then.items() if value is not None})
+        if waits:
+            assert state.commit(number)
+            committed = len(moments) - 1
+    with state._using:  # between two transactions
+        left = image(state.file, tmp_path / "image", cut)
+    found = State(left)
+    assert facts(found) in (moments if cut else moments[committed:])
+    assert found.set_aside == ""
+    found.close()
+    assert state.close()
+    again = State(state.file)
+    assert facts(again) == moments[-1]
+    again.close()
+
+
+def test_many_that_wait_share_transactions(opened):
+    state = opened()
+    begun, before = threading.Barrier(16), state._begun
+
+    def work(number):
+        begun.wait()
+        for step in range(5):
+            assert state.commit(state.put(fact(f"{number}", f"{step}")))
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {state.get("facts", f"{number}")[1] for number in range(16)} == {"4"}
+    assert state._begun - before < 80
+
+
+def damaged(content, random_):
+    """A file with a bit that is another one, or without its end."""
+    if random_.random() < 0.3:
+        return content[:random_.randrange(len(content))]
+    place = random_.randrange(len(content))
+    changed = bytearray(content)
+    changed[place] ^= 1 << random_.randrange(8)
+    return bytes(changed)
+
+
+def test_a_damaged_file_is_set_aside_or_says_what_was_written(file, opened):
+    state = opened()
+    state.put(part(), *(fact(name, "x" * 500) for name in NAMES))
+    state.put_mesh("clamp", b"mesh" * 1000)
+    state.close()
+    good, random_, aside = file.read_bytes(), random.Random(1), 0
+    for _ in range(200):
+        shutil.rmtree(file.parent)
+        file.parent.mkdir()
+        file.write_bytes(damaged(good, random_))
+        try:
+            found = State(file)
+        except RequestError:  # of a version that does not exist
+            continue
+        if found.set_aside:
+            aside += 1
+            assert found.rows("parts") == [] and (file.parent / found.set_aside).is_file()
+        else:
+            assert found.rows("parts") == [part().row]
+            assert found.mesh("clamp") == b"mesh" * 1000
+            assert facts(found) == dict.fromkeys(NAMES, "x" * 500)
+        assert found.commit(found.put(fact("a", "new")))
+        found.close()
+    assert aside > 40
+
+
+def test_no_file_at_all_is_set_aside(file, opened):
+    file.parent.mkdir()
+    file.write_text("notes of mine")
+    said = []
+    state = opened(say=said.append)
+    assert (file.parent / state.set_aside).read_text() == "notes of mine"
+    assert state.set_aside in said[0] and state.commit(state.put(part()))
+
+
+def test_a_living_owner_is_named_and_a_dead_one_is_not_waited_for(file, opened):
+    first = opened()
+    with pytest.raises(StateInUseError, match=f"process {os.getpid()} has in use"):
+        State(file, patience=0.0)
+    first.close()
+    Path(f"{file}.lock").write_text("1\n")  # a process that died left its name
+    assert opened().commit()
+
+
+def test_newer_and_foreign_files_are_left_alone(file, opened):
+    opened().close()
+    with sqlite3.connect(file) as link:
+        link.execute("PRAGMA user_version=7")
+    with pytest.raises(RequestError, match="version 7, of a newer"):
+        State(file)
+    other = file.with_name("other.sqlite3")
+    with sqlite3.connect(other) as link:
+        link.execute("CREATE TABLE songs (name TEXT)")
+    before = other.read_bytes()
+    with pytest.raises(RequestError, match="another program"):
+        State(other)
+    assert other.read_bytes() == before
+    pipe = file.with_name("pipe")
+    os.mkfifo(pipe)
+    with pytest.raises(RequestError, match="which is none"):
+        State(pipe)
+
+
+def test_messages_of_other_definitions_are_written_anew(file, opened):
+    state = opened(definitions=KINDS)
+    state.put(part(), Change("results", "clamp", ("clamp", b"old", b"", 7)),
+              Change("jobs", "1", ("1", 3, b"event", b"old")),
+              Change("jobs", "2", ("2", 3, b"event", b"unreadable")))
+    state.close()
+    newer = {**KINDS, "PoseStatistics": "float64 y"}
+    converted = []
+
+    def convert(kind, definition, data):
+        converted.append((kind, definition))
+        return None if data == b"unreadable" else b"new"
+
+    for _ in range(2):  # the second time there is nothing to be done
+        state = opened(definitions=newer, convert=convert)
+        assert state.rows("results") == [("clamp", b"new", b"", 7)]
+        assert state.rows("jobs") == [("1", 3, b"event", b"new")]
+        state.close()
+    assert converted == [("PoseStatistics", "float64 x")] * 3
+
+
+def test_a_file_that_is_deleted_under_the_node_is_made_anew(file, opened):
+    said = []
+    state = opened(say=said.append)
+    assert state.commit(state.put(part(), fact("a", "before")))
+    shutil.rmtree(file.parent)
+    assert state.commit(state.put(fact("b", "after")))
+    assert "is made anew" in said[0]
+    state.close()
+    again = opened()
+    assert facts(again) == {"a": "before", "b": "after"} and again.rows("parts") == [part().row]
+
+
+def test_a_place_that_cannot_be_written_is_said_and_tried_again(file, opened):
+    file.parent.write_text("in the way")
+    said = []
+    state = opened(say=said.append)
+    assert not state.commit(state.put(part())) and str(file) in state.problem
+    assert state.put_mesh("clamp", LARGE) and state.mesh("clamp") == LARGE
+    assert state.get("parts", "clamp") == part().row
+    file.parent.unlink()
+    assert state.commit() and state.problem == ""
+    assert said[0].startswith("NOT_RECORDED: cannot write the state file")
+    assert "is written again" in said[-1]
+    state.close()
+    again = opened()
+    assert again.rows("parts") == [part().row] and again.mesh("clamp") == LARGE
+
+
+def test_large_meshes_lie_beside_the_file_as_long_as_a_part_has_them(file, opened):
+    state = opened()
+    for name, mesh in (("one", LARGE), ("two", LARGE), ("small", b"mesh")):
+        state.put_mesh(name, mesh)
+    state.put(Change("meshes", "one", None))
+    assert state.commit() and len(list(state.meshes.iterdir())) == 1
+    assert (state.mesh("one"), state.mesh("two"), state.mesh("small")) == (None, LARGE, b"mesh")
+    (stored,) = state.meshes.iterdir()
+    stored.write_bytes(LARGE[:-1] + b"?")
+    assert state.mesh("two") is None  # rather than another mesh
+    state.put_mesh("two", b"mesh")
+    assert state.commit() and list(state.meshes.iterdir()) == []
