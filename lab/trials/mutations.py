@@ -22,6 +22,9 @@ from . import ROOT
 LEAST: Final = 0.9
 """Share of the mutations that is to be caught."""
 
+PATIENCE: Final = "60"
+"""Seconds for which tests of nodes wait for what a mistake may have made impossible."""
+
 LEFT_OUT: Final = shutil.ignore_patterns(".*", "__pycache__", "build", "install", "log", "bags")
 
 FAILED: Final = re.compile(r"^(?:FAILED|ERROR) (tests/(\w+)/\S+)", re.MULTILINE)
@@ -109,7 +112,7 @@ def run(checkout: Path, *arguments: str, **environment: str) -> subprocess.Compl
     """Run a module of a checkout."""
     return subprocess.run([sys.executable, "-m", *arguments], cwd=checkout, capture_output=True,
                           text=True, env={**os.environ, "PYTHONPATH": str(checkout),
-                                          **environment})
+                                          "PATIENCE": PATIENCE, **environment})
 
 
 def failure(checkout: Path, mutation: Mutation) -> tuple[str, str] | None:
