@@ -25,7 +25,8 @@ LEAST: Final = 0.9
 PATIENCE: Final = "60"
 """Seconds for which tests of nodes wait for what a mistake may have made impossible."""
 
-LEFT_OUT: Final = shutil.ignore_patterns(".*", "__pycache__", "build", "install", "log", "bags")
+COPIED: Final = ("ros_pose_stats", "tests", "study", "lab")
+"""Folders that the tests import from."""
 
 FAILED: Final = re.compile(r"^(?:FAILED|ERROR) (tests/(\w+)/\S+)", re.MULTILINE)
 
@@ -151,7 +152,9 @@ def main() -> int:
     chosen = [mutation for mutation in MUTATIONS if not only or mutation.room in only]
     with tempfile.TemporaryDirectory(prefix="mutations_") as folder:
         checkout = Path(folder) / "checkout"
-        shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
+        for name in COPIED:
+            shutil.copytree(ROOT / name, checkout / name)
+        shutil.copy(ROOT / "setup.cfg", checkout)
         run(checkout, "ros_pose_stats", "compile")
         for mutation in chosen:
             if failed := failure(checkout, mutation):
