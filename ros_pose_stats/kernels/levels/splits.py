@@ -1,26 +1,19 @@
 """Areas of the reachable set, and the probabilities at its splits.
 
 At a split probabilities follow from the areas of both components (Eq. 8), or from given weights.
-Of the two components that a join brings together, the one with fewer faces is measured
-face by face. Following the larger ones downwards gives paths along which a component only
-grows; short paths are measured face by face as well, long ones by `level_sums`. Each face
-is on the smaller side at most log2(F) times, so a body with thousands of stable faces
-takes hardly longer a face than a body with a few.
+Both are measured face by face: a component that swallows n neighbours one by one costs n² faces,
+which even a part with a few hundred equilibria takes in milliseconds.
 """
 
 import math
 
 import numpy as np
 
-from ..array_types import Array, Fixed2, FixedFlags1, Flags, Index
+from ..array_types import Array, Fixed2, FixedFlags1, Index
 from ..body.convex_body import BodyArrays
 from ..compilation import entry_kernel, inlined, kernel
-from .level_sums import grown_areas
 from .merge_tree import MergeTree, faces_of
 from .right_triangles import RightTriangles, bend_R, bend_r, measure_triangles
-
-LONG_PATH = 96
-"""Joins on a path from which on `level_sums` is quicker than going face by face."""
 
 
 @kernel
@@ -101,15 +94,13 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
     if not wanted.any():
         return areas, probability
     triangles = measure_triangles(body, tree.level[wanted], of_R)
-    larger = _larger_child(tree)
-    path = np.empty(joins, np.int64)
-    on_path = np.zeros(joins, np.bool_)
-    for top in range(joins - 1, -1, -1):
-        if not wanted[top] or on_path[top]:
-            continue
-        length = _follow(tree, wanted, larger, top, path)
-        on_path[path[:length]] = True
-        _measure(body, triangles, tree, larger, path[:length], of_R, areas)
+    for j in range(joins):
+        for c in range(2):
+            if wanted[j]:
+                begin, end = faces_of(tree, tree.child[j, c])
+                area = faces_below(tree.face_order, begin, end, body, triangles, tree.level[j],
+                                   of_R)
+                areas[j, c] = max(area, 0.0)
     for j in range(joins - 1, -1, -1):
         both = areas[j, 0] + areas[j, 1]
         for c in range(2):
@@ -117,53 +108,6 @@ def split_probabilities(body: BodyArrays, tree: MergeTree, wanted: FixedFlags1,
                 share = areas[j, c] / both if both > 0.0 else 0.5
                 probability[tree.child[j, c]] = share * probability[joins + 1 + j]
     return areas, probability
-
-
-@kernel
-def _larger_child(tree: MergeTree) -> Index:
-    joins = tree.level.shape[0]
-    larger = np.empty(joins, np.int64)
-    for j in range(joins):
-        begin, end = faces_of(tree, tree.child[j, 0])
-        start, stop = faces_of(tree, tree.child[j, 1])
-        larger[j] = 0 if end - begin >= stop - start else 1
-    return larger
-
-
-@kernel
-def _follow(tree: MergeTree, wanted: Flags, larger: Index, top: int,
-            path: Index) -> int:
-    """Joins from `top` down along the larger children, returned by rising level."""
-    joins = tree.level.shape[0]
-    length, j = 0, top
-    while j >= 0 and wanted[j]:
-        path[length] = j
-        length += 1
-        j = tree.child[j, larger[j]] - joins - 1
-    path[:length] = path[:length][::-1].copy()
-    return length
-
-
-@kernel
-def _measure(body: BodyArrays, triangles: RightTriangles, tree: MergeTree, larger: Index,
-             path: Index, of_R: bool, areas: Array) -> None:
-    """Areas of both children of every join on a path."""
-    order = tree.face_order
-    for j in path:
-        c = 1 - larger[j]
-        begin, end = faces_of(tree, tree.child[j, c])
-        areas[j, c] = max(faces_below(order, begin, end, body, triangles, tree.level[j], of_R),
-                          0.0)
-    if path.shape[0] >= LONG_PATH:
-        grown = grown_areas(body, triangles, tree, larger, path, of_R)
-        for k in range(path.shape[0]):
-            areas[path[k], larger[path[k]]] = max(grown[k], 0.0)
-        return
-    for j in path:
-        c = larger[j]
-        begin, end = faces_of(tree, tree.child[j, c])
-        areas[j, c] = max(faces_below(order, begin, end, body, triangles, tree.level[j], of_R),
-                          0.0)
 
 
 @entry_kernel
