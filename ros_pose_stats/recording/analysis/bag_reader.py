@@ -14,7 +14,7 @@ from typing import Any
 from ...errors import BagError
 from ...records.scene import Numbering
 from ...records.statistics import FORGOTTEN
-from ..reader.raw_reader import RawMessage
+from ..reader import RawMessage
 from . import decoding
 from .bag_contents import BagContents, BagFile, PartRecord, Paths
 from .bag_files import FileMessages, OnRead, find_bags

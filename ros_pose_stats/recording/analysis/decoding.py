@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from ...errors import BagError
 from ...records.scene import Numbering
-from ..reader.raw_reader import RawMessage
+from ..reader import RawMessage
 
 PACKAGE: Final = "ros_pose_stats_msgs"
 PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
