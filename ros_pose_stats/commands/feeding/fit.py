@@ -18,7 +18,7 @@ from .. import running
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
     from ...recording.analysis import CameraCounts
-    from ...recording.analysis.part_meshes import PartMeshRecord
+    from ...recording.analysis.decoding import PartMeshRecord
     from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -163,8 +163,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
     Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
     RequestError if there is no bag, or nothing was counted on this plate.
     """
-    from ...recording.analysis import read_bags
-    from ...recording.analysis.part_meshes import read_part_meshes
+    from ...recording.analysis import read_bags, read_part_meshes
 
     told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]

@@ -1,7 +1,5 @@
 """Which bags lie under the paths that a user names, and the messages in each of their files."""
 
-from __future__ import annotations
-
 import os
 import re
 import sqlite3

@@ -1,7 +1,5 @@
 """Bags analysed: predictions beside each other, and beside what cameras counted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,8 +9,7 @@ from numpy.typing import NDArray
 
 from ...statistics.chi_square import ChiSquare, goodness_of_fit, homogeneity
 from ...statistics.errors import jeffreys_interval, root_mean_square
-from .bag_contents import BagContents, PartRecord, Paths
-from .bag_reader import OnProgress, read_bags
+from .bag_reader import BagContents, OnProgress, PartRecord, Paths, read_bags
 from .camera_counts import CameraCounts
 from .results import Array, Index, PoseTable, Prediction, ResultHistory
 

@@ -1,7 +1,5 @@
 """What the files of a bag hold, and what rosbag2 wants to read about them in `metadata.yaml`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ record but the header is preceded by a record of our own with the checksum of wh
 MCAP leaves opcodes from 0x80 on to applications, and readers skip those they do not know.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterable, Mapping
