@@ -16,23 +16,14 @@ from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Message, Metadata, MetadataIndex
 
-from ..files import (
-    HALF,
-    DirectoryLock,
-    NotAFileError,
-    open_file,
-    read_file,
-    replace_file,
-    sync_directory,
-)
+from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
 from .runs import METADATA, bag_files, remove_empty, runs
-from .writer.contents import Contents, metadata_yaml
-from .writer.mcap_layout import FOOTER_LENGTH, MAGIC, RECORD, closing, magic_and_header
+from .writer import mcap_layout as layout
 
 _BLOCK: Final = 1 << 20
-_LEAST: Final = 2 * len(MAGIC) + RECORD.size + FOOTER_LENGTH
-_CHECK_SIZE: Final = 4 + len(MAGIC)
+_LEAST: Final = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
+_CHECK_SIZE: Final = 4 + len(layout.MAGIC)
 """Of the checksum of the summary, and what follows it."""
 
 _YOUNG: Final = 60.0
@@ -73,7 +64,7 @@ def _repair(run: Path) -> Repair | None:
         if not bag_files(run):
             _remove_if_left(run)
             return None
-        lock = None if _is_finished(run) else DirectoryLock.take(run)
+        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
         if lock is None:
             return None
         with lock:
@@ -86,7 +77,7 @@ def _remove_if_left(run: Path) -> None:
     """Delete the directory of a process that died before it had made a file."""
     with suppress(OSError):  # it does no harm, and may be gone already
         young = time.time() - run.stat().st_ctime < _YOUNG
-        lock = None if young else DirectoryLock.take(run)
+        lock = None if young else disk.DirectoryLock.take(run)
         if lock is not None:
             with lock:
                 remove_empty(run)
@@ -105,37 +96,37 @@ def _is_finished(run: Path) -> bool:
             return False
         messages += contents.messages
     try:
-        text = read_file(run / METADATA).decode("utf-8")
-    except (FileNotFoundError, NotAFileError, UnicodeDecodeError):
+        text = disk.read_file(run / METADATA).decode("utf-8")
+    except (FileNotFoundError, disk.NotAFileError, UnicodeDecodeError):
         return False
     count = _MESSAGE_COUNT.search(text)
     return count is not None and int(count[1]) == messages and all(
         path.name in text for path in files)
 
 
-def _finished_contents(path: Path) -> Contents | None:
+def _finished_contents(path: Path) -> layout.Contents | None:
     """What the summary of a file says; None where the file does not end with a sound one.
 
     Raises OSError: the file cannot be read.
     """
-    with open_file(path) as file:
+    with disk.open_file(path) as file:
         if os.fstat(file.fileno()).st_size < _LEAST:
             return None
         try:
             summary = SeekingReader(file).get_summary()
         except UNREADABLE:
             return None
-        file.seek(-FOOTER_LENGTH - len(MAGIC), os.SEEK_END)
+        file.seek(-layout.FOOTER_LENGTH - len(layout.MAGIC), os.SEEK_END)
         file.seek(int.from_bytes(file.read(8), "little"))
         end = file.read()
-    check = int.from_bytes(end[-_CHECK_SIZE:-len(MAGIC)], "little")
+    check = int.from_bytes(end[-_CHECK_SIZE:-len(layout.MAGIC)], "little")
     if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
         return None
     if summary is None or summary.statistics is None or any(
             channel.schema_id not in summary.schemas for channel in summary.channels.values()):
         return None
     told = summary.statistics
-    return Contents(summary.schemas, summary.channels, told.channel_message_counts,
+    return layout.Contents(summary.schemas, summary.channels, told.channel_message_counts,
                     told.message_start_time, told.message_end_time, summary.metadata_indexes)
 
 
@@ -147,7 +138,7 @@ def mend(directory: Path) -> Repair:
 
     Raises OSError: it cannot be done now; nothing is lost.
     """
-    files: dict[str, Contents] = {}
+    files: dict[str, layout.Contents] = {}
     cut_bytes = 0
     for path in bag_files(directory):
         contents = _finished_contents(path)
@@ -156,19 +147,19 @@ def mend(directory: Path) -> Repair:
             cut_bytes += cut
         files[path.name] = contents
     if files:
-        replace_file(directory / METADATA, metadata_yaml(files).encode())
+        disk.replace_file(directory / METADATA, layout.metadata_yaml(files).encode())
     for name in (*files, METADATA):
         with suppress(OSError):
-            (directory / (name + HALF)).unlink()
+            (directory / (name + disk.HALF)).unlink()
     return Repair(directory, sum(contents.messages for contents in files.values()), cut_bytes)
 
 
-def _mend_file(path: Path) -> tuple[Contents, int]:
+def _mend_file(path: Path) -> tuple[layout.Contents, int]:
     """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
-    half = path.with_name(path.name + HALF)
+    half = path.with_name(path.name + disk.HALF)
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
-        with open_file(path) as old, half.open("wb") as new:
+        with disk.open_file(path) as old, half.open("wb") as new:
             sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
             for frame in frames(old, sound.on_damage):
                 if frame.opcode == Opcode.DATA_END:
@@ -177,12 +168,12 @@ def _mend_file(path: Path) -> tuple[Contents, int]:
             new.write(sound.start)
             for begin, end in sound.ranges:
                 _copy(old, new, begin, end)
-            new.write(closing(path.name, sound.contents, sound.size))
+            new.write(layout.closing(path.name, sound.contents, sound.size))
             new.flush()
             os.fsync(new.fileno())
         shutil.copymode(path, half)
         half.replace(path)
-        sync_directory(path.parent)
+        disk.sync_directory(path.parent)
     except OSError:
         with suppress(OSError):
             half.unlink()
@@ -210,10 +201,10 @@ class _SoundPart:
     """
 
     def __init__(self, time: int) -> None:
-        self.start = magic_and_header()
+        self.start = layout.magic_and_header()
         self.ranges: list[tuple[int, int]] = []
         self.size = len(self.start)
-        self.contents = Contents(start=time, end=time)
+        self.contents = layout.Contents(start=time, end=time)
         self.cut_bytes = 0
 
     def on_damage(self, begin: int, end: int) -> None:

@@ -13,8 +13,7 @@ from ..files import DirectoryLock, make_directories, replace_file, sync_director
 from .repair import mend
 from .runs import METADATA, SpaceBound, bag_file, new_run_name, remove_empty
 from .writer.bag_file import BagFile
-from .writer.contents import Contents, metadata_yaml
-from .writer.mcap_layout import message_size, opening
+from .writer.mcap_layout import Contents, message_size, metadata_yaml, opening
 from .writer.message_types import CdrLength, MessageType
 
 _FILES: Final = 8
