@@ -104,11 +104,7 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
         If there is no bag, a named file cannot be read, or no message of this package's types
         is in any of them.
     """
-    return analyse(read_bags(paths, on_progress))
-
-
-def analyse(contents: BagContents) -> BagAnalysis:
-    """The same for bags that have been read."""
+    contents = read_bags(paths, on_progress)
     compared: dict[int, list[CountComparison]] = {}
     for counts in contents.counts:
         place, comparison = _compared(counts, contents.parts)
