@@ -1,1 +1,1 @@
-"""Bags: one directory a run, written so that nothing acknowledged is lost, mended and read."""
+"""Bags: one directory a run, a log that is written, mended, read and analysed."""

@@ -1,17 +1,19 @@
-"""The record of one run, as the node keeps it."""
+"""The record of one run, as the node keeps it: files are written, follow each other, and go."""
 
-from __future__ import annotations
-
+import errno
+import os
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from .bag import Bag
-from .repair.removal import SpaceBound
-from .run_names import new_run_name
-from .writer.mcap_layout import message_size, opening
+from ..files import DirectoryLock, make_directories, replace_file, sync_directory
+from .repair import mend
+from .runs import METADATA, SpaceBound, bag_file, new_run_name, remove_empty
+from .writer.bag_file import BagFile
+from .writer.mcap_layout import Contents, message_size, metadata_yaml, opening
 from .writer.message_types import CdrLength, MessageType
 
 _FILES: Final = 8
@@ -19,24 +21,7 @@ _FILES: Final = 8
 
 
 class RecordingError(OSError):
-    """A record, or what belongs to it, could not be made safe.
-
-    Nothing is broken for good: the next write tries again.
-
-    `directory`: the bag that was written to; `cause`: what the operating system said, or what was
-    wrong.
-    """
-
-    def __init__(self, directory: Path, cause: Exception | str) -> None:
-        self.directory = directory
-        self.cause = cause
-        reason = getattr(cause, "strerror", None) or str(cause) or type(cause).__name__
-        super().__init__(f"cannot record to {directory}: {reason}")
-        self.errno = getattr(cause, "errno", None)
-
-    def __reduce__(self) -> tuple[type[RecordingError], tuple[Path, str]]:
-        reason = getattr(self.cause, "strerror", None) or str(self.cause)
-        return type(self), (self.directory, reason)
+    """A record could not be made safe. Nothing is broken for good: the next write tries again."""
 
 
 class RunLog:
@@ -49,17 +34,15 @@ class RunLog:
     `log_directory`: made when it is needed; `types`: type of each topic that may be written;
     `max_bag_bytes`: a file that would grow beyond it is finished and followed by the next;
     `max_log_bytes`: bound of the log directory, this bag included; 0 for no bound. To stay below
-    it the oldest finished runs are deleted, then the oldest closed files of this bag, which are at
-    most an eighth of the bound; `name`: of the directory, in place of one made from time and
-    process; `node`: name of the node that records; several may share a log directory. Attributes
-    `directory`: where the bag is, or will be once something is written. It changes when the bag is
-    lost; `space`: the bound.
+    it the oldest runs are deleted, then the oldest closed files of this bag, which are at most an
+    eighth of the bound; `node`: name of the node that records; several may share a log directory.
+    Attributes `directory`: where the bag is, or will be once something is written. It changes when
+    the bag is lost; `space`: the bound.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
-                 max_bag_bytes: int, max_log_bytes: int = 0, name: str | None = None,
-                 node: str = "") -> None:
-        self.directory = log_directory / (name or new_run_name(log_directory))
+                 max_bag_bytes: int, max_log_bytes: int = 0, node: str = "") -> None:
+        self.directory = log_directory / new_run_name(log_directory)
         self._times_lost = 0
         self._types = dict(types)
         self._node = node
@@ -70,7 +53,7 @@ class RunLog:
                               if max_log_bytes else max_bag_bytes)
         self.space = SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.Lock()
-        self._bag: Bag | None = None
+        self._bag: _Bag | None = None
         self._closed = False
         self._last_time = 0
 
@@ -81,13 +64,10 @@ class RunLog:
         RecordingError: it is not recorded; the next write tries again.
         """
         message = self._lengths[topic].trimmed(data)
-        try:
-            with self._lock:
-                bag = self._bag_for(message_size(message))
-                self._last_time = max(time.time_ns(), self._last_time + 1)
-                bag.append(topic, message, self._last_time)
-        except OSError as error:
-            raise RecordingError(self.directory, error) from error
+        with self._refusals(), self._lock:
+            bag = self._bag_for(message_size(message))
+            self._last_time = max(time.time_ns(), self._last_time + 1)
+            bag.append(topic, message, self._last_time)
 
     def sync(self) -> None:
         """Have everything written so far on the disk, where a power cut leaves it.
@@ -96,29 +76,33 @@ class RunLog:
         """
         with self._lock:
             file = self._bag.file if self._bag else None
-        try:
+        with self._refusals():
             if file is not None:
                 file.sync()
-        except OSError as error:
-            raise RecordingError(self.directory, error) from error
 
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.
 
         Raises RecordingError: the bag is not finished; `repair_bags` does that at the next start.
         """
-        with self._lock:
+        with self._refusals(), self._lock:
             self._closed = True
             bag, self._bag = self._bag, None
-            try:
-                if bag is not None:
-                    bag.finish()
-            except OSError as error:
-                raise RecordingError(self.directory, error) from error
+            if bag is not None:
+                bag.finish()
+
+    @contextmanager
+    def _refusals(self) -> Iterator[None]:
+        """Have errors of the operating system say what they were in the way of."""
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(
+                f"cannot record to {self.directory}: {error.strerror or error}") from error
 
     @property
     def times_lost(self) -> int:
-        """How often the bag was found deleted or moved away; also by this look.
+        """How often the bag was deleted or moved away; also by this look.
 
         Raises OSError: nobody knows whether it is there.
         """
@@ -144,16 +128,20 @@ class RunLog:
         """Bytes by which the log directory may still grow; None without a bound."""
         return self.space.left(self.bytes_written)
 
-    def _bag_for(self, record: int) -> Bag:
+    def _bag_for(self, record: int) -> "_Bag":
         """The bag for a record of so many bytes."""
         if self._closed:
             raise OSError("the log is closed")
         self._leave_lost_bag()
-        self._make_room(record)
+        # Beside the record there may be the end of one file, a whole empty one, and for a moment
+        # both the old and the new metadata.yaml.
+        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
+        self.space.enforce(self.directory, size + record + self._overhead,
+                           lambda: self._bag.drop_oldest() if self._bag else None)
         if self._bag is None:
             if self.directory.exists():
                 self.directory = self.directory.with_name(new_run_name(self.directory.parent))
-            self._bag = Bag(self.directory, self._types, self._max_bytes, self._node)
+            self._bag = _Bag(self.directory, self._types, self._max_bytes, self._node)
         return self._bag
 
     def _leave_lost_bag(self) -> None:
@@ -163,12 +151,148 @@ class RunLog:
             self._times_lost += 1
             self.directory = self.directory.with_name(new_run_name(self.directory.parent))
 
-    def _make_room(self, record: int) -> None:
-        """Delete what must go before a record of so many bytes is written.
 
-        Beside the record there may be the end of one file, a whole empty one, and for a moment
-        both the old and the new metadata.yaml.
+class _Bag:
+    """The files of a run, in a directory that is made and locked. Used by one thread at a time.
+
+    Attributes `file`: the one that is being written; `metadata_size`: bytes of `metadata.yaml`.
+    Raises OSError: the directory cannot be made.
+    """
+
+    def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
+                 node: str) -> None:
+        self._path = path
+        self._lock = _locked_directory(path)
+        self._types, self._node, self._max_bytes = types, node, max_bytes
+        self.file: BagFile | None = None
+        self.metadata_size = 0
+        self._closed: dict[str, int] = {}  # bytes of the files before that one, oldest first
+        self._finished: dict[str, Contents] = {}  # what those hold that have a footer
+        self._next_number = 0
+        self._described = False
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files."""
+        return sum(self._closed.values()) + (self.file.size if self.file else 0)
+
+    def is_gone(self) -> bool:
+        """Whether the directory, or the lock in it, was deleted, moved or replaced."""
+        return not self._lock.holds(self._path)
+
+    def append(self, topic: str, data: memoryview, log_time: int) -> None:
+        """Write a message.
+
+        Raises OSError: it is not in the bag, or the bag is not described; the next call tries
+        again.
         """
-        size = self._bag.size + 2 * self._bag.metadata_size if self._bag else 0
-        self.space.enforce(self.directory, size + record + self._overhead,
-                           lambda: self._bag.drop_oldest() if self._bag else None)
+        file = self._file_for(message_size(data))
+        file.append(topic, data, log_time)
+        if not self._described:
+            self._describe()
+
+    def drop_oldest(self) -> tuple[str, int] | None:
+        """Delete the oldest file that is closed; return its name and bytes, if there is one.
+
+        The record that it makes room for has the bag described without it.
+        """
+        for name, size in self._closed.items():
+            with suppress(OSError):
+                (self._path / name).unlink(missing_ok=True)
+                self._described = False
+                self._finished.pop(name, None)
+                del self._closed[name]
+                return name, size
+            break
+        return None
+
+    def finish(self) -> None:
+        """Finish all files, describe the bag for good, and let go of it.
+
+        Raises OSError: it is not finished; the directory is let go of all the same.
+        """
+        try:
+            if self.file is not None and not self._leave_broken(self.file):
+                self._finish_file(self.file)
+            mend(self._path)
+        finally:
+            self.abandon()
+
+    def abandon(self) -> None:
+        """Let go of the bag as it is; a directory without a file in it goes."""
+        if self.file is not None:
+            with suppress(OSError):  # where it was moved to it is whole
+                self.file.finish()
+            self.file.abandon(_gone())
+            self.file = None
+        with suppress(OSError):
+            if not self.is_gone():
+                remove_empty(self._path)
+        self._lock.release()
+
+    def _file_for(self, record: int) -> BagFile:
+        """The file for a record of so many bytes."""
+        file = self.file
+        if file is not None and not self._leave_broken(file) and file.written and (
+                file.size_with(record) > self._max_bytes):
+            self._finish_file(file)
+        if self.file is None:
+            while bag_file(self._path, self._next_number).exists():
+                self._next_number += 1
+            self.file = BagFile(bag_file(self._path, self._next_number), self._types, self._node)
+            self._next_number += 1
+            self._described = False
+        return self.file
+
+    def _leave_broken(self, file: BagFile) -> bool:
+        """Leave a file that cannot be gone on with; return whether it was that."""
+        if not (file.broken or file.is_gone()):
+            return False
+        file.abandon(_gone())
+        self._leave(file)
+        return True
+
+    def _finish_file(self, file: BagFile) -> None:
+        file.finish()
+        self._finished[file.path.name] = file.contents
+        self._leave(file)
+
+    def _leave(self, file: BagFile) -> None:
+        self.file = None
+        self._closed[file.path.name] = file.size
+
+    def _describe(self) -> None:
+        files = {name: contents for name, contents in self._finished.items()
+                 if (self._path / name).exists()}
+        if self.file is not None:
+            files[self.file.path.name] = self.file.contents
+        text = metadata_yaml(files).encode()
+        replace_file(self._path / METADATA, text)
+        self.metadata_size = len(text)
+        self._described = True
+
+
+def _gone() -> OSError:
+    return OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+
+
+def _locked_directory(path: Path) -> DirectoryLock:
+    """Make a directory and take its lock: other nodes leave one alone that has no file yet.
+
+    Raises OSError: it could not be made; nothing is left of it.
+    """
+    make_directories(path.parent)
+    path.mkdir()
+    lock = None
+    try:
+        lock = DirectoryLock.take(path)
+        if lock is None:
+            raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+        sync_directory(path.parent)
+    except OSError:
+        with suppress(OSError):
+            remove_empty(path)
+        if lock is not None:
+            lock.release()
+        raise
+    return lock

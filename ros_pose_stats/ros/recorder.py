@@ -12,9 +12,9 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from ..recording.repair.repair import Repair, repair_bags
+from ..recording.repair import Repair, repair_bags
 from ..recording.run_log import RunLog
-from ..recording.run_names import bag_file
+from ..recording.runs import bag_file
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings

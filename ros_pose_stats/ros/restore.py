@@ -17,7 +17,7 @@ from ros_pose_stats_msgs import msg
 
 from ..errors import RequestError
 from ..recording.analysis.decoding import Decoders
-from ..recording.reader.raw_reader import RawMessage, files_of_bag, messages_after
+from ..recording.reader import RawMessage, files_of_bag, raw_messages
 from ..recording.writer.message_types import message_type
 from ..records import DropScene
 from .jobs import Job, JobRequest, State as JobState
@@ -103,7 +103,7 @@ def _beyond(place: str, offset: int) -> Iterator[RawMessage]:
     else:
         files = files_of_bag(path) if path.is_dir() else []
     for one in files:
-        yield from messages_after(one, offset if one == path else 0)
+        yield from raw_messages(one, begin=offset if one == path else 0)
 
 
 def _take(found: Tail, message: RawMessage) -> None:

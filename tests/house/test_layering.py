@@ -37,7 +37,7 @@ NEIGHBOURS = {("cli", "commands"), ("__main__", "cli"), ("commands", "ros")}
 
 INNER_FLOORS = {
     "kernels": ({"mesh", "drops"}, {"body"}, {"levels"}, {"features"}),
-    "recording": ({"writer"}, {"reader"}, {"repair"}, {"analysis"}),
+    "recording": ({"writer"}, {"analysis"}),
     "ros": ({"messages"}, {"transport", "state"}, {"parts"}, {"jobs"}, {"services"}, {"examples"}),
     "commands": ({"bags", "design"}, {"feeding"}),
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ros_pose_stats_msgs import srv
 
-from ros_pose_stats.recording.reader.raw_reader import RawMessage, raw_messages
+from ros_pose_stats.recording.reader import RawMessage, raw_messages
 from ros_pose_stats.recording.run_log import RunLog
 from ros_pose_stats.recording.writer.mcap_layout import message_size
 from ros_pose_stats.ros.recorder import ANSWERS, bag_types

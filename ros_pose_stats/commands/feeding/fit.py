@@ -16,7 +16,8 @@ from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
-    from ...recording.analysis import CameraCounts, part_meshes
+    from ...recording.analysis import CameraCounts
+    from ...recording.analysis.decoding import PartMeshRecord
     from ...records import Part
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -161,7 +162,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
     Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
     RequestError if there is no bag, or nothing was counted on this plate.
     """
-    from ...recording.analysis import part_meshes, read_bags
+    from ...recording.analysis import read_bags, read_part_meshes
 
     told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]
@@ -170,7 +171,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
         raise RequestError(f"counts of cameras on plate {plate}",
                            f"those of {listed(plates)}" if plates else "none",
                            "name its plate, or record ~/pose_counts")
-    parts = _parts_of(wanted, part_meshes.read_part_meshes(paths))
+    parts = _parts_of(wanted, read_part_meshes(paths))
     counted, notes = [], []
     for one in wanted:
         found = _join(one, parts)
@@ -182,7 +183,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
 
 
 def _parts_of(wanted: Iterable[CameraCounts],
-              meshes: Iterable[part_meshes.PartMeshRecord]) -> dict[str, Part]:
+              meshes: Iterable[PartMeshRecord]) -> dict[str, Part]:
     """Parts by digest, of all meshes in the bags until those counted are there."""
     missing = {one.part_digest for one in wanted}
     found: dict[str, Part] = {}
@@ -196,7 +197,7 @@ def _parts_of(wanted: Iterable[CameraCounts],
     return found
 
 
-def _built(mesh: part_meshes.PartMeshRecord) -> Part | None:
+def _built(mesh: PartMeshRecord) -> Part | None:
     from ...mesh.parts import part_from_mesh
 
     weighed = mesh.mass != 0.0

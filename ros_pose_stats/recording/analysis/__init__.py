@@ -1,8 +1,7 @@
 """Bags read and analysed, whoever recorded them."""
 
 from ...records.scene import Numbering
-from .bag_contents import BagContents, BagFile, PartRecord
-from .bag_reader import read_bags
+from .bag_reader import BagContents, read_bags, read_part_meshes
 from .camera_counts import CameraCounts
 from .comparisons import (
     BagAnalysis,
@@ -10,13 +9,11 @@ from .comparisons import (
     CountComparison,
     PartAnalysis,
     SimulationComparison,
-    analyse,
     analyse_bags,
 )
 from .jobs import Job
-from .results import PoseTable, Prediction, ResultHistory
+from .results import Prediction, ResultHistory
 
-__all__ = ["BagAnalysis", "BagContents", "BagFile", "CameraCounts", "Comparison",
-           "CountComparison", "Job", "Numbering", "PartAnalysis", "PartRecord", "PoseTable",
-           "Prediction", "ResultHistory", "SimulationComparison", "analyse",
-           "analyse_bags", "read_bags"]
+__all__ = ["BagAnalysis", "BagContents", "CameraCounts", "Comparison", "CountComparison", "Job",
+           "Numbering", "PartAnalysis", "Prediction", "ResultHistory", "SimulationComparison",
+           "analyse_bags", "read_bags", "read_part_meshes"]

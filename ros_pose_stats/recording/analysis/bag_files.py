@@ -1,7 +1,5 @@
 """Which bags lie under the paths that a user names, and the messages in each of their files."""
 
-from __future__ import annotations
-
 import os
 import re
 import sqlite3
@@ -11,7 +9,7 @@ from typing import Final
 
 from ...errors import BagError
 from ...files import open_file
-from ..reader.raw_reader import Damage, RawMessage, files_of_bag, raw_messages
+from ..reader import RawMessage, files_of_bag, raw_messages
 from .decoding import CONVERT, is_ours
 
 SQLITE: Final = ".db3"
@@ -129,19 +127,19 @@ class FileMessages:
             self.state = "damaged"
             self.note = "is damaged in several places: what is whole was read"
 
-    def _damaged(self, damage: Damage) -> None:
+    def _damaged(self, start: int, end: int, reason: str) -> None:
         size = self._file.stat().st_size
-        if damage.start == damage.end:
+        if start == end:
             self._set(*(("open", "was never closed: its recorder is still running or was stopped "
                          "hard; all its records are whole") if size else ("cut", "is empty")))
-        elif damage.start == 0 and damage.end >= size:
+        elif start == 0 and end >= size:
             self._set("unreadable", "is not an MCAP file")
-        elif damage.end >= size:
-            self._set("cut", f"is cut off or damaged from byte {damage.start} on: what stands "
+        elif end >= size:
+            self._set("cut", f"is cut off or damaged from byte {start} on: what stands "
                       "before it was read")
         else:
-            self._set("damaged", f"is damaged in bytes {damage.start} to {damage.end} "
-                      f"({damage.reason}): the rest was read")
+            self._set("damaged", f"is damaged in bytes {start} to {end} "
+                      f"({reason}): the rest was read")
 
     def _sqlite_messages(self) -> Iterator[RawMessage]:
         """Messages of this package's types, by the time of recording."""

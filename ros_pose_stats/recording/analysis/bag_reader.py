@@ -1,27 +1,25 @@
-"""Goes through bags once and hands every message to the collector of its type."""
-
-from __future__ import annotations
+"""What of this package's messages lies in a number of bags, read in one go."""
 
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ...errors import BagError
 from ...records.scene import Numbering
 from ...records.statistics import FORGOTTEN
-from ..reader.raw_reader import RawMessage
+from ..reader import RawMessage
 from . import decoding
-from .bag_contents import BagContents, BagFile, PartRecord, Paths
 from .bag_files import FileMessages, OnRead, find_bags
-from .camera_counts import CountCollector
+from .camera_counts import CameraCounts, CountCollector
 from .decoding import Decoders, is_ours, kind_of, numbering_of, read_field, stamp_of
 from .jobs import DropCollector, DropLog, Job, JobCollector
-from .result_collector import ResultCollector
+from .results import ResultCollector, ResultHistory
 
 ANSWERS = "answers"
 PartKey = tuple[str, str]
@@ -29,6 +27,52 @@ PartKey = tuple[str, str]
 
 OnProgress = Callable[[int, int], None]
 """Told how many bytes have been read, and of how many."""
+
+Paths: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str]]"
+
+
+@dataclass(frozen=True)
+class BagFile:
+    """One file of a bag, and how whole it was."""
+
+    bag: Path
+    path: Path
+    state: str  # `whole`, `open`, `cut`, `damaged` or `unreadable`
+    note: str  # the same for people; empty where it is whole
+    messages: int  # of this package's types that were read
+
+
+@dataclass(frozen=True, eq=False)
+class PartRecord:
+    """What the bags hold about one part; equal names with several digests are several parts."""
+
+    part_id: str
+    part_digest: str
+    radius: float  # metres; NaN where no result tells it
+    histories: tuple[ResultHistory, ...]  # one a numbering, the one with most results first
+    jobs: tuple[Job, ...]  # by time
+    forgotten: tuple[int, ...]  # when the node forgot the part, nanoseconds since 1970
+    warnings: tuple[str, ...]  # of all results, each once
+    plates: tuple[str, ...]  # named by results
+    drop_log: DropLog  # drops recorded one by one
+
+
+@dataclass(frozen=True, eq=False)
+class BagContents:
+    """All of it."""
+
+    files: tuple[BagFile, ...]
+    messages: dict[str, int]  # how many of each type were read, copies included
+    begin: int  # times of recording of the first and the last of them, nanoseconds since 1970
+    end: int
+    parts: tuple[PartRecord, ...]  # in the order of first appearance
+    counts: tuple[CameraCounts, ...]
+    notes: tuple[str, ...]  # what could not be read or used, one sentence each
+
+    @property
+    def bags(self) -> tuple[Path, ...]:
+        """The bags that were read."""
+        return tuple(dict.fromkeys(file.bag for file in self.files))
 
 
 def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContents:
@@ -192,3 +236,19 @@ def _record(key: PartKey, found: Sequence[ResultCollector], jobs: Sequence[Job],
         warnings=tuple(dict.fromkeys(line for one in found for line in one.warnings)),
         plates=tuple(dict.fromkeys(name for name in plates if name)),
         drop_log=drop_log)
+
+
+def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]:
+    """Every mesh in bags, in the order of recording; what is broken is left out.
+
+    Raises BagError if there is no bag.
+    """
+    decoders = Decoders()
+    for files in find_bags(paths).values():
+        for file in files:
+            for message in FileMessages(file, lambda share: None):
+                if kind_of(message.type_name) == decoding.PART_MESH:
+                    decoded = decoders.decode(message)
+                    record = None if decoded is None else decoding.part_mesh_of(decoded)
+                    if record is not None:
+                        yield record

@@ -1,7 +1,5 @@
 """What cameras counted, added up, each message once however often it was recorded."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, insort
 from collections import Counter

@@ -1,7 +1,5 @@
 """Bags analysed: predictions beside each other, and beside what cameras counted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,8 +9,7 @@ from numpy.typing import NDArray
 
 from ...statistics.chi_square import ChiSquare, goodness_of_fit, homogeneity
 from ...statistics.errors import jeffreys_interval, root_mean_square
-from .bag_contents import BagContents, PartRecord, Paths
-from .bag_reader import OnProgress, read_bags
+from .bag_reader import BagContents, OnProgress, PartRecord, Paths, read_bags
 from .camera_counts import CameraCounts
 from .results import Array, Index, PoseTable, Prediction, ResultHistory
 
@@ -107,11 +104,7 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
         If there is no bag, a named file cannot be read, or no message of this package's types
         is in any of them.
     """
-    return analyse(read_bags(paths, on_progress))
-
-
-def analyse(contents: BagContents) -> BagAnalysis:
-    """The same for bags that have been read."""
+    contents = read_bags(paths, on_progress)
     compared: dict[int, list[CountComparison]] = {}
     for counts in contents.counts:
         place, comparison = _compared(counts, contents.parts)

@@ -1,19 +1,20 @@
 """Messages of this package's types, decoded by the definition in the file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from hashlib import blake2b
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
+from numpy.typing import NDArray
 
 from ...errors import BagError
 from ...records.scene import Numbering
-from ..reader.raw_reader import RawMessage
+from ..reader import RawMessage
+
+Array = NDArray[np.float64]
 
 PACKAGE: Final = "ros_pose_stats_msgs"
 PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
@@ -106,3 +107,35 @@ def fingerprint(*values: Any) -> bytes:
         digest.update(value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode())
         digest.update(b"\0")
     return digest.digest()
+
+
+class PartMeshRecord(NamedTuple):
+    """A part as it was recorded; see the message PartMesh."""
+
+    part_id: str
+    vertices: Array  # (V, 3); in `unit`
+    triangles: NDArray[np.uint32]  # (T, 3)
+    unit: float  # metres
+    mass: float  # kilograms; 0 where all of it is from the mesh
+    center_of_mass: Array  # (3,); metres
+    inertia: Array  # (3, 3); kg m²; zero where it is from the mesh
+
+
+def part_mesh_of(message: Any) -> PartMeshRecord | None:
+    """A PartMesh; None where the definition is of another kind under our name."""
+    try:
+        corners, numbers = list(message.vertices), list(message.triangles)
+        if not numbers:
+            nested = message.mesh
+            corners = [x for p in nested.vertices for x in (p.x, p.y, p.z)]
+            numbers = [k for triangle in nested.triangles for k in triangle.vertex_indices]
+        vertices = np.array(corners, dtype=np.float64).reshape(-1, 3)
+        triangles = np.array(numbers, dtype=np.uint32).reshape(-1, 3)
+        given = message.inertia
+        tensor = np.array([[given.ixx, given.ixy, given.ixz], [given.ixy, given.iyy, given.iyz],
+                           [given.ixz, given.iyz, given.izz]], dtype=np.float64)
+        center = np.array([given.com.x, given.com.y, given.com.z], dtype=np.float64)
+        return PartMeshRecord(str(message.part_id), vertices, triangles, float(message.unit),
+                              float(given.m), center, tensor)
+    except (AttributeError, TypeError, ValueError):
+        return None

@@ -1,7 +1,5 @@
 """What became of each drop simulation, told by its events, and of drops recorded one by one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
@@ -14,6 +12,8 @@ FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
 STATES: Final = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
                  FAILED: "failed"}
 TERMINAL: Final = ("done", "cancelled", "failed")
+_OWN: Final = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
+"""Fields of a job that are not those of its events."""
 
 
 @dataclass
@@ -59,13 +59,8 @@ class Job:
             return
         self.latest, self.state = rank, name
         for one in fields(self):
-            if one.name in _TOLD:
+            if one.name not in _OWN:
                 setattr(self, one.name, read_field(event, one.name, getattr(self, one.name)))
-
-
-_TOLD: Final = frozenset((
-    "part_id", "part_digest", "refinement", "drops", "drops_done", "seed", "restitution",
-    "drop_height", "cluster_tolerance", "round_sides", "target_error", "max_seconds", "message"))
 
 
 class JobCollector:
@@ -82,7 +77,6 @@ class JobCollector:
             self.note_forgotten(event, time)
         elif kind in STATES and event.job_id:
             self.jobs.setdefault(event.job_id, Job(event.job_id)).tell(event, time)
-
 
     def note_forgotten(self, message: Any, time: int) -> None:
         """A JobEvent, or the last PoseStatistics of a part, says that it was forgotten."""

@@ -1,7 +1,5 @@
 """An analysis as plain values: what `bag --json` prints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -9,26 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from .comparisons import (
-    BagAnalysis,
-    Comparison,
-    CountComparison,
-    PartAnalysis,
-    SimulationComparison,
-)
+from . import comparisons as compared
 from .decoding import SECOND
 from .jobs import TERMINAL, Job
-from .results import Prediction, ResultHistory
+from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
 Plain = dict[str, Any]
 TIMES = ("begin", "end", "time", "queued", "started", "ended")
-POSE = ("index", "group", "down", "height", "top", "margin", "barrier", "spread")
-PREDICTED = ("probability", "probability_low", "probability_high", "standard_error", "count")
 RESULT = ("time", "method", "restitution", "drop_height", "drops", "unsettled", "expected_error",
           "largest_error", "largest_change", "final", "latched")
 
 
-def as_dict(analysis: BagAnalysis) -> Plain:
+def as_dict(analysis: compared.BagAnalysis) -> Plain:
     """Everything under plain keys; times are seconds since 1970, NaN and infinity None."""
     contents = analysis.contents
     found: Plain = plain({
@@ -74,7 +64,7 @@ def _rows(columns: Plain) -> list[Plain]:
     return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
 
 
-def _part(part: PartAnalysis) -> Plain:
+def _part(part: compared.PartAnalysis) -> Plain:
     record = part.record
     return {
         **_fields(record, ("part_id", "part_digest", "radius", "plates", "warnings")),
@@ -95,7 +85,8 @@ def _job(job: Job) -> Plain:
                             "round_sides", "target_error", "max_seconds", "message")), **times}
 
 
-def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]) -> Plain:
+def _history(history: ResultHistory,
+             simulations: Iterable[compared.SimulationComparison]) -> Plain:
     results = {**{name: getattr(history, name) for name in RESULT},
                "scene": np.array(history.scene, dtype=np.str_)}
     return {
@@ -112,13 +103,10 @@ def _history(history: ResultHistory, simulations: Iterable[SimulationComparison]
 
 def _prediction(one: Prediction, history: ResultHistory) -> Plain:
     of_poses = {"index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}}
-    return {**_fields(one, ("method", "restitution", "drop_height", "plate", "time", "drops",
-                            "unsettled", "seed", "expected_error", "largest_error", "plate_error",
-                            "seconds", "job_id", "version", "final", "scene")),
-            "poses": _rows(of_poses)}
+    return {**_fields(one, (*ABOUT, "scene")), "poses": _rows(of_poses)}
 
 
-def _comparison(one: Comparison, predictions: Sequence[Prediction]) -> Plain:
+def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> Plain:
     tests = {name: {**_fields(test, ("statistic", "degrees_of_freedom", "p_value", "bins",
                                      "pooled", "too_few"))}
              for name, test in (("by_pose", one.by_pose), ("by_group", one.by_group))}
@@ -126,7 +114,7 @@ def _comparison(one: Comparison, predictions: Sequence[Prediction]) -> Plain:
             **_fields(one, ("rms", "largest", "largest_pose", "unforeseen")), **tests}
 
 
-def _counts(one: CountComparison) -> Plain:
+def _counts(one: compared.CountComparison) -> Plain:
     counts, predictions = one.counts, one.history.predictions if one.history else ()
     low, high = one.bounds
     return {

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import OBSERVED, SIMULATION
 from ...records.scene import Numbering, describe_scene
+from ...records.statistics import POSE_FIELDS, STATISTICS_FIELDS
+from .decoding import SECOND, fingerprint, read_field
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -143,3 +148,120 @@ class ResultHistory:
             if one.knows_more_than(best):
                 best = one
         return best
+
+
+POSE = tuple(field.name for field in fields(PoseTable))
+PREDICTED = tuple(field.name for field in fields(Prediction) if field.type in ("Array", "Index"))
+ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
+"""Columns of the poses, of a prediction of each of them, and what is said of all at once."""
+
+_NUMBERS_OF_POSES = tuple(name for name in POSE_FIELDS if name in POSE[3:])
+_SHARES = tuple(name for name in POSE_FIELDS if name in PREDICTED and name != "count")
+_NUMBERS = tuple(field.name for field in fields(Prediction)
+                 if field.type == "float" and field.name in STATISTICS_FIELDS)
+_TEXTS = tuple(field.name for field in fields(Prediction) if field.type == "str")
+"""What a message has under the same names."""
+
+
+class ResultCollector:
+    """Results of one part in one numbering with one number of poses.
+
+    Holds eight bytes a probability and some eighty a result; the messages are let go.
+
+    `first`: a decoded PoseStatistics, whose poses lay down the geometry.
+    """
+
+    def __init__(self, first: Any, numbering: Numbering) -> None:
+        self.numbering = numbering
+        self.radius = float(read_field(first, "radius", math.nan))
+        self.poses = _pose_table(_sorted(first.poses))
+        self.warnings: dict[str, None] = {}
+        self._rows: dict[bytes, int] = {}
+        self._methods: dict[str, int] = {}
+        self._scenes: dict[Any, int] = {}
+        self._predictions: dict[int, Prediction] = {}
+        self._numbers = {name: array(code) for name, code in (
+            ("time", "q"), ("method", "q"), ("prediction", "q"), ("restitution", "d"),
+            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"),
+            ("largest_error", "d"))}
+        self._flags = {"final": bytearray(), "latched": bytearray()}
+        self._probability = array("d")
+
+    def fits(self, message: Any) -> bool:
+        """Whether a result numbers the same poses."""
+        return bool(np.array_equal([pose.index for pose in _sorted(message.poses)],
+                                   self.poses.index))
+
+    def add(self, message: Any, time: int, latched: bool) -> None:
+        """Take in a result, unless it is known: latched and answered, or in another bag."""
+        found = _prediction(message, _sorted(message.poses), time)
+        key = fingerprint(time, found.key, found.restitution, found.drops, found.unsettled,
+                          found.seed, found.job_id, found.final, found.probability, found.count)
+        row = self._rows.setdefault(key, len(self._rows))
+        self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
+        if row < len(self._flags["final"]):
+            self._flags["latched"][row] |= latched
+            return
+        self._flags["final"].append(found.final)
+        self._flags["latched"].append(latched)
+        scene = self._scenes.setdefault(found.key, len(self._scenes))
+        numbers = {"method": self._methods.setdefault(found.method, len(self._methods)),
+                   "prediction": scene}
+        for name, column in self._numbers.items():
+            column.append(numbers[name] if name in numbers else getattr(found, name))
+        self._probability.frombytes(found.probability.tobytes())
+        known = self._predictions.get(scene)
+        if known is None or found.knows_more_than(known):
+            self._predictions[scene] = found
+
+    def history(self) -> ResultHistory:
+        """Everything so far, by time."""
+        columns = {name: _copy(column, column.typecode) for name, column in self._numbers.items()}
+        flags = {name: _copy(column, "?") for name, column in self._flags.items()}
+        probability = _copy(self._probability, "d").reshape(len(columns["time"]), -1)
+        order = np.argsort(columns["time"], kind="stable")
+        names = np.array(list(self._methods), dtype=np.str_)
+        columns["method"] = names[columns["method"]]
+        ordered = {name: column[order] for name, column in {**columns, **flags}.items()}
+        return ResultHistory(self.numbering, self.poses, **ordered,
+                             probability=probability[order],
+                             predictions=tuple(self._predictions.values()))
+
+
+def _copy(column: array[Any] | bytearray, code: str) -> NDArray[Any]:
+    return np.frombuffer(column, dtype=code).copy()
+
+
+def _sorted(poses: Sequence[Any]) -> list[Any]:
+    return sorted(poses, key=lambda pose: int(pose.index))
+
+
+def _pose_table(poses: Sequence[Any]) -> PoseTable:
+    down = [(pose.down.x, pose.down.y, pose.down.z) if hasattr(pose, "down")
+            else (math.nan,) * 3 for pose in poses]
+    return PoseTable(
+        np.array([pose.index for pose in poses], dtype=np.int64),
+        # Without groups every pose is a group of its own.
+        np.array([read_field(pose, "group", pose.index) for pose in poses], dtype=np.int64),
+        np.array(down, dtype=np.float64).reshape(-1, 3),
+        **{name: _numbers(poses, name) for name in _NUMBERS_OF_POSES})
+
+
+def _numbers(poses: Sequence[Any], name: str) -> Array:
+    return np.array([read_field(pose, name, math.nan) for pose in poses], dtype=np.float64)
+
+
+def _prediction(message: Any, poses: Sequence[Any], time: int) -> Prediction:
+    spent = read_field(message, "compute_time", None)
+    same: dict[str, Any] = {
+        **{name: str(read_field(message, name, "")) for name in _TEXTS},
+        **{name: float(read_field(message, name, math.nan)) for name in _NUMBERS},
+        **{name: _numbers(poses, name) for name in _SHARES}}
+    return Prediction(
+        **same, time=time,
+        drops=int(np.int64(read_field(message, "drops", 0))),
+        unsettled=int(np.int64(read_field(message, "unsettled", 0))),
+        seed=int(read_field(message, "seed", 0)),
+        seconds=math.nan if spent is None else spent.sec + spent.nanosec / SECOND,
+        final=bool(read_field(message, "final", True)),
+        count=np.array([read_field(pose, "count", 0) for pose in poses], dtype=np.int64))

@@ -1,7 +1,5 @@
 """One file of a bag while it is being written."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -1,7 +1,5 @@
 """A drop as an MCAP file that Foxglove and RViz play: transforms, markers, energy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -14,8 +12,7 @@ from ...mesh.vectors import rotation_matrices
 from ...records import Part
 from ...simulation.frames import RATE, DropFrames
 from .bag_file import BagFile
-from .cdr import SECOND, CdrWriter
-from .markers import CUBE, TRIANGLE_LIST, Marker, marker_array_message
+from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
 from .message_types import MessageType, definition
 
 Array = NDArray[np.float64]

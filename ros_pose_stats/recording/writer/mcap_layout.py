@@ -1,32 +1,23 @@
-"""The bytes of a bag's file: its beginning, its messages, and what closes it.
+"""The bytes of a bag's file: its beginning, its messages, what closes it, and `metadata.yaml`.
 
 Records stand by themselves, in no chunk, so that each is complete once it is on disk. Every
 record but the header is preceded by a record of our own with the checksum of what follows;
 MCAP leaves opcodes from 0x80 on to applications, and readers skip those they do not know.
 """
 
-from __future__ import annotations
-
+import json
 import struct
 import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from textwrap import indent
 from typing import Final
 
+from mcap import records as mcap
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    SummaryOffset,
-)
 
 from ...version import VERSION
-from .contents import Contents, metadata_record
 from .message_types import MessageType
 
 MAGIC: Final = b"\x89MCAP0\r\n"
@@ -49,10 +40,155 @@ FOOTER_LENGTH: Final = 20
 _METADATA_NAME: Final = "rosbag2"
 _WHOLE_HEAD: Final = CHECK.size + RECORD.size + MESSAGE.size
 
+LATCHED: Final = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
+"""Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
+
+DEPTH: Final = 100
+
+NODE_KEY: Final = "node"
+"""In the metadata of a channel: the name of the node that recorded."""
+
+_FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
+
+
+@dataclass
+class Contents:
+    """Schemas, channels and counts of one file: kept while writing, filled while scanning."""
+
+    schemas: dict[int, mcap.Schema] = field(default_factory=dict)  # by their ids
+    channels: dict[int, mcap.Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)  # messages a channel id
+    # log time of the first and the last message [ns]; without messages both the time of the file's
+    # making, where it is known
+    start: int = 0
+    end: int = 0
+    metadata: list[mcap.MetadataIndex] = field(default_factory=list)  # where those records are
+
+    @property
+    def messages(self) -> int:
+        """How many messages there are."""
+        return sum(self.counts.values())
+
+    def add_topics(self, types: Mapping[str, MessageType], node: str) -> None:
+        """Number the topics of a run, in the order given, and their types."""
+        numbers: dict[str, int] = {}
+        for topic, kind in types.items():
+            schema = numbers.setdefault(kind.name, len(numbers) + 1)
+            self.schemas[schema] = mcap.Schema(schema, kind.definition.encode(), "ros2msg",
+                                               kind.name)
+            channel = len(self.channels) + 1
+            self.channels[channel] = mcap.Channel(
+                channel, topic, "cdr",
+                {"offered_qos_profiles": _qos(topic in LATCHED),
+                 "topic_type_hash": kind.type_hash, NODE_KEY: node}, schema)
+
+    def describe(self, record: mcap.McapRecord | None) -> None:
+        """Take in a record if it describes a type or a topic."""
+        if isinstance(record, mcap.Schema):
+            self.schemas[record.id] = record
+        elif isinstance(record, mcap.Channel):
+            self.channels[record.id] = record
+
+    def count(self, channel: int, log_time: int) -> None:
+        """Take in one message."""
+        self.start = min(self.start, log_time) if self.counts else log_time
+        self.end = max(self.end, log_time) if self.counts else log_time
+        self.counts[channel] = self.counts.get(channel, 0) + 1
+
+    def statistics(self) -> mcap.Statistics:
+        """The record that sums it up."""
+        return mcap.Statistics(
+            attachment_count=0, channel_count=len(self.channels),
+            channel_message_counts=self.counts, chunk_count=0, message_count=self.messages,
+            message_end_time=self.end, message_start_time=self.start,
+            metadata_count=len(self.metadata), schema_count=len(self.schemas))
+
+
+Files = Mapping[str, Contents]
+"""Contents of a bag's files by their names, in order."""
+
+
+def metadata_yaml(files: Files) -> str:
+    """Text of `metadata.yaml` (rosbag2's version 9)."""
+    return "rosbag2_bagfile_information:\n" + indent(metadata_record(files), "  ")
+
+
+def metadata_record(files: Files) -> str:
+    """The same without the outermost key, as it also stands in every file of the bag."""
+    held = [contents for contents in files.values() if contents.messages] or list(files.values())
+    start = min(contents.start for contents in held)
+    lines = [
+        "version: 9",
+        "storage_identifier: mcap",
+        f"duration:\n  nanoseconds: {max(contents.end for contents in held) - start}",
+        f"starting_time:\n  nanoseconds_since_epoch: {start}",
+        f"message_count: {sum(contents.messages for contents in held)}",
+        _list("topics_with_message_count", _topics(files.values())),
+        'compression_format: ""',
+        'compression_mode: ""',
+        _list("relative_file_paths", map(json.dumps, files)),
+        _list("files", (_file(name, contents) for name, contents in files.items())),
+        "custom_data: ~",
+        "ros_distro: jazzy",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _list(key: str, items: Iterable[str]) -> str:
+    """A YAML list of blocks under a key."""
+    text = "".join(f"\n  - {indent(item, '    ').lstrip()}" for item in items)
+    return f"{key}:{text or ' []'}"
+
+
+def _topics(files: Iterable[Contents]) -> list[str]:
+    """The topics of several files, each once, in order of appearance."""
+    described: dict[str, str] = {}
+    totals: dict[str, int] = {}
+    for contents in files:
+        for number, channel in contents.channels.items():
+            described[channel.topic] = _topic(channel, contents.schemas[channel.schema_id].name)
+            totals[channel.topic] = totals.get(channel.topic, 0) + contents.counts.get(number, 0)
+    return [f"{text}\nmessage_count: {totals[topic]}" for topic, text in described.items()]
+
+
+def _topic(channel: mcap.Channel, type_name: str) -> str:
+    return f"""\
+topic_metadata:
+  name: {json.dumps(channel.topic)}
+  type: {json.dumps(type_name)}
+  serialization_format: cdr
+  offered_qos_profiles:
+{indent(channel.metadata.get("offered_qos_profiles", "[]"), "    ")}
+  type_description_hash: {json.dumps(channel.metadata.get("topic_type_hash", ""))}"""
+
+
+def _file(name: str, contents: Contents) -> str:
+    return f"""\
+path: {json.dumps(name)}
+starting_time:
+  nanoseconds_since_epoch: {contents.start}
+duration:
+  nanoseconds: {contents.end - contents.start}
+message_count: {contents.messages}"""
+
+
+def _qos(latched: bool) -> str:
+    """A list with one profile, values as words, as rosbag2 writes it since version 9."""
+    return f"""\
+- history: keep_last
+  depth: {DEPTH}
+  reliability: reliable
+  durability: {"transient_local" if latched else "volatile"}
+  deadline:{_FOREVER}
+  lifespan:{_FOREVER}
+  liveliness: automatic
+  liveliness_lease_duration:{_FOREVER}
+  avoid_ros_namespace_conventions: false"""
+
 
 def magic_and_header() -> bytes:
     """What every file begins with."""
-    return MAGIC + _encoded([Header(PROFILE, LIBRARY)])
+    return MAGIC + _encoded([mcap.Header(PROFILE, LIBRARY)])
 
 
 def message_size(data: memoryview) -> int:
@@ -90,29 +226,29 @@ def closing(name: str, contents: Contents, offset: int) -> bytes:
     """
     metadata, index = _metadata(name, contents, offset)
     contents = replace(contents, metadata=[*contents.metadata, index])
-    data_end = metadata + _encoded([DataEnd(0)])
+    data_end = metadata + _encoded([mcap.DataEnd(0)])
     start = offset + len(data_end)
-    groups: list[tuple[Opcode, Iterable[McapRecord]]] = [
+    groups: list[tuple[Opcode, Iterable[mcap.McapRecord]]] = [
         (Opcode.SCHEMA, contents.schemas.values()),
         (Opcode.CHANNEL, contents.channels.values()),
         (Opcode.STATISTICS, [contents.statistics()]),
         (Opcode.METADATA_INDEX, contents.metadata),
     ]
     summary = b""
-    offsets: list[McapRecord] = []
+    offsets: list[mcap.McapRecord] = []
     for opcode, records in groups:
         group = _encoded(records)
         if group:
-            offsets.append(SummaryOffset(opcode, start + len(summary), len(group)))
+            offsets.append(mcap.SummaryOffset(opcode, start + len(summary), len(group)))
         summary += group
     offsets_start = start + len(summary)
     summary += _encoded(offsets)
-    footer = _encoded([Footer(start, offsets_start, 0)])[:-4]
+    footer = _encoded([mcap.Footer(start, offsets_start, 0)])[:-4]
     check = zlib.crc32(footer, zlib.crc32(summary))
     return data_end + summary + footer + struct.pack("<I", check) + MAGIC
 
 
-def _encoded(records: Iterable[McapRecord]) -> bytes:
+def _encoded(records: Iterable[mcap.McapRecord]) -> bytes:
     """Records one after the other."""
     builder = RecordBuilder()
     for record in records:
@@ -120,15 +256,15 @@ def _encoded(records: Iterable[McapRecord]) -> bytes:
     return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
-def _checked(records: Iterable[McapRecord]) -> bytes:
+def _checked(records: Iterable[mcap.McapRecord]) -> bytes:
     """Records, each behind its checksum."""
     parts = map(_encoded, ([record] for record in records))
     return b"".join(CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(part)) + part for part in parts)
 
 
-def _metadata(name: str, contents: Contents, offset: int) -> tuple[bytes, MetadataIndex]:
+def _metadata(name: str, contents: Contents, offset: int) -> tuple[bytes, mcap.MetadataIndex]:
     """The metadata record of a file, to be written at an offset, and its entry in the index."""
     text = metadata_record({name: contents})
-    record = _checked([Metadata(_METADATA_NAME, {"serialized_metadata": text})])
+    record = _checked([mcap.Metadata(_METADATA_NAME, {"serialized_metadata": text})])
     length = len(record) - CHECK.size
-    return record, MetadataIndex(offset + CHECK.size, length, _METADATA_NAME)
+    return record, mcap.MetadataIndex(offset + CHECK.size, length, _METADATA_NAME)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseStatistics, StablePose
 
-from ...recording.writer.markers import (
+from ...recording.writer.cdr import (
     DELETE_ALL,
     TEXT_VIEW_FACING,
     TRIANGLE_LIST,

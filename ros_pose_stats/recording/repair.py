@@ -1,10 +1,11 @@
 """Mending the bags of runs that ended without being able to finish them."""
 
-from __future__ import annotations
-
 import errno
 import os
+import re
 import shutil
+import time
+import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,17 +13,23 @@ from typing import BinaryIO, Final
 
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
 from mcap.records import Channel, Message, Metadata, MetadataIndex
 
-from ...files import HALF, DirectoryLock, open_file, replace_file, sync_directory
-from ..finished import finished_contents, is_described, is_finished
-from ..reader.scan import UNREADABLE, Frame, frames
-from ..run_names import METADATA, bag_files, runs
-from ..writer.contents import Contents, metadata_yaml
-from ..writer.mcap_layout import closing, magic_and_header
-from .removal import sweep
+from .. import files as disk
+from .reader import UNREADABLE, Frame, frames
+from .runs import METADATA, bag_files, remove_empty, runs
+from .writer import mcap_layout as layout
 
 _BLOCK: Final = 1 << 20
+_LEAST: Final = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
+_CHECK_SIZE: Final = 4 + len(layout.MAGIC)
+"""Of the checksum of the summary, and what follows it."""
+
+_YOUNG: Final = 60.0
+"""Seconds for which a run without files is left to whoever is about to make the first."""
+
+_MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -45,30 +52,82 @@ def repair_bags(log_directory: Path) -> list[Repair]:
     log directory itself, if it cannot be read.
     """
     try:
-        sweep(log_directory)
-        found = runs(log_directory)
+        tried = map(_repair, runs(log_directory))
+        return [repair for repair in tried if repair is not None]
     except OSError as error:
-        return [Repair(log_directory, problem=_problem(log_directory, error))]
-    tried = map(_repair, found)
-    return [repair for repair in tried if repair is not None]
+        return [_problem(log_directory, error)]
 
 
 def _repair(run: Path) -> Repair | None:
     """Mend one bag; None where there is nothing to do, or somebody else has it."""
     try:
-        if is_finished(run) or not bag_files(run):
+        if not bag_files(run):
+            _remove_if_left(run)
             return None
-        lock = DirectoryLock.take(run)
+        lock = None if _is_finished(run) else disk.DirectoryLock.take(run)
         if lock is None:
             return None
         with lock:
-            return None if is_finished(run) else mend(run)
+            return None if _is_finished(run) else mend(run)
     except OSError as error:
-        return Repair(run, problem=_problem(run, error))
+        return _problem(run, error)
 
 
-def _problem(directory: Path, error: OSError) -> str:
-    return f"cannot mend {directory}: {error.strerror or error}"
+def _remove_if_left(run: Path) -> None:
+    """Delete the directory of a process that died before it had made a file."""
+    with suppress(OSError):  # it does no harm, and may be gone already
+        young = time.time() - run.stat().st_ctime < _YOUNG
+        lock = None if young else disk.DirectoryLock.take(run)
+        if lock is not None:
+            with lock:
+                remove_empty(run)
+
+
+def _problem(directory: Path, error: OSError) -> Repair:
+    return Repair(directory, problem=f"cannot mend {directory}: {error.strerror or error}")
+
+
+def _is_finished(run: Path) -> bool:
+    """Whether all files are finished, and `metadata.yaml` names them and counts their messages."""
+    messages, files = 0, bag_files(run)
+    for path in files:
+        contents = _finished_contents(path)
+        if contents is None:
+            return False
+        messages += contents.messages
+    try:
+        text = disk.read_file(run / METADATA).decode("utf-8")
+    except (FileNotFoundError, disk.NotAFileError, UnicodeDecodeError):
+        return False
+    count = _MESSAGE_COUNT.search(text)
+    return count is not None and int(count[1]) == messages and all(
+        path.name in text for path in files)
+
+
+def _finished_contents(path: Path) -> layout.Contents | None:
+    """What the summary of a file says; None where the file does not end with a sound one.
+
+    Raises OSError: the file cannot be read.
+    """
+    with disk.open_file(path) as file:
+        if os.fstat(file.fileno()).st_size < _LEAST:
+            return None
+        try:
+            summary = SeekingReader(file).get_summary()
+        except UNREADABLE:
+            return None
+        file.seek(-layout.FOOTER_LENGTH - len(layout.MAGIC), os.SEEK_END)
+        file.seek(int.from_bytes(file.read(8), "little"))
+        end = file.read()
+    check = int.from_bytes(end[-_CHECK_SIZE:-len(layout.MAGIC)], "little")
+    if check not in (0, zlib.crc32(end[:-_CHECK_SIZE])):
+        return None
+    if summary is None or summary.statistics is None or any(
+            channel.schema_id not in summary.schemas for channel in summary.channels.values()):
+        return None
+    told = summary.statistics
+    return layout.Contents(summary.schemas, summary.channels, told.channel_message_counts,
+                    told.message_start_time, told.message_end_time, summary.metadata_indexes)
 
 
 def mend(directory: Path) -> Repair:
@@ -79,28 +138,28 @@ def mend(directory: Path) -> Repair:
 
     Raises OSError: it cannot be done now; nothing is lost.
     """
-    files: dict[str, Contents] = {}
+    files: dict[str, layout.Contents] = {}
     cut_bytes = 0
     for path in bag_files(directory):
-        contents = finished_contents(path)
+        contents = _finished_contents(path)
         if contents is None:
             contents, cut = _mend_file(path)
             cut_bytes += cut
         files[path.name] = contents
-    if files and not is_described(directory, files):
-        replace_file(directory / METADATA, metadata_yaml(files).encode())
+    if files:
+        disk.replace_file(directory / METADATA, layout.metadata_yaml(files).encode())
     for name in (*files, METADATA):
         with suppress(OSError):
-            (directory / (name + HALF)).unlink()
+            (directory / (name + disk.HALF)).unlink()
     return Repair(directory, sum(contents.messages for contents in files.values()), cut_bytes)
 
 
-def _mend_file(path: Path) -> tuple[Contents, int]:
+def _mend_file(path: Path) -> tuple[layout.Contents, int]:
     """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
-    half = path.with_name(path.name + HALF)
+    half = path.with_name(path.name + disk.HALF)
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
-        with open_file(path) as old, half.open("wb") as new:
+        with disk.open_file(path) as old, half.open("wb") as new:
             sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
             for frame in frames(old, sound.on_damage):
                 if frame.opcode == Opcode.DATA_END:
@@ -109,12 +168,12 @@ def _mend_file(path: Path) -> tuple[Contents, int]:
             new.write(sound.start)
             for begin, end in sound.ranges:
                 _copy(old, new, begin, end)
-            new.write(closing(path.name, sound.contents, sound.size))
+            new.write(layout.closing(path.name, sound.contents, sound.size))
             new.flush()
             os.fsync(new.fileno())
         shutil.copymode(path, half)
         half.replace(path)
-        sync_directory(path.parent)
+        disk.sync_directory(path.parent)
     except OSError:
         with suppress(OSError):
             half.unlink()
@@ -132,20 +191,20 @@ def _copy(old: BinaryIO, new: BinaryIO, begin: int, end: int) -> None:
 
 
 class _SoundPart:
-    """The records of a damaged file that are worth keeping, gathered one by one.
+    """The records of a damaged file that are worth keeping, gathered by and by.
 
     `time`: of the file [ns], where it has no message. Attributes `start`: what the mended file
-    begins with: magic and header. The header is written anew, since it is the one record without a
-    checksum; `ranges`: begin and end of the stretches to be copied behind it; `size`: bytes of the
-    start and all stretches; `contents`: of the mended file; `cut_bytes`: bytes between and behind
-    the stretches.
+    begins with; its header is written anew, since it is the one record without a checksum;
+    `ranges`: begin and end of the stretches to be copied behind it; `size`: bytes of the start and
+    all stretches; `contents`: of the mended file; `cut_bytes`: bytes between and behind the
+    stretches.
     """
 
     def __init__(self, time: int) -> None:
-        self.start = magic_and_header()
+        self.start = layout.magic_and_header()
         self.ranges: list[tuple[int, int]] = []
         self.size = len(self.start)
-        self.contents = Contents(start=time, end=time)
+        self.contents = layout.Contents(start=time, end=time)
         self.cut_bytes = 0
 
     def on_damage(self, begin: int, end: int) -> None:

@@ -1,0 +1,238 @@
+"""Bags read back, whoever recorded them and however they ended.
+
+`frames`: the records of one MCAP file, finished or not, and what is whole behind damage.
+`raw_messages`: the messages of a bag, as they were recorded.
+"""
+
+import os
+import re
+import shutil
+import struct
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO, Final, cast
+
+import zstandard
+from mcap import records as recorded
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.stream_reader import breakup_chunk
+
+from ..files import open_file
+from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
+
+UNREADABLE: Final = (struct.error, McapError, UnicodeDecodeError)
+"""What reading a record out of the wrong bytes raises."""
+
+_READERS: Final[dict[int, Callable[[ReadDataStream], recorded.McapRecord]]] = {
+    Opcode.SCHEMA: recorded.Schema.read,
+    Opcode.CHANNEL: recorded.Channel.read,
+    Opcode.CHUNK: recorded.Chunk.read,
+    Opcode.METADATA: recorded.Metadata.read,
+}
+_BLOCK: Final = 1 << 20
+_STEP: Final = 1_000_000
+_FIRST_PRIVATE: Final = 0x80
+_PACKED: Final = ".zstd"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A whole record."""
+
+    opcode: int
+    start: int  # its place in the file, including the checksum record in front of it, if any
+    end: int
+    body: bytes  # what follows opcode and length
+
+    @property
+    def length(self) -> int:
+        """Bytes of the record without the checksum record."""
+        return RECORD.size + len(self.body)
+
+    def record(self) -> recorded.McapRecord | None:
+        """The record itself, of a message the only copy; None for a kind that is not needed.
+
+        Raises one of UNREADABLE: the bytes are no such record.
+        """
+        if self.opcode == Opcode.MESSAGE:
+            channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
+            return recorded.Message(channel, log_time, self.body[MESSAGE.size:], publish_time,
+                                    number)
+        read = _READERS.get(self.opcode)
+        return None if read is None else read(ReadDataStream(BytesIO(self.body)))
+
+
+def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
+           begin: int = 0) -> Iterator[Frame]:
+    """All whole records of a seekable file in order, up to the footer.
+
+    Damage is passed over where a checksum record behind it shows where to go on; otherwise it
+    is the end. The file may grow meanwhile; what is there now is read.
+
+    `on_damage`: told begin and end of bytes that are no whole record; equal where just the footer
+    is missing; `begin`: messages before this place are passed over, in a file of the node, which
+    describes its topics before the first message.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    place = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0
+    while place < size:
+        frame = _frame(file, place, size) if place else None
+        if frame is None:
+            onward = _next_checked(file, place + 1, size)
+            on_damage(place, onward)
+            place = onward
+        elif frame.opcode == Opcode.FOOTER:
+            return
+        elif frame.opcode == Opcode.MESSAGE and place < begin:
+            place = _next_checked(file, begin, size)
+        else:
+            yield frame
+            place = frame.end
+    on_damage(size, size)
+
+
+def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
+    """The record at a place; None where there is no whole and sound one."""
+    file.seek(start)
+    head = file.read(RECORD.size)
+    check = None
+    if head == CHECK_START:
+        check = int.from_bytes(file.read(CHECK.size - RECORD.size), "little")
+        head = file.read(RECORD.size)
+    if len(head) < RECORD.size:
+        return None
+    opcode, length = RECORD.unpack(head)
+    possible = (length >= MESSAGE.size if opcode == Opcode.MESSAGE  # zeros are no record
+                else Opcode.HEADER <= opcode <= Opcode.DATA_END or opcode >= _FIRST_PRIVATE)
+    if not possible or length > size - file.tell():
+        return None
+    body = file.read(length)
+    if len(body) < length or check not in (None, zlib.crc32(body, zlib.crc32(head))):
+        return None
+    return Frame(opcode, start, file.tell(), body)
+
+
+def _next_checked(file: BinaryIO, start: int, size: int) -> int:
+    """Where the next record with a sound checksum begins; the size where there is none."""
+    while start < size:
+        file.seek(start)
+        block = file.read(_BLOCK)
+        place = block.find(CHECK_START)
+        if place < 0:
+            start += max(1, len(block) - len(CHECK_START) + 1)
+        elif _frame(file, start + place, size) is not None:
+            return start + place
+        else:
+            start += place + 1
+    return size
+
+
+@dataclass(frozen=True)
+class RawMessage:
+    """A recorded message."""
+
+    topic: str  # such as `/pose_stats/answers` and `ros_pose_stats_msgs/msg/PoseStatistics`
+    type_name: str
+    data: bytes  # CDR with its header of 4 bytes
+    log_time: int  # when it was recorded [ns since 1970]
+    definition: str  # definition of the type, as the bag has it
+
+
+OnDamage = Callable[[int, int, str], None]
+"""Told begin and end of bytes that were passed over, equal where only summary and footer are
+missing, and the reason in one clause."""
+
+
+def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, reason: None,
+                 on_read: Callable[[float], None] = lambda share: None,
+                 begin: int = 0) -> Iterator[RawMessage]:
+    """All whole messages of a bag, file by file, in the order in which they were recorded.
+
+    `bag`: a bag directory or a single `.mcap` file, chunked or not, finished or not; files that
+    `ros2 bag record` has compressed as a whole (`.mcap.zstd`) too; `on_read`: told after every
+    megabyte which fraction of its file has been read; `begin`: as of `frames`. Raises OSError:
+    there is no such file, or it cannot be read.
+    """
+    for path in files_of_bag(bag):
+        with _opened(path) as file:
+            yield from _messages(file, on_damage, on_read, begin)
+
+
+def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], None],
+              begin: int) -> Iterator[RawMessage]:
+    """The whole messages of one file, each with its topic and type."""
+    def damaged(start: int, end: int) -> None:
+        on_damage(start, end, "no whole record" if end > start else "no footer")
+
+    schemas: dict[int, recorded.Schema] = {}
+    channels: dict[int, tuple[str, str, str]] = {}
+    size = os.fstat(file.fileno()).st_size
+    next_told = 0
+    for frame in frames(file, damaged, begin):
+        if frame.end > next_told:
+            on_read(min(1.0, frame.end / size))
+            next_told = frame.end + _STEP
+        try:
+            record = frame.record()
+            records = _unpacked(record) if isinstance(record, recorded.Chunk) else [record]
+        except UNREADABLE as error:
+            on_damage(frame.start, frame.end, str(error))
+            continue
+        for one in records:
+            if isinstance(one, recorded.Schema):
+                schemas[one.id] = one
+            elif isinstance(one, recorded.Channel):
+                schema = schemas.get(one.schema_id)
+                channels[one.id] = (one.topic, schema.name if schema else "",
+                                    schema.data.decode(errors="replace") if schema else "")
+            elif isinstance(one, recorded.Message):
+                if one.channel_id not in channels:
+                    on_damage(frame.start, frame.end, f"no channel {one.channel_id}")
+                    continue
+                topic, type_name, definition = channels[one.channel_id]
+                yield RawMessage(topic, type_name, one.data, one.log_time, definition)
+
+
+def files_of_bag(bag: Path) -> list[Path]:
+    """The MCAP files of a bag directory in the order of their numbers; a file is its own bag.
+
+    Raises OSError: there is no such bag.
+    """
+    if not bag.is_dir():
+        return [bag]
+    return sorted((path for path in bag.iterdir() if path.name.endswith((".mcap", ".mcap.zstd"))),
+                  key=lambda path: [(int(part), "") if part.isdigit() else (0, part)
+                                    for part in re.split(r"(\d+)", path.name)])
+
+
+def _opened(path: Path) -> BinaryIO:
+    """A bag's file, seekable; one that was compressed as a whole is unpacked for that."""
+    if path.suffix != _PACKED:
+        return open_file(path)
+    unpacked = cast(BinaryIO, tempfile.TemporaryFile())  # noqa: SIM115  closed by the caller
+    try:
+        with open_file(path) as file, zstandard.ZstdDecompressor().stream_reader(
+                file, read_across_frames=True) as reader:
+            shutil.copyfileobj(cast(Any, reader), unpacked)
+    except zstandard.ZstdError:
+        pass  # what came out before is as good as a file that was cut
+    except OSError:
+        unpacked.close()
+        raise
+    unpacked.seek(0)
+    return unpacked
+
+
+def _unpacked(chunk: recorded.Chunk) -> list[recorded.McapRecord]:
+    """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
+    try:
+        return breakup_chunk(chunk, validate_crc=True)
+    except Exception as error:  # each compression has errors of its own
+        raise McapError(f"unreadable chunk: {error}") from error

@@ -1,1 +1,0 @@
-"""Bags read back, whoever wrote them and however they ended."""

@@ -1,1 +1,0 @@
-"""Bags of runs that ended badly are mended, and the oldest make room."""
