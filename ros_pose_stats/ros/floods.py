@@ -1,7 +1,5 @@
 """Topics and parts on which far more comes than a cell has use for: said once a minute."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

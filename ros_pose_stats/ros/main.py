@@ -1,7 +1,5 @@
 """Starts the node, and ends it on SIGINT and SIGTERM, whatever it does at that time."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """The node `pose_stats`: wiring only."""
 
-from __future__ import annotations
-
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial

@@ -1,7 +1,5 @@
 """Parts that cameras see, on `~/observed_parts`: the pose of each is found, and counted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The table of settings as ROS parameters of a node."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches

@@ -1,7 +1,5 @@
 """A latched publisher for a CAD file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What cameras count in the cell, on `~/pose_counts`: put on record, and looked at once."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Messages to the bag; a bag that cannot be written never stops the node."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Meshes and counts that are refused, as the log and diagnostics have them."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import deque

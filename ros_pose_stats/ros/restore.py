@@ -1,7 +1,5 @@
 """A node that starts goes on with what its state has, and takes in the end of its last bag."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future

@@ -1,7 +1,5 @@
 """Flips as jobs: how many, for how long, and what is remembered of them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """One drop simulation: what was asked for, and how far it is."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
-from __future__ import annotations
-
 import time
 from array import array
 from collections import deque

@@ -5,8 +5,6 @@ first, refinements that the node started itself give way to them and begin again
 k depends on the seed and k alone, so nothing is lost but time).
 """
 
-from __future__ import annotations
-
 import itertools
 import secrets
 import threading

@@ -1,7 +1,5 @@
 """Drops in the background that make an estimate as good as somebody wants it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

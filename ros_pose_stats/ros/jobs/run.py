@@ -1,7 +1,5 @@
 """One run of a job's drops, up to its end or to the first reason to stop."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

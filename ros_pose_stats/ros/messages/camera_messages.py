@@ -1,7 +1,5 @@
 """From what cameras send to what the node counts; pure functions."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every stable pose drawn with the part resting on the plate; pure functions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -5,8 +5,6 @@ arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byt
 which primitives are aligned to their own size, counted from behind the header.
 """
 
-from __future__ import annotations
-
 import struct
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Between part messages and what the core works on; pure functions."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 from typing import Any, TypeVar

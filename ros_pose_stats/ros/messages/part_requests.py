@@ -1,7 +1,5 @@
 """A part as a client sends it, stripped of its message and checked as far as is cheap."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from dataclasses import dataclass, field

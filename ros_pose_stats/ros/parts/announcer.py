@@ -1,7 +1,5 @@
 """What the node says of parts to others: latched results, markers, answers, and the bag's copy."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What cameras counted of one part on one plate since it was first seen there."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Mapping
@@ -43,7 +41,7 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: Ground, known: HasPart) -> bool:
+    def goes_on_as(self, other: "Ground", known: HasPart) -> bool:
         """Whether only `round_sides` is new, and the poses of the part keep their numbers.
 
         A plate that was fitted may bring sides of its own; what it was fitted to still counts.

@@ -1,7 +1,5 @@
 """What cameras have counted of the parts: each message once, and kept before a result shows it."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A part that the node knows: what the part store writes of it, and what the result store does."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable

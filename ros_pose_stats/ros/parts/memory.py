@@ -1,7 +1,5 @@
 """Values that are kept up to a bound; the least recently used is let go of first."""
 
-from __future__ import annotations
-
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable

@@ -1,7 +1,5 @@
 """Meshes on their way to become parts, in two lanes: what takes long holds up nothing quick."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable

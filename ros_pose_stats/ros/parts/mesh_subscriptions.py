@@ -1,7 +1,5 @@
 """Meshes from their topics: received, queued, and taken by the store or refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial

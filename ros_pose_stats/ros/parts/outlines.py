@@ -1,7 +1,5 @@
 """True outlines of a part in its poses, for those who plan grips: one request after the other."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Builds parts: small ones here, what takes long in a process that can be stopped."""
 
-from __future__ import annotations
-
 import os
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What parts the node knows: built once, kept in the state, the least recently used forgotten."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 from collections import OrderedDict

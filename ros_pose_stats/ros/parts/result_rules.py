@@ -1,7 +1,5 @@
 """When a result holds, and which of two is the better one; pure functions."""
 
-from __future__ import annotations
-
 import math
 
 from ros_pose_stats_msgs.msg import PoseStatistics

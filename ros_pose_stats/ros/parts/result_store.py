@@ -1,7 +1,5 @@
 """The results of the parts, and which one of them each part shows."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress

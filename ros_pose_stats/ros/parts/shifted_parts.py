@@ -1,7 +1,5 @@
 """Known parts with their centre of mass somewhere else, as answers to a question alone."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """What the node says of its own health, once a second on /diagnostics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

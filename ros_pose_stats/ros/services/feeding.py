@@ -1,7 +1,5 @@
 """The service `~/feeding`: what a feeder gets out of a part's present result."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Actions whose goals are jobs, with feedback and cancel."""
 
-from __future__ import annotations
-
 import threading
 import time
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """From what clients ask to parts and jobs."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable

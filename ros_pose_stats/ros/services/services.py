@@ -1,7 +1,5 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable
@@ -56,7 +54,7 @@ class Later(NamedTuple):
     """What a callback returns that has to wait: for what, and how it goes on then."""
 
     coming: Future[Any]
-    go_on: Callable[[], Later | None]
+    go_on: Callable[[], "Later | None"]
 
 
 def refusing(callback: Callback) -> Callback:

@@ -1,7 +1,5 @@
 """The action `~/simulate_drops`: the same jobs with feedback and cancel."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ros_pose_stats_msgs.action import SimulateDrops

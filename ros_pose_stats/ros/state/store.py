@@ -1,7 +1,5 @@
 """The node's state: changes are handed in by anybody and written by one thread, many at a time."""
 
-from __future__ import annotations
-
 import hashlib
 import sqlite3
 import threading

@@ -1,7 +1,5 @@
 """The SQLite file of a node's state: who has it, what is in it, and whether that is sound."""
 
-from __future__ import annotations
-
 import fcntl
 import itertools
 import json

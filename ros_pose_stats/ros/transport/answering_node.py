@@ -1,7 +1,5 @@
 """The node class behind `pose_stats`: what rclpy leaves undone for services and clocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress

@@ -12,8 +12,6 @@ rclpy does not tell which client a request is from, but a client numbers its req
 the other: the request that has the next number is taken for its next one.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 import warnings

@@ -5,8 +5,6 @@ numbers its messages. Which publisher a message is from is not told either: it i
 the nearest lower number that has arrived.
 """
 
-from __future__ import annotations
-
 import bisect
 import math
 import threading
