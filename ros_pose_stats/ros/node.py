@@ -9,13 +9,13 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.overlap import TakesLongError
+from .camera_counts import CountSubscription, ObservedSubscription
 from .jobs import Jobs
-from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
 from .jobs.refinement import Refinement
+from .jobs.run import FlipReports, run_flips
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
-from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
 from .parts.cell_counts import count_health
@@ -27,7 +27,6 @@ from .parts.outlines import Outlines
 from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
-from .pose_counts import CountSubscription
 from .recorder import Recorder
 from .refusals import Refusals
 from .restore import (
@@ -40,11 +39,10 @@ from .restore import (
 )
 from .services.diagnostics import Diagnostics, flip_health, job_health
 from .services.feeding import FeedingService
+from .services.goals import SimulateDropsServer, SimulateFlipsServer
 from .services.plate_fits import PlateFits
 from .services.requests import Requests
 from .services.services import Services
-from .services.simulate_drops import SimulateDropsServer
-from .services.simulate_flips import SimulateFlipsServer
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
@@ -97,8 +95,8 @@ class PoseStatsNode(AnsweringNode):
         self.learnt = CountStore(self._settings, self.parts, self.state)
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
-        self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
-                                  log.info, restored.answers)
+        self.reports = JobReports(self.results, self.parts, self.announcer, self.recorder,
+                                  self.state, log.info, restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
         self.jobs.add_ended(restored.jobs)
@@ -181,11 +179,7 @@ class PoseStatsNode(AnsweringNode):
                                          known.size > LARGE_BYTES)
 
     def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
-        """Build a part of an earlier run when nothing else waits; one that is refused now goes.
-
-        What fails inside the program is tried again, and the part stays known: the next request
-        tries too.
-        """
+        """Build a part of an earlier run when nothing else waits; one that is refused now goes."""
         log = self.get_logger()
         try:
             known.source.get()

@@ -84,10 +84,7 @@ class Recorder:
         self._last_repair = "none"
 
     def record(self, topic: str, data: bytes) -> bool:
-        """Write a serialised message, which is the operating system's when this returns.
-
-        Returns false if it could not be written; `problem` says why.
-        """
+        """Write a serialised message; false if it could not be written, and `problem` says why."""
         written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")

@@ -1,15 +1,68 @@
-"""Meshes and counts that are refused, as the log and diagnostics have them."""
+"""What is refused and what comes too often, as the log and diagnostics have it."""
 
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from ..errors import PoseStatsError
-from .floods import Floods
 from .messages.times import now
+
+MINUTE: Final = 60.0
+
+MOST_MESSAGES: Final = 600
+"""Of one topic in a minute; ten a second."""
+
+MOST_SWAPS: Final = 60
+"""Meshes that take each other's place as one part in a minute."""
+
+MOST_SOURCES: Final = 1000
+"""Sources that are counted in one minute; a flood of new names is one of their topic."""
+
+
+class Floods:
+    """Counts what comes from each source, minute by minute; says once a minute what floods."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say = say
+        self._lock = threading.Lock()
+        self._began = time.monotonic()
+        self._counts: dict[str, tuple[int, int]] = {}  # of this minute, and what is usual
+        self._last: dict[str, int] = {}  # what flooded in the minute before
+
+    def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
+        """Count one more; whether that is within what is usual in a minute."""
+        with self._lock:
+            self._turn()
+            if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+                return True
+            count = self._counts.get(source, (0, most))[0] + 1
+            self._counts[source] = count, most
+            if count == most + 1 and source not in self._last:
+                self._say(f"a flood: more than {most} of {source} within a minute")
+        return count <= most
+
+    def current(self) -> dict[str, int]:
+        """How many came of each source that floods, in the last whole minute or the present."""
+        with self._lock:
+            self._turn()
+            return {**self._last, **{source: max(count, self._last.get(source, 0))
+                                     for source, count in self._floods()}}
+
+    def _floods(self) -> list[tuple[str, int]]:
+        return [(source, count) for source, (count, most) in self._counts.items() if count > most]
+
+    def _turn(self) -> None:
+        """Begin another minute where one is over, and say what came in that one."""
+        passed = time.monotonic() - self._began
+        if passed >= MINUTE:
+            self._began += passed
+            self._last, self._counts = dict(self._floods()), {}
+            for source, count in self._last.items():
+                self._say(f"a flood: {count} of {source} in the last minute")
+
 
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""
@@ -39,10 +92,7 @@ class _Refusal(NamedTuple):
 
 
 class Refusals:
-    """Meshes and counts that were refused, meshes that were lost, and floods of either.
-
-    `say`: told each refusal in one line, but for copies and, beyond the usual, of a flood.
-    """
+    """Meshes and counts that were refused, meshes that were lost, and floods of either."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
@@ -65,10 +115,7 @@ class Refusals:
             self._say(f"{source}: {what} refused: {reason}")
 
     def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
-        """Have a mesh that turns out to be bad counted as refused.
-
-        `source`: gives where it came from, once it has been looked at.
-        """
+        """Have a mesh that turns out to be bad counted as refused, with where it came from."""
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
             if isinstance(error, PoseStatsError):

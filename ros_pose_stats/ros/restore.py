@@ -174,7 +174,7 @@ def _ended_job(event: msg.JobEvent, settings: Settings) -> Job:
                          event.max_seconds, event.refinement)
     job = Job(event.job_id, request, Future(), event.seed, settings, JobState(event.event),
               drops_done=event.drops_done, message=event.message)
-    job.finished.set()
+    job.finished.set_result(None)
     return job
 
 

@@ -141,11 +141,7 @@ class Settings:
         return Path(self.state_file).expanduser() if self.state_file else self.directory() / name
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
-        """The scene of the first that has a say: request, part, plate, node.
-
-        `*scene_override`: negative where there is none. Raises RequestError if a value is out of
-        its range.
-        """
+        """The scene of the first that has a say: request, part, plate, node; negative: none."""
         own = self.profile or self
         ladder = (*scene_override, (own.restitution, own.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
@@ -182,11 +178,7 @@ BY_NAME = {setting.name: setting for setting in TABLE}
 
 
 def settings_of(values: dict[str, Any]) -> Settings:
-    """Check values and freeze them.
-
-    `values`: of the right types; what is left out has its default. Without `profile` the file of
-    plates is read. Raises RequestError with the parameter, the value and the bound.
-    """
+    """Check values and freeze them; reads the file of plates where no `profile` is among them."""
     frozen: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value
                               for name, value in values.items()}
     settings = Settings(**frozen)
@@ -211,12 +203,7 @@ def settings_of(values: dict[str, Any]) -> Settings:
 
 
 def find_profile(plates: str, plate: str) -> PlateProfile | None:
-    """Look a plate up in a file of plates; None where either has no name.
-
-    The file may be missing as long as no plate is named: `~/fit_plate` writes it.
-
-    Raises RequestError if the file is none of plates, or has no such plate.
-    """
+    """Look a plate up in a file of plates, which may be missing as long as no plate is named."""
     if not plates:
         return None
     from ..plates import read_profiles  # which takes a while, and few nodes need it
@@ -257,10 +244,7 @@ def _check_text(setting: Setting, value: Any) -> None:
 
 
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
-    """Topics by the id of the part that comes on them.
-
-    Raises RequestError if an entry is no topic, or two have the same id.
-    """
+    """Topics by the id of the part that comes on them; raises RequestError."""
     found: dict[str, str] = {}
     for entry in entries:
         part_id, given, topic = entry.rpartition("=")

@@ -14,10 +14,11 @@ from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
 from ..parts.announcer import NOT_RECORDED, Announcer
 from ..parts.known_part import KnownPart, known_as
+from ..parts.part_store import PartStore
 from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
-from .job import Job
+from .job import Job, JobListener
 from .job import State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
@@ -69,26 +70,19 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
         event.job_id, int(event.event), serialize_message(event), answer))
 
 
-class JobReports:
-    """The listener of the job queue; says the end of each job in one line.
+class JobReports(JobListener):
+    """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    `restored`: ids of jobs of earlier runs and bytes of their answers, oldest first.
-    """
-
-    def __init__(self, results: ResultStore, announcer: Announcer, recorder: Recorder,
-                 state: State, say: Callable[[str], object],
+    def __init__(self, results: ResultStore, parts: PartStore, announcer: Announcer,
+                 recorder: Recorder, state: State, say: Callable[[str], object],
                  restored: Iterable[tuple[str, int]] = ()) -> None:
-        self._results = results
-        self._announcer = announcer
+        self._results, self._parts, self._announcer = results, parts, announcer
         self._recorder, self._state = recorder, state
         self._say = say
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
         self._answered = deque(restored)
         self._answer_bytes = sum(size for _, size in self._answered)
-        self.on_progress: Callable[[Job], object] = lambda job: None
-        self.on_started: Callable[[Job], object] = lambda job: None
-        self.on_end: Callable[[Job], object] = lambda job: None
 
     def queued(self, job: Job) -> bool:
         """Keep the acceptance before it is told.
@@ -97,7 +91,7 @@ class JobReports:
         """
         known = self._part_of(job)
         if known is not None:
-            self._results.parts.log.introduce(known)
+            self._announcer.introduce(known)
         recorded, change = self._report(job_event(job, JobEvent.QUEUED))
         return (not job.asked or self._state.commit(change)) and recorded
 
@@ -108,11 +102,9 @@ class JobReports:
     def started(self, job: Job) -> None:
         """Put the start on record."""
         self._report(job_event(job, JobEvent.RUNNING))
-        self.on_started(job)
 
     def progressed(self, job: Job) -> None:
-        """Tell goals, and late joiners now and then."""
-        self.on_progress(job)
+        """Show late joiners how far it is, and keep that, now and then."""
         snapshot, at = job.snapshot, time.monotonic()
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
@@ -163,10 +155,6 @@ class JobReports:
         """Whether what a client hears of the end is on the disk; of others nobody hears."""
         return not (job.asked or state is JobState.DONE) or self._state.commit(change)
 
-    def told(self, job: Job) -> None:
-        """Tell the goals."""
-        self.on_end(job)
-
     def let_go(self, job_id: str) -> None:
         """Keep nothing of a job any more."""
         self._state.put(Change("jobs", job_id, None))
@@ -216,7 +204,7 @@ class JobReports:
         part = job.built()
         if part is None:
             return None
-        known = self._results.parts.current(part.part_id)
+        known = self._parts.current(part.part_id)
         return known if known is not None and known.digest == part.digest else None
 
     def _known_or_own(self, job: Job) -> KnownPart | None:

@@ -38,11 +38,7 @@ before its first drop."""
 
 
 class Jobs:
-    """The queue and its thread.
-
-    Job ids begin with `run_name`, which is unique across restarts. `on_failure` is told the text
-    of failures inside the program.
-    """
+    """The queue and its thread; job ids begin with `run_name`, which is unique across restarts."""
 
     def __init__(self, run_name: str, listener: JobListener,
                  on_failure: Callable[[str], object], run: Run = run_drops) -> None:
@@ -66,11 +62,7 @@ class Jobs:
         self._thread.start()
 
     def submit(self, request: JobRequest, part: Future[Part], settings: Any) -> Job:
-        """Accept a simulation.
-
-        Returns one in flight if it was asked for the same. Raises RequestError if the queue is
-        full.
-        """
+        """Accept a simulation, or join the same in flight; refused if the queue is full."""
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = self._twin(request)
@@ -146,10 +138,7 @@ class Jobs:
         return self._running
 
     def close(self, reason: str) -> bool:
-        """Cancel everything and wait a while for the threads; what was done is kept.
-
-        Returns whether nothing is computed any more.
-        """
+        """Cancel all and wait a while for the thread; whether nothing is computed any more."""
         with self._changed:
             self._closing = reason
             waiting = [*self._asked, *self._refinements]
@@ -221,6 +210,7 @@ class Jobs:
                 self._end(job, State.CANCELLED, job.cancel_reason)
                 return
             self._listener.started(job)
+            job.tell_followers()
             found, ending = self._compute(
                 job, part, self._listener,
                 lambda: job.request.refinement and bool(self._asked))
@@ -260,20 +250,15 @@ class Jobs:
                 return
             job.ending = True
         job.message = message
-        self._tell(job, lambda: self._listener.ended(job, state))
+        try:
+            self._listener.ended(job, state)
+        except Exception as error:  # must not keep a job from ending
+            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
         with self._changed:
             job.state = state
             self._note_end(job)
         job.release()
-        job.finished.set()
-        self._tell(job, lambda: self._listener.told(job))
-
-    def _tell(self, job: Job, event: Callable[[], object]) -> None:
-        """Tell the listener, whose failure must not keep a job from ending."""
-        try:
-            event()
-        except Exception as error:
-            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
+        job.finished.set_result(None)
 
     def _note_end(self, job: Job) -> None:
         """Forget the job that ended longest ago, if there are too many."""

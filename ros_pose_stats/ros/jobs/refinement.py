@@ -30,11 +30,7 @@ from .queue import Jobs
 
 
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
-    """The error over the poses that a result keeps with 90 % confidence, told from its message.
-
-    `message`: of this part in this scene. Returns a fraction; infinite where the method does not
-    know so low a drop.
-    """
+    """The error that a result keeps with 90 % confidence; infinite where nobody knows it."""
     resting = poses_in(part, scene)
     if not message.drops:
         return estimate_bound(prior_of(message, resting, scene))
@@ -56,10 +52,7 @@ class Refinement:
         self._announcer = announcer
 
     def take_part(self, request: PartRequest) -> KnownPart:
-        """Make a received mesh a known part, and refine what it shows if that is wanted.
-
-        Raises PoseStatsError with one line that says what is wrong.
-        """
+        """Make a received mesh a known part, and refine what it shows if that is wanted."""
         known, new = self._results.take_part(request)
         if new:
             self.refine(known)

@@ -48,11 +48,7 @@ def triangles_each(drawn: int) -> int:
 
 
 def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
-    """One row a part, its poses side by side, most probable first.
-
-    `rows`: each with the triangles of its part, part frame, metres. Returns a MarkerArray,
-    serialised; it begins by deleting what was drawn before.
-    """
+    """Serialised markers, one row a part with its triangles, its poses side by side."""
     markers = [Marker(action=DELETE_ALL)]
     y = 0.0
     for found, triangles in rows:

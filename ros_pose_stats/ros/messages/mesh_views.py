@@ -113,10 +113,7 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 
 
 def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """See vertices and triangles of a serialised `shape_msgs/Mesh`.
-
-    Raises NotPlainCdrError if it has to go through the deserialiser.
-    """
+    """See vertices and triangles of a serialised `shape_msgs/Mesh`, or raise NotPlainCdrError."""
     cursor = _Cursor(data)
     surface = _mesh(cursor)
     cursor.end()
@@ -148,10 +145,7 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
 
 
 def part_and_digest_of(data: bytes) -> tuple[str, str]:
-    """part_id and part_digest of a serialised `PoseStatistics`.
-
-    Raises NotPlainCdrError if it has to go through the deserialiser.
-    """
+    """part_id and part_digest of a serialised `PoseStatistics`; raises NotPlainCdrError."""
     cursor = _Cursor(data)
     cursor.count()
     cursor.count()

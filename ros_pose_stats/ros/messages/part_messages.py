@@ -26,27 +26,18 @@ times as many and take a third of a second for each of them [MiB]."""
 
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
-    """Take a serialised `shape_msgs/Mesh`.
-
-    Raises MeshError.
-    """
+    """Take a serialised `shape_msgs/Mesh`; raises MeshError."""
     vertices, triangles = _see(data, Mesh, mesh_numbers)
     return PartRequest(part_id, vertices, triangles, unit)
 
 
 def request_of_part_bytes(data: bytes) -> PartRequest:
-    """Take a serialised `PartMesh`.
-
-    Raises MeshError, RequestError.
-    """
+    """Take a serialised `PartMesh`; raises MeshError, RequestError."""
     return _request(_see(data, PartMesh, part_mesh_numbers))
 
 
 def request_of_message(message: PartMesh) -> PartRequest:
-    """Take a `PartMesh` that came in a request.
-
-    Raises MeshError, RequestError.
-    """
+    """Take a `PartMesh` that came in a request; raises MeshError, RequestError."""
     for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
         found = len(getattr(message.mesh, name))
         if found > most:

@@ -66,10 +66,7 @@ def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatistics
 
 def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, reason: str
                      ) -> PoseStatisticsMessage:
-    """The last message about a part: no poses, and why.
-
-    `last`: the result that holds no more; `reason`: a sentence without its end.
-    """
+    """The last message about a part: no poses, and why."""
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(stamp)
     message.header.frame_id = last.header.frame_id

@@ -18,12 +18,12 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
-from ..floods import MOST_SWAPS, Floods
 from ..messages.markers import marker_array, poses_each, triangles_each
 from ..messages.part_requests import part_line, shown
 from ..messages.statistics_messages import farewell_message, with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
+from ..refusals import MOST_SWAPS, Floods
 from ..state import State
 from .known_part import KnownPart
 
@@ -63,7 +63,7 @@ class Announcer:
                  introduce: Callable[[KnownPart], object], floods: Floods) -> None:
         self._node = node
         self._recorder, self._state = recorder, state
-        self._introduce = introduce
+        self.introduce = introduce
         self._floods = floods
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
@@ -85,7 +85,7 @@ class Announcer:
 
     def record_result(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result that is latched on record; the same, warned of where that fails."""
-        self._introduce(known)
+        self.introduce(known)
         if self._recorder.record(POSE_STATISTICS, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
@@ -151,7 +151,7 @@ class Announcer:
 
     def record_answer(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put an answer on record before it goes to a caller; warn where that fails."""
-        self._introduce(known)
+        self.introduce(known)
         if self._recorder.record(ANSWERS, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)

@@ -54,10 +54,7 @@ class Ground(NamedTuple):
 
 
 class CellCounts:
-    """Counts of the poses of a part, and whether the last ones differ from those before.
-
-    `total` (P,) int: what is counted already; `series`: names the messages that are in it.
-    """
+    """Counts of a part's poses, and whether the last ones differ from those before."""
 
     def __init__(self, ground: Ground, total: Index, series: int) -> None:
         self.ground = ground

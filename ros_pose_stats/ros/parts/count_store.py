@@ -40,11 +40,7 @@ class CountStore:
         return [self._new.pop(part_id) for part_id in list(self._new)]
 
     def add_counts(self, known: KnownPart, counts: PoseCounts) -> bool:
-        """Learn from what a camera counted, if on this plate.
-
-        `counts`: of its poses as they are numbered now. Returns false for a message that has come
-        before: each counts once.
-        """
+        """Learn from what a camera counted on this plate; false for what came before."""
         if counts.plate not in ("", self._settings().plate):
             return True
         ground, shown = self._ground(counts), known.shown
@@ -66,10 +62,7 @@ class CountStore:
         return True
 
     def name_plate(self, plate: str) -> bool:
-        """Take what was counted on a plate without a name for counted on this one.
-
-        Returns whether the state has that on the disk.
-        """
+        """Take counts of a nameless plate for counts of this one; whether the disk has that."""
         changes = []
         for known in self._parts.all():
             with known.numbers.lock:

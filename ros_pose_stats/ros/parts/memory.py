@@ -10,11 +10,7 @@ V = TypeVar("V")
 
 
 class Memory(Generic[K, V]):
-    """A bounded dictionary for several threads.
-
-    `most`: bound of the sum of weights; the newest value stays in any case; `weight`: of a value;
-    default: each counts 1.
-    """
+    """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
 
     def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
         self._most = most

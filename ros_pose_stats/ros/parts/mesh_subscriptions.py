@@ -33,10 +33,7 @@ def failed(error: Exception) -> Future[Any]:
 
 
 class MeshSubscriptions:
-    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes.
-
-    `take_part`: makes a known part of it.
-    """
+    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings],
                  take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue,

@@ -47,11 +47,7 @@ class Outlines:
 
     def begin(self, part: Part, found: PoseStatistics,
               heights: Sequence[float]) -> Future[list[Outline]]:
-        """Have outlines computed in each pose of a result, in its order, at each height.
-
-        `heights`: above the plate, metres; negative: as seen from above. Raises RequestError if a
-        height is no finite number, or there would be too much to compute.
-        """
+        """Have outlines computed in each pose of a result, in its order, at each height."""
         wrong = next((height for height in heights if not np.isfinite(height)), None)
         if wrong is not None:
             raise RequestError("heights above the plate in metres", f"{wrong}",

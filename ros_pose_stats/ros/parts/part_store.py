@@ -18,15 +18,12 @@ from ..messages.times import now, time_message
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
 from ..state.tables import Row
-from .known_part import KnownPart, Numbers, PartSource
+from .known_part import KnownPart, Numbers, PartSource, memory_of_parts
 from .memory import Memory
 from .part_builder import NotBuiltError
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
-
-BUILT_BYTES = 64 * 2**20
-"""Of parts kept after another mesh of the same name has come: the first may come again."""
 
 NUMBERED = 1024
 """Forgotten parts whose revisions go on where they come again."""
@@ -67,11 +64,7 @@ class MeshLog:
 
 
 class PartStore:
-    """Known parts by their id.
-
-    `build`: makes a `Part` of a `PartRequest`; `on_forgotten`: told a part that made room or was
-    forgotten, when (nanoseconds), and why. Attributes `log`: puts their meshes on record.
-    """
+    """Known parts by their id."""
 
     def __init__(self, recorder: Recorder, state: State, log: MeshLog,
                  build: Callable[[PartRequest], Part],
@@ -83,15 +76,12 @@ class PartStore:
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
-        self._built: Memory[tuple[str, bytes], Part] = Memory(
-            BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
+        # also after another mesh of the same name has come
+        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
         self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
 
     def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
-        """Know the parts of the state again, the last used ones; each is built when asked for.
-
-        The least recently used first.
-        """
+        """Know the parts of the state again, the last used ones; each is built when asked for."""
         rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
         with self._lock:
             for part_id, digest, content, restitution, drop_height, size, _ in rows:
@@ -103,10 +93,7 @@ class PartStore:
         return self.all()
 
     def _rebuild(self, part_id: str, digest: str) -> Part:
-        """Build a part of an earlier run.
-
-        Raises PoseStatsError.
-        """
+        """Build a part of an earlier run; raises PoseStatsError."""
         message = self._state.mesh(part_id)
         if message is None:
             raise MeshError(f"the mesh of {shown(part_id)} beside the state file", "none that is "
@@ -221,10 +208,7 @@ class PartStore:
             return self._parts.get(part_id)
 
     def known(self, part_id: str) -> KnownPart:
-        """A part, which counts as used now.
-
-        Raises RequestError if it is not known.
-        """
+        """A part, which counts as used now; raises RequestError if it is not known."""
         found = self.find(part_id)
         if found is None:
             with self._lock:

@@ -55,10 +55,7 @@ def still_true(last: PoseStatistics, scene: DropScene) -> bool:
 
 
 def labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
-    """The same with the present frame, and name and error of the plate; itself if it has them.
-
-    What was learnt from counts stays as it is: it is of its own plate, with an error of its own.
-    """
+    """The same with the present frame and plate; itself if it has them or was counted."""
     if message.method == OBSERVED or (
             message.plate, message.header.frame_id, message.plate_error) == (
             settings.plate, settings.plate_frame, settings.plate_error):

@@ -51,15 +51,12 @@ class Key(NamedTuple):
 
 
 class ResultStore:
-    """Estimates, numbers and remembers results, and latches the best one of each part.
-
-    Attributes `parts`: what they are of.
-    """
+    """Estimates, numbers and remembers results, and latches the best one of each part."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
                  announcer: Announcer, state: State) -> None:
         self._settings = settings
-        self.parts = parts
+        self._parts = parts
         self._counts = counts
         self._announcer = announcer
         self._state = state
@@ -76,10 +73,10 @@ class ResultStore:
         settings = self._settings()
         check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
-        known, new = self.parts.resolve(request)
+        known, new = self._parts.resolve(request)
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self.parts.put(known, request, settings.max_parts, settings.max_part_bytes)
+            self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
             self.show_best(known)
             self._announcer.announce_part(known)
         return known, new
@@ -99,10 +96,7 @@ class ResultStore:
         self._counts.restore(known)
 
     def show_restored(self, known: KnownPart) -> bool:
-        """Latch what an earlier run has latched, where it holds in the present scene.
-
-        Returns false where it does not, so that there is nothing to show yet.
-        """
+        """Latch what an earlier run has latched; whether it holds in the present scene."""
         shown, settings = known.shown, self._settings()
         scene, last, model = settings.scene(known.scene_override), shown.latched, shown.model
         if last is None or model is None or last.part_digest != known.digest or not (
@@ -131,7 +125,7 @@ class ResultStore:
         for known in self._counts.take_new():
             with known.numbers.lock:
                 shown = known.shown
-                if (self.parts.current(known.part_id) is known and shown.model is not None
+                if (self._parts.current(known.part_id) is known and shown.model is not None
                         and shown.scene is not None):
                     self._latch(known, shown.model, shown.scene)
         for part_id in list(self._waiting):
@@ -139,7 +133,7 @@ class ResultStore:
             if waiting is None or waiting.shown.latched is None:
                 continue
             with waiting.numbers.lock:
-                if self.parts.current(part_id) is waiting:
+                if self._parts.current(part_id) is waiting:
                     self._announcer.record_result(waiting, waiting.shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
@@ -163,10 +157,7 @@ class ResultStore:
         return self._results.get(self._key(name, known, scene)) is not None
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
-        """An analytic result, from memory where it was asked for before.
-
-        Raises PoseStatsError if the method is unknown, or the part has no equilibrium.
-        """
+        """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
         name = estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
@@ -219,7 +210,7 @@ class ResultStore:
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
         shown = known.shown
-        if self.parts.current(known.part_id) is not known or (
+        if self._parts.current(known.part_id) is not known or (
                 message is shown.latched or message is shown.model):
             return False
         if self._settings().scene(known.scene_override) != scene:

@@ -1,9 +1,7 @@
 """The service `~/feeding`: what a feeder gets out of a part's present result."""
 
 import math
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -22,16 +20,16 @@ from ...statistics.feeding import (
 )
 from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs
-from ..jobs.flips import FlipReports, flip_key, flips_in_all
+from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import statistics_of_message
 from ..parts.known_part import KnownPart, at_hand
 from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
+from .goals import flat
 from .requests import ending
 from .services import Later, refusing
-from .simulate_flips import flat
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -54,10 +52,7 @@ class FeedingService:
         self._jobs = jobs
         self._reports = reports
         self._goals = goals
-        self._waiting: dict[str, list[Future[Job]]] = {}
-        self._lock = threading.Lock()
         self.say_failure = node.get_logger().error
-        reports.on_end = self._tell
         node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @refusing
@@ -81,7 +76,7 @@ class FeedingService:
             _answer(request, response, latched, found)
             return None
         job = self._start(known, scene, kick)
-        return Later(self._end_of(job), partial(self._go_on, request, response, latched, job))
+        return Later(job.finished, partial(self._go_on, request, response, latched, job))
 
     def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
@@ -107,21 +102,6 @@ class FeedingService:
             response.success, response.message = False, job.message
             return
         _answer(request, response, latched, found)
-
-    def _end_of(self, job: Job) -> Future[Job]:
-        """The end of a job, which may be past."""
-        coming: Future[Job] = Future()
-        with self._lock:
-            if not job.finished.is_set():
-                self._waiting.setdefault(job.job_id, []).append(coming)
-                return coming
-        return at_hand(job)
-
-    def _tell(self, job: Job) -> None:
-        with self._lock:
-            waiting = self._waiting.pop(job.job_id, [])
-        for coming in waiting:
-            coming.set_result(job)
 
 
 def _answer(request: Any, response: Any, latched: PoseStatistics,

@@ -33,10 +33,7 @@ MOST_GROUPS = 256
 
 
 class PlateFits:
-    """Fits one plate at a time, in a thread of its own.
-
-    `use_plate`: makes the node work with a plate of its file as the file now has it.
-    """
+    """Fits one plate at a time, in a thread of its own."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: PartStore, counts: CountStore, announcer: Announcer,
@@ -135,10 +132,7 @@ class PlateFits:
             self._done = None
 
     def _apply(self, plate: str, found: PlateFit) -> tuple[Path, bool]:
-        """Write the plate into the node's file and work with it.
-
-        Returns the file, and whether the state has on the disk which counts are of that plate.
-        """
+        """Write the plate into its file and work with it; whether its counts are kept."""
         from ...plates import profile_of, write_profile
 
         settings = self._settings()
@@ -156,10 +150,7 @@ class PlateFits:
 
 
 def check_applicable(plate: str, settings: Settings) -> None:
-    """Check that a plate can be written and used.
-
-    Raises RequestError if there is no file for it, or it has no name.
-    """
+    """Refuse a plate that cannot be written and used."""
     from ...plates import refuse_name
 
     if not settings.plates:
@@ -170,11 +161,7 @@ def check_applicable(plate: str, settings: Settings) -> None:
 
 def counts_on(plate: str, present: str,
               parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
-    """Known parts that were counted on a plate, with their counts.
-
-    `present`: the node's plate. What was counted while it had no name is taken for any. Raises
-    RequestError if there are none.
-    """
+    """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [(known, counts) for known in parts
                if (counts := known.shown.counts) is not None and counts.total.any()]
     names = {plate, present} if not present else {plate}
@@ -190,10 +177,7 @@ def counts_on(plate: str, present: str,
 
 
 def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
-    """The parts that were counted most, as far as there is room for them.
-
-    Raises RequestError if there is room for none.
-    """
+    """The parts that were counted most, as far as there is room for them."""
     chosen: list[CountedPart] = []
     left = MOST_GROUPS
     for one in sorted(counted, key=lambda one: -one.counted):

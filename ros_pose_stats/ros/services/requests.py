@@ -44,11 +44,7 @@ class ResolvedPart(NamedTuple):
 
 
 class Requests:
-    """Resolves parts and starts jobs, for services and the action.
-
-    Meshes that come with a request and are refused count among `refusals`. `take_part`: makes a
-    known part of one; `find_poses`: has the poses of a large part at hand.
-    """
+    """Resolves parts and starts jobs, for services and the action."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore,
                  take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue, jobs: Jobs,
@@ -175,10 +171,7 @@ def _source(part_id: str) -> str:
 
 
 def check_target(value: float) -> None:
-    """Refuse a target error that is none.
-
-    Raises RequestError.
-    """
+    """Refuse a target error that is none; raises RequestError."""
     if not 0.0 <= value < 1.0:
         raise RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
                            "0.01 is one point; 0 stands for none")
@@ -205,11 +198,7 @@ def ending() -> RequestError:
 
 
 def wait_for(coming: Future[T], timeout: float | None = None) -> T:
-    """What is coming, once it is there.
-
-    Raises PoseStatsError if it is refused, or the node ends. Raises
-    concurrent.futures.TimeoutError.
-    """
+    """What is coming, once it is there; raises PoseStatsError if it is refused."""
     try:
         return coming.result(timeout)
     except CancelledError as error:

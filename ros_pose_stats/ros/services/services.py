@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -24,11 +24,10 @@ from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
 from ..parts.announcer import Announcer
-from ..parts.known_part import KnownPart
+from ..parts.known_part import KnownPart, ShiftedParts, shift_warning
 from ..parts.outlines import Outlines, outline_messages
 from ..parts.part_store import PartStore
 from ..parts.result_store import ResultStore
-from ..parts.shifted_parts import ShiftedParts, shift_warning
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
@@ -244,7 +243,7 @@ class Services:
             response.success = False
             response.message = f"{job.job_id} had ended before: {State(job.state).name}"
         else:
-            job.finished.wait(CANCEL_PATIENCE)
+            wait([job.finished], CANCEL_PATIENCE)
 
     def _job(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)

@@ -98,11 +98,7 @@ class State:
             return self.put(Change("meshes", part_id, row))
 
     def commit(self, number: int | None = None) -> bool:
-        """Wait until a change, and all before it, are on the disk; whether they are.
-
-        `number`: from `put`; everything handed in so far where it is left out. `problem` says why
-        it cannot be written.
-        """
+        """Wait until a change and all before it, or all so far, are on the disk; whether."""
         with self._changed:
             wanted, begun = self._number if number is None else number, self._begun
             if self._committed >= wanted:

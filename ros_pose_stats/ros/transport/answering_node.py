@@ -25,10 +25,7 @@ SERVICE_QUALITY = QoSProfile(
 
 
 class AnsweringNode(Node):
-    """A node whose services, those for parameters too, are not held up by single clients.
-
-    Nor does it end by a simulated time that rclpy cannot hold.
-    """
+    """A node that no single client holds up, and no simulated time that rclpy cannot hold ends."""
 
     def __init__(self, name: str, **options: Any) -> None:
         self.answers = Answers(lambda line: self.get_logger().warning(line))

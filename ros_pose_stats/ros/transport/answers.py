@@ -83,11 +83,7 @@ class Asked(NamedTuple):
 
 
 class Answers:
-    """Works off requests in threads of its own, the clients in turn, and sends the answers.
-
-    `warn`: told in one line of requests that fail, and of clients that are not reached. Attributes
-    `last`: when an answer was sent, by the monotonic clock.
-    """
+    """Works off requests in threads of its own, the clients in turn, and sends the answers."""
 
     def __init__(self, warn: Callable[[str], object]) -> None:
         self._warn = warn
@@ -267,10 +263,7 @@ class Answers:
             time.sleep(0.01)
 
     def close(self, seconds: float) -> bool:
-        """Answer all that wait, which is quick once nothing is computed for them.
-
-        Returns whether all have been answered within some seconds.
-        """
+        """Answer all that wait; whether all have been answered within some seconds."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

@@ -15,8 +15,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
-from ..floods import MINUTE
-from ..refusals import Refusals
+from ..refusals import MINUTE, Refusals
 
 DEPTH = 1000
 """Messages that wait in the middleware."""
@@ -39,11 +38,7 @@ class SequenceGaps:
         self._last: list[int] = []
 
     def missing_before(self, number: int) -> int:
-        """Messages lost just before this one.
-
-        `number`: of the message, counted by its publisher; 0 where the middleware has none.
-        Returns 0 for the first message of a publisher.
-        """
+        """Messages lost just before the one that its publisher gave this number; 0: no number."""
         if number <= 0:
             return 0
         place = bisect.bisect_left(self._last, number) - 1
