@@ -9,17 +9,18 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.overlap import TakesLongError
+from . import restore
 from .camera_counts import CountSubscription, ObservedSubscription
 from .jobs import Jobs
 from .jobs.job_reports import JobReports
+from .jobs.queue import flip_health, job_health
 from .jobs.refinement import Refinement
 from .jobs.run import FlipReports, run_flips
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
 from .parts.announcer import Announcer
-from .parts.cell_counts import count_health
-from .parts.count_store import CountStore
+from .parts.count_store import CountStore, count_health
 from .parts.known_part import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
@@ -28,16 +29,7 @@ from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .recorder import Recorder
-from .refusals import Refusals
-from .restore import (
-    as_of_today,
-    begin_afresh,
-    definitions,
-    record_cancelled,
-    restore_jobs,
-    tail_of,
-)
-from .services.diagnostics import Diagnostics, flip_health, job_health
+from .refusals import Diagnostics, Refusals
 from .services.feeding import FeedingService
 from .services.goals import SimulateDropsServer, SimulateFlipsServer
 from .services.plate_fits import PlateFits
@@ -78,10 +70,11 @@ class PoseStatsNode(AnsweringNode):
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings, log, name = self._settings(), self.get_logger(), self.get_fully_qualified_name()
-        self.state = State(settings.state_path(name), definitions(), as_of_today, log.warning)
+        self.state = State(settings.state_path(name), restore.definitions(),
+                           restore.as_of_today, log.warning)
         self.recorder = Recorder(settings, name, self.state, log.warning)
-        tail = tail_of(self.state, log.warning)
-        restored = restore_jobs(self.state, tail, settings)
+        tail = restore.tail_of(self.state, log.warning)
+        restored = restore.restore_jobs(self.state, tail, settings)
         self.refusals = Refusals(log.warning)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.builder, self.outlines = PartBuilder(), Outlines()
@@ -115,8 +108,8 @@ class PoseStatsNode(AnsweringNode):
             for counts in tail.counts:
                 self.counts.learn_counts(counts, again=True)
         else:
-            begin_afresh(self.state)
-        record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
+            restore.begin_afresh(self.state)
+        restore.record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)
         self._coming: list[Future[None]] = []

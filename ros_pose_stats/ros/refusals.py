@@ -1,14 +1,18 @@
-"""What is refused and what comes too often, as the log and diagnostics have it."""
+"""What is refused, what comes too often, and all that diagnostics say of the node's health."""
 
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
+
 from ..errors import PoseStatsError
-from .messages.times import now
+from .messages.times import now, steady_timer, time_message
 
 MINUTE: Final = 60.0
 
@@ -144,3 +148,25 @@ class Refusals:
         for place, one in enumerate(reversed(recent)):
             values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
         return Health(fresh or bool(floods), text, values)
+
+
+class Diagnostics:
+    """Publishes all lines, each with what it is about, once a second."""
+
+    def __init__(self, node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
+        self._name = node.get_fully_qualified_name()[1:]
+        self._lines = lines
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        steady_timer(node, 1.0, self._publish, MutuallyExclusiveCallbackGroup())
+
+    def _publish(self) -> None:
+        message = DiagnosticArray(status=[
+            self._status(about, health()) for about, health in self._lines.items()])
+        message.header.stamp = time_message(now())
+        self._publisher.publish(message)
+
+    def _status(self, about: str, health: Health) -> DiagnosticStatus:
+        level = DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK
+        return DiagnosticStatus(
+            level=level, name=f"{self._name}: {about}", message=health.text, hardware_id="",
+            values=[KeyValue(key=key, value=str(value)) for key, value in health.values.items()])

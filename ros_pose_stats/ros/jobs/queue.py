@@ -17,6 +17,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
+from ..refusals import Health
 from .job import Job, JobListener, JobRequest, State
 from .run import Ending, run_drops
 
@@ -267,3 +268,25 @@ class Jobs:
             oldest = self._ended.popleft()
             self._known.pop(oldest, None)
             self._listener.let_go(oldest)
+
+
+def job_health(jobs: Jobs, settings: Any) -> Health:
+    """The line about drop simulations."""
+    asked, refinements = jobs.counts()
+    job = jobs.running
+    text = "idle" if job is None else (
+        f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of '{job.part_id}'")
+    return Health(False, text, {
+        "queued": asked, "refinements queued": refinements,
+        "queue bound": settings.max_queued_jobs, "running": "" if job is None else job.job_id,
+        "threads": settings.threads()})
+
+
+def flip_health(goals: Jobs, answers: Jobs) -> Health:
+    """The line about flips, those of goals and of answers of ~/feeding."""
+    running = [job for job in (goals.running, answers.running) if job is not None]
+    text = "; ".join(f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'"
+                     for job in running)
+    return Health(False, text or "idle", {
+        "goals queued": goals.counts()[0], "answers queued": answers.counts()[0],
+        "running": ", ".join(job.job_id for job in running)})

@@ -8,21 +8,13 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...errors import RequestError
 from ...estimators.expected import explain_best
 from ...methods import AUTO, HYBRID
-from ...planning.confidence import (
-    enough,
-    estimate_bound,
-    judge_drops,
-    not_enough,
-    pose_prior,
-    prior_of,
-)
+from ...planning import confidence
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..messages.part_requests import PartRequest
-from ..messages.statistics_messages import with_warning
+from ..messages.statistics_messages import refutes, with_warning
 from ..parts.announcer import Announcer
 from ..parts.known_part import KnownPart, at_hand
-from ..parts.result_rules import refutes
 from ..parts.result_store import ResultStore
 from ..settings import Settings
 from .job import JobRequest
@@ -33,12 +25,12 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
     """The error that a result keeps with 90 % confidence; infinite where nobody knows it."""
     resting = poses_in(part, scene)
     if not message.drops:
-        return estimate_bound(prior_of(message, resting, scene))
+        return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count
-    prior = pose_prior(resting, scene) if message.method == HYBRID else None
-    return judge_drops(prior, counts).bound
+    prior = confidence.pose_prior(resting, scene) if message.method == HYBRID else None
+    return confidence.judge_drops(prior, counts).bound
 
 
 class Refinement:
@@ -93,16 +85,17 @@ class Refinement:
             return best, said
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
-            return best, enough(_means(best), bound, target_error)
+            return best, confidence.enough(_means(best), bound, target_error)
         if found is not None:
             of_found = credible_bound(known.part, found, scene)
             if of_found <= target_error:
-                return found, enough(_means(found), of_found, target_error)
+                return found, confidence.enough(_means(found), of_found, target_error)
             most = self._most_drops()
             if found.drops >= most:
-                return _missed(found, f"{not_enough(_means(found), of_found, target_error)}, and "
-                               f"the node drops at most {most} times for it (parameter drops).")
-        short = not_enough(_means(best), bound, target_error)
+                short = confidence.not_enough(_means(found), of_found, target_error)
+                return _missed(found, f"{short}, and the node drops at most {most} times for it "
+                               "(parameter drops).")
+        short = confidence.not_enough(_means(best), bound, target_error)
         return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
 
     def _most_drops(self) -> int:

@@ -1,4 +1,4 @@
-"""From pose statistics to their messages; pure functions."""
+"""From pose statistics to their messages, and which of two results is the better one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from ros_pose_stats_msgs.msg import PoseStatistics as PoseStatisticsMessage
 from ros_pose_stats_msgs.msg import StablePose as StablePoseMessage
 
 from ... import records
+from ...records import DropScene
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
+from ...version import VERSION
 from .times import duration_message, time_message
 
 
@@ -151,3 +153,45 @@ def _pose_of(message: StablePoseMessage) -> records.StablePose:
         roll_axis=np.array([message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]),
         orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
         position=np.array([position.x, position.y, position.z]), **plain)
+
+
+def known_error(message: PoseStatisticsMessage) -> float:
+    """Expected error of a result; where none has been measured, what a real plate leaves.
+
+    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
+    drops does not push it aside.
+    """
+    error: float = message.expected_error
+    return float(message.plate_error) if math.isnan(error) else error
+
+
+def refutes(message: PoseStatisticsMessage) -> bool:
+    """Whether a result is of drops that contradicted an estimate."""
+    return any(line.startswith("CONFLICT:") for line in message.warnings)
+
+
+def replaces(new: PoseStatisticsMessage, old: PoseStatisticsMessage) -> bool:
+    """Whether a result takes the place of the latched one for the same scene.
+
+    A larger expected error never replaces a smaller one for the same digest, but that a
+    simulation ends what it has shown of itself: its last drops may raise the error a little.
+    Of two estimates the newer one counts, which is by the method that is wanted now. What drops
+    have refuted comes back only with as many drops behind it, however small the error that it
+    tells of itself.
+    """
+    if new.part_digest == old.part_digest and refutes(new) != refutes(old):
+        return new.drops >= old.drops
+    if not new.drops and not old.drops and new.method != old.method:
+        return True
+    if new.final and new.job_id and new.job_id == old.job_id:
+        return True
+    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
+
+
+def still_true(last: PoseStatisticsMessage, scene: DropScene) -> bool:
+    """Whether a result of the last run holds for its part in the present scene."""
+    if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
+            VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
+        return False
+    released = scene.release_height(last.radius)
+    return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)

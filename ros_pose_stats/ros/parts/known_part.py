@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...mesh.parts import shift_center
 from ...records import DropScene, Part
 from ...text import listed, millimetres
-from .cell_counts import CellCounts
 from .memory import Memory
+
+if TYPE_CHECKING:
+    from .count_store import CellCounts
 
 T = TypeVar("T")
 
@@ -55,7 +57,7 @@ class Shown:
     # the best estimate or simulation for that scene, as it was before it was latched: under
     # another number, and combined with the counts where there are any
     model: PoseStatistics | None = None
-    counts: CellCounts | None = None  # what cameras counted of it
+    counts: "CellCounts | None" = None  # what cameras counted of it
     counted: int = 0  # number of the change of the state that has all of the counts
     scene: DropScene | None = None  # that the latched result is for
     published: float = 0.0  # when it was published, by the monotonic clock

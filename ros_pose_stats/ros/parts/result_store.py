@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
+from std_msgs.msg import Header
 
 from ... import records
 from ...estimators.estimate import estimate_in
@@ -23,7 +24,6 @@ from .count_store import CountStore
 from .known_part import KnownPart
 from .memory import Memory
 from .part_store import PartStore
-from .result_rules import known_error, labelled, replaces, still_true
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -100,13 +100,13 @@ class ResultStore:
         shown, settings = known.shown, self._settings()
         scene, last, model = settings.scene(known.scene_override), shown.latched, shown.model
         if last is None or model is None or last.part_digest != known.digest or not (
-                still_true(model, scene)):
+                messages.still_true(model, scene)):
             shown.latched = shown.model = None
             return False
         with known.numbers.lock:
             if last is model:
-                last = model = labelled(model, settings)
-            shown.model, shown.latched, shown.scene = labelled(model, settings), last, scene
+                last = model = _labelled(model, settings)
+            shown.model, shown.latched, shown.scene = _labelled(model, settings), last, scene
             shown.published = time.monotonic()
             known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
             observed = last.method == OBSERVED
@@ -148,7 +148,7 @@ class ResultStore:
             yield best
         with known.numbers.lock:  # until it is offered, so that nothing comes in between
             if known.shown.model is not None and known.shown.scene == scene:
-                yield labelled(known.shown.model, self._settings())
+                yield _labelled(known.shown.model, self._settings())
         yield self.estimate(known, "", scene)
 
     def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
@@ -172,14 +172,14 @@ class ResultStore:
         """Remember drops that refined an estimate, for whoever asks again, in any scene."""
         key = self._key(REFINED, known, scene)
         before = self._results.get(key)
-        if before is None or replaces(message, before):
+        if before is None or messages.replaces(message, before):
             self._results.put(key, message)
 
     def find_drops(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
         """The best end result of drops that is remembered for a scene."""
         found = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
         ended = [one for one in found if one is not None and one.drops and one.final]
-        return min(ended, key=known_error, default=None)
+        return min(ended, key=messages.known_error, default=None)
 
     def number_result(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
                       job_id: str = "", final: bool = True,
@@ -216,7 +216,7 @@ class ResultStore:
         if self._settings().scene(known.scene_override) != scene:
             return False
         if (shown.scene == scene and shown.model is not None
-                and not replaces(message, shown.model)):
+                and not messages.replaces(message, shown.model)):
             return False
         return message.final or self.is_due(known, scene)
 
@@ -255,3 +255,16 @@ class ResultStore:
         settings = self._settings()
         return Key(role, known.part_id, known.digest, scene, settings.plate,
                    settings.plate_error, settings.plate_frame)
+
+
+def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
+    """The same with the present frame and plate; itself if it has them or was counted."""
+    if message.method == OBSERVED or (
+            message.plate, message.header.frame_id, message.plate_error) == (
+            settings.plate, settings.plate_frame, settings.plate_error):
+        return message
+    named = messages.copied(message)
+    named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
+    named.plate, named.plate_error = settings.plate, settings.plate_error
+    named.revision += 1
+    return named

@@ -10,14 +10,7 @@ from ros_pose_stats_msgs.srv import FeedingAnswer
 
 from ...errors import RequestError
 from ...records import DropScene, FlipStatistics
-from ...statistics.feeding import (
-    Feeding,
-    check_cycle_time,
-    check_rate,
-    check_wanted,
-    drop_afresh,
-    flip_wrong_ones,
-)
+from ...statistics import feeding
 from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs
 from ..jobs.run import FlipReports, flip_key, flips_in_all
@@ -65,9 +58,9 @@ class FeedingService:
             raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
                                "ask again in a moment")
         kick = self._settings().kick(request.kick_height)
-        check_wanted(request.wanted, len(latched.poses))
-        check_rate(request.rate)
-        check_cycle_time(request.cycle_time)
+        feeding.check_wanted(request.wanted, len(latched.poses))
+        feeding.check_rate(request.rate)
+        feeding.check_cycle_time(request.cycle_time)
         if kick == 0.0:
             _answer(request, response, latched, None)
             return None
@@ -113,9 +106,9 @@ def _answer(request: Any, response: Any, latched: PoseStatistics,
         said = f"{latched.observed} parts seen"
     said = f"From {said} ({latched.method})"
     if flips is None:
-        found = drop_afresh(dropped, request.wanted, request.rate)
+        found = feeding.drop_afresh(dropped, request.wanted, request.rate)
     else:
-        found = flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
+        found = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
                                 request.cycle_time)
         response.transition = flat(flips.transition)
         said += f" and {flips.flips} flips"
@@ -126,7 +119,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics,
     response.message = f"{said}."
 
 
-def fill_response(response: Any, found: Feeding) -> None:
+def fill_response(response: Any, found: feeding.Feeding) -> None:
     """Put the numbers and their bounds into a response."""
     for name, number in (("accepted", found.accepted), ("passes", found.passes),
                          ("flips", found.flips), ("accepted_per_minute", found.per_minute)):

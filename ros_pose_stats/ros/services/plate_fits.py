@@ -16,8 +16,7 @@ from ...errors import RequestError
 from ...text import several
 from ..messages.part_requests import shown
 from ..parts.announcer import Announcer
-from ..parts.cell_counts import CellCounts
-from ..parts.count_store import CountStore
+from ..parts.count_store import CellCounts, CountStore
 from ..parts.known_part import KnownPart
 from ..parts.part_store import PartStore
 from ..settings import Settings
