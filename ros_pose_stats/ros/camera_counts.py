@@ -192,15 +192,15 @@ class ObservedSubscription:
         self._batches.take_waiting()
 
     def _take(self, received: list[bytes]) -> None:
-        found = []
+        sound = []
         for data in received:
             try:
                 counts = count_observed(observed_of_bytes(data), self._known, self._settings())
             except PoseStatsError as refusal:
                 self._refusals.refuse(OBSERVED_TOPIC, str(refusal), "message")
             else:
-                found += [] if counts is None else [(serialize_message(counts), counts)]
-        self._counts.take_counts(found)
+                sound += [] if counts is None else [(serialize_message(counts), counts)]
+        self._counts.take_counts(sound)
 
 
 def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None],
@@ -217,11 +217,11 @@ def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None]
     if not len(seen.orientations):
         return None
     latched = part.shown.latched
-    found = classify_orientations(part.part, seen.orientations,
+    poses = classify_orientations(part.part, seen.orientations,
                                   cluster_tolerance=latched.cluster_tolerance,
                                   round_sides=latched.round_sides)
-    sure = (found >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
-    index, count = np.unique(found[sure], return_counts=True)
+    sure = (poses >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
+    index, count = np.unique(poses[sure], return_counts=True)
     height = part.shown.scene.drop_height
     counts = PoseCounts(
         part_id=part.part_id, part_digest=part.digest,

@@ -82,7 +82,7 @@ class PoseStatsNode(AnsweringNode):
         self.announcer = Announcer(self, self.recorder, self.state, mesh_log.introduce,
                                    self.refusals.floods)
         self.parts = PartStore(
-            self.recorder, self.state, mesh_log, lambda request: self.builder.build(
+            self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
                 request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
         self.learnt = CountStore(self._settings, self.parts, self.state)

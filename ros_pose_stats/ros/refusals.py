@@ -110,8 +110,8 @@ class Refusals:
         """Count and tell a refusal, unless it is a copy of one just before."""
         with self._lock:
             at = time.monotonic()
-            if any((one.source, one.reason) == (source, reason) and at - one.at < COPY_SECONDS
-                   for one in self._recent):
+            if any((last.source, last.reason) == (source, reason) and at - last.at < COPY_SECONDS
+                   for last in self._recent):
                 return
             self.refused += 1
             self._recent.append(_Refusal(at, now(), source, reason))
@@ -145,8 +145,9 @@ class Refusals:
             f"a flood: {floods}" if floods else f"{parts} parts")
         values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
                                   "overrun": overrun, "floods": floods or "none"}
-        for place, one in enumerate(reversed(recent)):
-            values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
+        for place, refusal in enumerate(reversed(recent)):
+            values[f"refused {place}"] = (f"{refusal.stamp / 1e9:.3f} {refusal.source}: "
+                                          f"{refusal.reason}")
         return Health(fresh or bool(floods), text, values)
 
 
@@ -160,13 +161,13 @@ class Diagnostics:
         steady_timer(node, 1.0, self._publish, MutuallyExclusiveCallbackGroup())
 
     def _publish(self) -> None:
-        message = DiagnosticArray(status=[
-            self._status(about, health()) for about, health in self._lines.items()])
+        message = DiagnosticArray()
+        for about, look in self._lines.items():
+            health = look()
+            message.status.append(DiagnosticStatus(
+                level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
+                name=f"{self._name}: {about}", message=health.text, hardware_id="",
+                values=[KeyValue(key=key, value=str(value))
+                        for key, value in health.values.items()]))
         message.header.stamp = time_message(now())
         self._publisher.publish(message)
-
-    def _status(self, about: str, health: Health) -> DiagnosticStatus:
-        level = DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK
-        return DiagnosticStatus(
-            level=level, name=f"{self._name}: {about}", message=health.text, hardware_id="",
-            values=[KeyValue(key=key, value=str(value)) for key, value in health.values.items()])

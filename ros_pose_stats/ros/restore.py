@@ -82,15 +82,15 @@ class Tail:
 
 def tail_of(state: State, say: Callable[[str], object]) -> Tail:
     """Read it; a bag that is not there any more has none."""
-    found, fact = Tail(), state.get("facts", PLACE)
+    tail, fact = Tail(), state.get("facts", PLACE)
     if fact is None:
-        return found
+        return tail
     try:
         for message in _beyond(*json.loads(fact[1])):
-            _take(found, message)
+            _take(tail, message)
     except Exception as error:  # of the disk, or of bindings about what was cut
         say(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
-    return found
+    return tail
 
 
 def _beyond(file: str, offset: int) -> Iterator[RawMessage]:
@@ -98,11 +98,11 @@ def _beyond(file: str, offset: int) -> Iterator[RawMessage]:
     if not path.is_file():
         return
     files = files_of_bag(path.parent)
-    for one in files[files.index(path):]:
-        yield from messages_after(one, offset if one == path else 0)
+    for log in files[files.index(path):]:
+        yield from messages_after(log, offset if log == path else 0)
 
 
-def _take(found: Tail, message: RawMessage) -> None:
+def _take(tail: Tail, message: RawMessage) -> None:
     kinds = {POSE_COUNTS: "PoseCounts", JOB_EVENTS: "JobEvent", ANSWERS: "PoseStatistics"}
     kind = kinds.get(message.topic, "")
     data = as_of_today(kind, message.definition, message.data) if kind else None
@@ -110,11 +110,11 @@ def _take(found: Tail, message: RawMessage) -> None:
         return
     read = deserialize_message(data, getattr(msg, kind))
     if message.topic == POSE_COUNTS:
-        found.counts.append(read)
+        tail.counts.append(read)
     elif message.topic == JOB_EVENTS and read.job_id:
-        found.events.append(read)
+        tail.events.append(read)
     elif message.topic == ANSWERS and read.job_id:
-        found.answers[read.job_id] = data
+        tail.answers[read.job_id] = data
 
 
 class RestoredJobs(NamedTuple):

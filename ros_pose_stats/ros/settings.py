@@ -146,8 +146,8 @@ class Settings:
         ladder = (*scene_override, (own.restitution, own.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
-        told = self.profile if self.profile and self.profile.tells_round_sides else self
-        return DropScene(restitution, height, self.cluster_tolerance, told.round_sides)
+        sides = self.profile if self.profile and self.profile.tells_round_sides else self
+        return DropScene(restitution, height, self.cluster_tolerance, sides.round_sides)
 
     def kick(self, kick_height: float) -> float:
         """The kick that a request means: its own, or the node's where it is negative; 0: none.
@@ -172,8 +172,8 @@ class Setting(NamedTuple):
     fixed: bool
 
 
-TABLE = tuple(Setting(one.name, [] if one.default == () else one.default, **one.metadata)
-              for one in fields(Settings) if one.metadata)
+TABLE = tuple(Setting(row.name, [] if row.default == () else row.default, **row.metadata)
+              for row in fields(Settings) if row.metadata)
 BY_NAME = {setting.name: setting for setting in TABLE}
 
 
@@ -245,7 +245,7 @@ def _check_text(setting: Setting, value: Any) -> None:
 
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
     """Topics by the id of the part that comes on them; raises RequestError."""
-    found: dict[str, str] = {}
+    topics: dict[str, str] = {}
     for entry in entries:
         part_id, given, topic = entry.rpartition("=")
         part_id = part_id if given else topic.rpartition("/")[2]
@@ -253,9 +253,9 @@ def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
             raise RequestError("mesh_topics as `topic` or `part_id=topic`", f"'{entry}'",
                                "for instance bracket=/cad/bracket")
         check_name(part_id)
-        if part_id in found:
+        if part_id in topics:
             raise RequestError("mesh_topics with a different part_id each",
-                               f"'{part_id}' for {found[part_id]} and {topic}",
+                               f"'{part_id}' for {topics[part_id]} and {topic}",
                                "write part_id=topic")
-        found[part_id] = topic
-    return found
+        topics[part_id] = topic
+    return topics

@@ -132,14 +132,14 @@ class Job:
         self.snapshot = self.flips = None
         self.followers.clear()
 
-    def keep(self, found: PoseStatistics | FlipStatistics) -> None:
+    def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
-        if isinstance(found, FlipStatistics):
-            self.flips, self.drops_done = found, found.flips
+        if isinstance(outcome, FlipStatistics):
+            self.flips, self.drops_done = outcome, outcome.flips
             return
-        self.snapshot = found
-        self.drops_done = found.drops
-        self.expected_error = found.expected_error
+        self.snapshot = outcome
+        self.drops_done = outcome.drops
+        self.expected_error = outcome.expected_error
 
 
 class JobListener:

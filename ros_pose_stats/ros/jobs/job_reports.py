@@ -31,37 +31,37 @@ SECONDS_BETWEEN = 1.0
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     """The record of something that happened to a job; a pure function but for the time."""
     request = job.request
-    found = JobEvent(event=event)
-    found.header.stamp = time_message(now())
-    found.job_id, found.part_id, found.message = job.job_id, job.part_id, message
-    found.refinement = request.refinement
-    found.drops, found.drops_done, found.seed = request.drops, job.drops_done, job.seed
-    found.restitution = float(request.scene.restitution)
-    found.cluster_tolerance = float(request.scene.cluster_tolerance)
-    found.round_sides = request.scene.round_sides
-    found.target_error, found.max_seconds = request.target_error, request.max_seconds
-    found.drop_height = float("nan") if request.scene.drop_height is None else float(
+    report = JobEvent(event=event)
+    report.header.stamp = time_message(now())
+    report.job_id, report.part_id, report.message = job.job_id, job.part_id, message
+    report.refinement = request.refinement
+    report.drops, report.drops_done, report.seed = request.drops, job.drops_done, job.seed
+    report.restitution = float(request.scene.restitution)
+    report.cluster_tolerance = float(request.scene.cluster_tolerance)
+    report.round_sides = request.scene.round_sides
+    report.target_error, report.max_seconds = request.target_error, request.max_seconds
+    report.drop_height = float("nan") if request.scene.drop_height is None else float(
         request.scene.drop_height)
     part, snapshot = job.built(), job.snapshot
     if part is not None:
-        found.part_digest = part.digest
+        report.part_digest = part.digest
     if snapshot is not None:
-        found.drop_height = snapshot.drop_height
-    return found
+        report.drop_height = snapshot.drop_height
+    return report
 
 
 def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
     """The record of single drops; a pure function but for the time."""
-    found = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
+    record = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
                         stopped_at_trap=True)
-    found.header.stamp = time_message(now())
+    record.header.stamp = time_message(now())
     outcomes = chunk.outcomes
-    found.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
-    found.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
-    found.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
-    found.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
-    found.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
-    return found
+    record.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
+    record.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
+    record.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
+    record.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
+    record.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
+    return record
 
 
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:

@@ -212,7 +212,7 @@ class Jobs:
                 return
             self._listener.started(job)
             job.tell_followers()
-            found, ending = self._compute(
+            outcome, ending = self._compute(
                 job, part, self._listener,
                 lambda: job.request.refinement and bool(self._asked))
         except PoseStatsError as refusal:
@@ -220,12 +220,12 @@ class Jobs:
             return
         if ending is Ending.GAVE_WAY and self._put_back(job):
             return
-        job.keep(found)
+        job.keep(outcome)
         if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
             self._end(job, State.DONE, " ".join(
-                line for line in found.warnings if line.startswith(CUT_SHORT)))
+                line for line in outcome.warnings if line.startswith(CUT_SHORT)))
 
     def _put_back(self, job: Job) -> bool:
         """Back to the front of the queue; False if it was cancelled meanwhile."""

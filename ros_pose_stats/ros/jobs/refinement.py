@@ -76,24 +76,24 @@ class Refinement:
 
         A target error of 0 stands for none. Drops that contradicted the estimate take its place.
         """
-        best, found = self._results.estimate(known, AUTO, scene), self._results.find_drops(
+        best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
-        said = explain_best(best.method)
-        if found is not None and refutes(found):
-            said, best = f"Drops already made contradict {best.method}.", found
+        choice = explain_best(best.method)
+        if dropped is not None and refutes(dropped):
+            choice, best = f"Drops already made contradict {best.method}.", dropped
         if not target_error:
-            return best, said
+            return best, choice
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, confidence.enough(_means(best), bound, target_error)
-        if found is not None:
-            of_found = credible_bound(known.part, found, scene)
+        if dropped is not None:
+            of_found = credible_bound(known.part, dropped, scene)
             if of_found <= target_error:
-                return found, confidence.enough(_means(found), of_found, target_error)
+                return dropped, confidence.enough(_means(dropped), of_found, target_error)
             most = self._most_drops()
-            if found.drops >= most:
-                short = confidence.not_enough(_means(found), of_found, target_error)
-                return _missed(found, f"{short}, and the node drops at most {most} times for it "
+            if dropped.drops >= most:
+                short = confidence.not_enough(_means(dropped), of_found, target_error)
+                return _missed(dropped, f"{short}, and the node drops at most {most} times for it "
                                "(parameter drops).")
         short = confidence.not_enough(_means(best), bound, target_error)
         return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
@@ -119,9 +119,9 @@ class Refinement:
             job = self._jobs.submit(request, at_hand(known.part), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return f"drops cannot refine it now: {refusal}"
-        said = (f"at most {request.drops} drops in the background will refine it, job "
+        promise = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
-        return said if job.recorded else f"{said} {self._announcer.not_recorded()}"
+        return promise if job.recorded else f"{promise} {self._announcer.not_recorded()}"
 
 
 def _means(message: PoseStatistics) -> str:
@@ -131,8 +131,8 @@ def _means(message: PoseStatistics) -> str:
     return f"{message.method} with the {message.drops} drops already made"
 
 
-def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
-    return with_warning(found, f"TARGET_MISSED: {choice}"), choice
+def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
+    return with_warning(message, f"TARGET_MISSED: {choice}"), choice
 
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:

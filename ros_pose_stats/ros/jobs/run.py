@@ -18,9 +18,14 @@ from ...simulation.flips import count_flips
 from ...simulation.request import Watch, drop_request
 from ...simulation.simulate import count_drops
 from ...statistics.prefix import Judge, target_reached
-from ...statistics.prior import PosePrior
 from ..parts.memory import Memory
-from .job import COMBINED_SECONDS, FlipRequest, Job, JobListener, JobRequest, State
+from .job import COMBINED_SECONDS, FlipRequest, Job, JobListener, State
+
+MOST_POSES = 1000
+"""A transition matrix of more takes tens of megabytes."""
+
+REMEMBERED = 2_000_000
+"""Transitions, of which each takes some 24 bytes."""
 
 
 class Ending(Enum):
@@ -61,57 +66,29 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         job.tell_followers()
         listener.progressed(job)
 
-    prior = _prior(part, request)
+    prior = pose_prior(poses_in(part, request.scene), request.scene) if request.hybrid else None
+    judge = None
+    if prior is not None and request.target_error:
+        judge = Judge(partial(judge_drops, prior),
+                      first_look(prior, request.target_error, helped=True), COMBINED_SECONDS)
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None
-    found = count_drops(
+    counted = count_drops(
         part, request.scene,
         drop_request(request.drops, job.seed, request.target_error, job.settings.threads()),
         Watch(on_progress if prior is None else combined_progress(prior, on_progress),
-              stop.is_due, on_drops, background=True),
-        _judge(prior, request.target_error))
-    complete = _complete(found, request, prior)
+              stop.is_due, on_drops, background=True), judge)
+    poses = sorted(counted.poses, key=lambda pose: pose.index)
+    complete = counted.drops == request.drops or target_reached(
+        judge_drops(prior, np.array([pose.count for pose in poses])).bound, request.target_error)
     if prior is not None:
-        found = hybrid_statistics(found, prior)
+        counted = hybrid_statistics(counted, prior)
     if complete:
-        return found, Ending.COMPLETE
+        return counted, Ending.COMPLETE
     if stop.ending is Ending.OUT_OF_TIME:
-        found = _warned(found, request)
-    return found, stop.ending
-
-
-def _complete(found: PoseStatistics, request: JobRequest, prior: PosePrior | None) -> bool:
-    if found.drops == request.drops:
-        return True
-    counts = np.array([pose.count for pose in sorted(found.poses, key=lambda one: one.index)])
-    return target_reached(judge_drops(prior, counts).bound, request.target_error)
-
-
-def _warned(found: PoseStatistics, request: JobRequest) -> PoseStatistics:
-    late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.drops} of at most "
-            f"{request.drops} drops.")
-    return replace(found, warnings=(*found.warnings, late))
-
-
-def _prior(part: Part, request: JobRequest) -> PosePrior | None:
-    """The estimate that the drops are combined with, if that is wanted."""
-    if not request.hybrid:
-        return None
-    return pose_prior(poses_in(part, request.scene), request.scene)
-
-
-def _judge(prior: PosePrior | None, target_error: float) -> Judge | None:
-    """Who decides whether drops and estimate are sure enough; nobody without a target."""
-    if prior is None or not target_error:
-        return None
-    return Judge(partial(judge_drops, prior), first_look(prior, target_error, helped=True),
-                 COMBINED_SECONDS)
-
-
-MOST_POSES = 1000
-"""A transition matrix of more takes tens of megabytes."""
-
-REMEMBERED = 2_000_000
-"""Transitions, of which each takes some 24 bytes."""
+        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {counted.drops} of at "
+                f"most {request.drops} drops.")
+        counted = replace(counted, warnings=(*counted.warnings, late))
+    return counted, stop.ending
 
 
 class FlipKey(NamedTuple):
@@ -149,16 +126,16 @@ class FlipReports(JobListener):
         """Remember what was counted."""
         if job.flips is None:
             return
-        found = replace(job.flips, poses=())
-        self._of_jobs.put(job.job_id, found)
-        key = flip_key(found.part_digest, job.request.scene, found.kick_height)
+        counted = replace(job.flips, poses=())
+        self._of_jobs.put(job.job_id, counted)
+        key = flip_key(counted.part_digest, job.request.scene, counted.kick_height)
         before = self._best.get(key)
-        if found.flips and (before is None or before.flips < found.flips):
-            self._best.put(key, found)
+        if counted.flips and (before is None or before.flips < counted.flips):
+            self._best.put(key, counted)
 
 
-def _transitions(found: FlipStatistics) -> int:
-    return int(found.counts.size)
+def _transitions(counted: FlipStatistics) -> int:
+    return int(counted.counts.size)
 
 
 def pose_count(part: Part, scene: DropScene) -> int:
@@ -194,14 +171,14 @@ def run_flips(job: Job, part: Part, listener: JobListener,
         job.tell_followers()
         listener.progressed(job)
 
-    found = count_flips(
+    counted = count_flips(
         part, scene, request.kick_height,
         drop_request(total // poses, job.seed, 0.0, job.settings.threads()),
         Watch(None, stop.is_due, background=True), on_progress)
-    if found.flips == total:
-        return found, Ending.COMPLETE
+    if counted.flips == total:
+        return counted, Ending.COMPLETE
     if stop.ending is Ending.OUT_OF_TIME:
-        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {found.flips} of "
+        late = (f"TIME_LIMIT: ended after {request.max_seconds:g} s with {counted.flips} of "
                 f"{total} flips.")
-        found = replace(found, warnings=(*found.warnings, late))
-    return found, stop.ending
+        counted = replace(counted, warnings=(*counted.warnings, late))
+    return counted, stop.ending

@@ -142,12 +142,3 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
     confidence = cursor.floats(cursor.count())
     cursor.end()
     return ObservedNumbers(stamp, frame_id, part_id, poses, confidence)
-
-
-def part_and_digest_of(data: bytes) -> tuple[str, str]:
-    """part_id and part_digest of a serialised `PoseStatistics`; raises NotPlainCdrError."""
-    cursor = _Cursor(data)
-    cursor.count()
-    cursor.count()
-    cursor.text()  # frame_id
-    return cursor.text(), cursor.text()

@@ -32,22 +32,23 @@ class Answer:
     warnings: tuple[str, ...] = ()  # added to those of the statistics
 
 
-def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseStatisticsMessage:
+def statistics_message(statistics: records.PoseStatistics,
+                       answer: Answer) -> PoseStatisticsMessage:
     """Make the message."""
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(answer.stamp)
     message.header.frame_id = answer.frame
     for name in STATISTICS_FIELDS:
-        setattr(message, name, getattr(found, name))
-    message.scene = found.scene
+        setattr(message, name, getattr(statistics, name))
+    message.scene = statistics.scene
     message.plate = answer.plate
     message.compute_time = duration_message(
-        0.0 if math.isnan(found.seconds) else found.seconds)
+        0.0 if math.isnan(statistics.seconds) else statistics.seconds)
     message.job_id = answer.job_id
     message.revision = answer.revision
     message.final = answer.final
-    message.poses = [_pose(found.part_id, pose) for pose in found.poses]
-    message.warnings = [*found.warnings, *answer.warnings]
+    message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
+    message.warnings = [*statistics.warnings, *answer.warnings]
     return message
 
 
@@ -81,11 +82,6 @@ def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, rea
     return message
 
 
-def is_farewell(message: PoseStatisticsMessage) -> bool:
-    """Whether a message says that its part was forgotten."""
-    return not message.poses and any(line.startswith(FORGOTTEN) for line in message.warnings)
-
-
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     message = StablePoseMessage()
     message.pose_id = f"{part_id}/{pose.index}"
@@ -107,11 +103,11 @@ _DRAWN: WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]
 
 def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
     """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
-    found = _DRAWN.get(pose.shape)
-    if found is None:
-        found = _flat(pose.support_polygon), _flat(pose.outline)
-        _DRAWN[pose.shape] = found
-    return found
+    drawn = _DRAWN.get(pose.shape)
+    if drawn is None:
+        drawn = _flat(pose.support_polygon), _flat(pose.outline)
+        _DRAWN[pose.shape] = drawn
+    return drawn
 
 
 def _flat(points: NDArray[np.float64]) -> array[float]:

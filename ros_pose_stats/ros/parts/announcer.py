@@ -66,41 +66,42 @@ def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
     """Serialised markers, one row a part with its triangles, its poses side by side."""
     markers = [drawing.Marker(action=drawing.DELETE_ALL)]
     y = 0.0
-    for found, triangles in rows:
-        y -= found.radius * (1.0 + 0.5 * GAP) if markers[1:] else 0.0
-        markers += _row(found, triangles, y, poses_each(len(rows)))
-        y -= found.radius * (1.0 + 0.5 * GAP)
+    for result, triangles in rows:
+        y -= result.radius * (1.0 + 0.5 * GAP) if markers[1:] else 0.0
+        markers += _row(result, triangles, y, poses_each(len(rows)))
+        y -= result.radius * (1.0 + 0.5 * GAP)
     return drawing.marker_array_message(markers)
 
 
-def _row(found: PoseStatistics, triangles: Array, y: float, most: int) -> list[drawing.Marker]:
-    markers = [_label(found, 0, found.part_id, (-2.0 * found.radius, y, LETTER * found.radius))]
-    step = (2.0 + GAP) * found.radius
-    for place, pose in enumerate(found.poses[:most]):
+def _row(result: PoseStatistics, triangles: Array, y: float, most: int) -> list[drawing.Marker]:
+    corner = (-2.0 * result.radius, y, LETTER * result.radius)
+    markers = [_label(result, 0, result.part_id, corner)]
+    step = (2.0 + GAP) * result.radius
+    for place, pose in enumerate(result.poses[:most]):
         x = place * step
-        markers.append(_body(found, pose, triangles, x, y))
+        markers.append(_body(result, pose, triangles, x, y))
         text = f"{pose.index}: {100.0 * pose.probability:.1f} %"
         if math.isnan(pose.probability):
             text = f"{pose.index}: -"
-        markers.append(_label(found, pose.index + 1, text,
-                              (x, y, pose.top + 0.5 * LETTER * found.radius)))
+        markers.append(_label(result, pose.index + 1, text,
+                              (x, y, pose.top + 0.5 * LETTER * result.radius)))
     return markers
 
 
-def _body(found: PoseStatistics, pose: StablePose, triangles: Array, x: float,
+def _body(result: PoseStatistics, pose: StablePose, triangles: Array, x: float,
           y: float) -> drawing.Marker:
     where, turn = pose.pose.position, pose.pose.orientation
     return drawing.Marker(
-        found.header.frame_id, f"{found.part_id}/poses", drawing.TRIANGLE_LIST,
+        result.header.frame_id, f"{result.part_id}/poses", drawing.TRIANGLE_LIST,
         (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
         color=_color(pose.probability), corners=triangles, number=pose.index)
 
 
-def _label(found: PoseStatistics, number: int, text: str,
+def _label(result: PoseStatistics, number: int, text: str,
            where: tuple[float, float, float]) -> drawing.Marker:
     return drawing.Marker(
-        found.header.frame_id, f"{found.part_id}/labels", drawing.TEXT_VIEW_FACING,
-        (*where, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, LETTER * found.radius), (0.1, 0.1, 0.1, 1.0),
+        result.header.frame_id, f"{result.part_id}/labels", drawing.TEXT_VIEW_FACING,
+        (*where, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, LETTER * result.radius), (0.1, 0.1, 0.1, 1.0),
         text=text, number=number)
 
 
@@ -258,6 +259,6 @@ class Announcer:
             shown = [self._shown[part_id] for part_id in sorted(self._shown)
                      if self._shown[part_id].known.source.is_built]
         each = poses_each(len(shown))
-        most = triangles_each(sum(min(len(one.message.poses), each) for one in shown))
+        most = triangles_each(sum(min(len(row.message.poses), each) for row in shown))
         self._markers.publish(marker_array(
-            [(one.message, visible_triangles(one.known.part, most)) for one in shown]))
+            [(row.message, visible_triangles(row.known.part, most)) for row in shown]))

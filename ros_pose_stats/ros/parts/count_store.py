@@ -102,8 +102,8 @@ class CellCounts:
 def _describe_drift(recent: Index, before: Index) -> str:
     if min(recent.sum(), before.sum()) < RECENT:
         return ""
-    found = homogeneity(before, recent)
-    if not found.p_value < CHANCE:
+    test = homogeneity(before, recent)
+    if not test.p_value < CHANCE:
         return ""
     now, then = recent / recent.sum(), before / before.sum()
     most = int(np.abs(now - then).argmax())
@@ -201,5 +201,5 @@ class CountStore:
             counts.ground = ground
         if counts.ground != ground:
             return None
-        found = observe_counts(statistics_of_message(message), counts.total)
-        return found if found.method == OBSERVED else None
+        combined = observe_counts(statistics_of_message(message), counts.total)
+        return combined if combined.method == OBSERVED else None

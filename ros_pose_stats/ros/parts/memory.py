@@ -36,12 +36,6 @@ class Memory(Generic[K, V]):
             while self._sum > self._most and len(self._values) > 1:
                 self._sum -= self._weight(self._values.popitem(last=False)[1])
 
-    def drop(self, key: K) -> None:
-        """Let go of a value, if it is kept."""
-        with self._lock:
-            if key in self._values:
-                self._sum -= self._weight(self._values.pop(key))
-
     def clear(self) -> None:
         """Let go of everything."""
         with self._lock:

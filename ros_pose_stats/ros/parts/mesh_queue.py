@@ -150,7 +150,7 @@ class MeshQueue:
         """The lane of a task, as large as it is and behind those of its name."""
         others = self._names.get(task.part_id, [])
         before = others[:others.index(task)] if task in others else others
-        slow = task.large or any(one.lane is Lane.SLOW for one in before)
+        slow = task.large or any(other.lane is Lane.SLOW for other in before)
         return Lane.SLOW if slow else Lane.QUICK
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:

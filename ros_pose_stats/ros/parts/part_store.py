@@ -66,10 +66,11 @@ class MeshLog:
 class PartStore:
     """Known parts by their id."""
 
-    def __init__(self, recorder: Recorder, state: State, log: MeshLog,
+    def __init__(self, recorder: Recorder, state: State,
+                 introduce: Callable[[KnownPart], object],
                  build: Callable[[PartRequest], Part],
                  on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
-        self._recorder, self._state, self.log = recorder, state, log
+        self._recorder, self._state, self._introduce = recorder, state, introduce
         self._build_part, self._on_forgotten = build, on_forgotten
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()
@@ -147,8 +148,8 @@ class PartStore:
                 part = self._build_part(request)
             except NotBuiltError:  # the mesh may be good
                 raise
-            except PoseStatsError as found:
-                self._refused.put(key, found)
+            except PoseStatsError as error:
+                self._refused.put(key, error)
                 raise
             self._built.put(key, part)
         return part
@@ -169,12 +170,12 @@ class PartStore:
         with known.numbers.lock:
             other = self.current(known.part_id)
             if other is not None:
-                self.log.introduce(other)
+                self._introduce(other)
             self._state.put_mesh(known.part_id, message)
             gone = [] if other is None or other.digest == known.digest else [
                 Change("counts", known.part_id, None)]
             known.change = self._state.put(Change("parts", known.part_id, self._row(known)), *gone)
-            self.log.introduce(known)
+            self._introduce(known)
             with self._lock:
                 self._parts.pop(known.part_id, None)
                 self._parts[known.part_id] = known
@@ -209,15 +210,15 @@ class PartStore:
 
     def known(self, part_id: str) -> KnownPart:
         """A part, which counts as used now; raises RequestError if it is not known."""
-        found = self.find(part_id)
-        if found is None:
+        known = self.find(part_id)
+        if known is None:
             with self._lock:
                 names = sorted(self._parts)
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
                                shown(part_id), "publish its mesh on ~/part_mesh, or send the part "
                                "with the request")
-        return found
+        return known
 
     def all(self) -> list[KnownPart]:
         """All parts, the least recently used first."""

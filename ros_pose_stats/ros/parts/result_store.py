@@ -161,11 +161,11 @@ class ResultStore:
         settings = self._settings()
         name = estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
-        found = self._results.get(key)
-        if found is None:
-            found = self.number_result(known, estimate_in(known.part, scene, name), settings)
-            self._results.put(key, found)
-        return found
+        message = self._results.get(key)
+        if message is None:
+            message = self.number_result(known, estimate_in(known.part, scene, name), settings)
+            self._results.put(key, message)
+        return message
 
     def keep_refinement(self, known: KnownPart, message: PoseStatistics,
                         scene: DropScene) -> None:
@@ -177,17 +177,18 @@ class ResultStore:
 
     def find_drops(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
         """The best end result of drops that is remembered for a scene."""
-        found = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
-        ended = [one for one in found if one is not None and one.drops and one.final]
+        results = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
+        ended = [result for result in results
+                 if result is not None and result.drops and result.final]
         return min(ended, key=messages.known_error, default=None)
 
-    def number_result(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
-                      job_id: str = "", final: bool = True,
+    def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
+                      settings: Settings, job_id: str = "", final: bool = True,
                       warnings: tuple[str, ...] = ()) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
-        if found.method != OBSERVED:
-            found = replace(found, plate_error=settings.plate_error)
-        return messages.statistics_message(found, messages.Answer(
+        if statistics.method != OBSERVED:
+            statistics = replace(statistics, plate_error=settings.plate_error)
+        return messages.statistics_message(statistics, messages.Answer(
             now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
             warnings))
 

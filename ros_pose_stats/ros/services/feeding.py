@@ -64,11 +64,15 @@ class FeedingService:
         if kick == 0.0:
             _answer(request, response, latched, None)
             return None
-        found = self._remembered(known, scene, kick, len(latched.poses))
-        if found is not None:
-            _answer(request, response, latched, found)
+        flips = self._remembered(known, scene, kick, len(latched.poses))
+        if flips is not None:
+            _answer(request, response, latched, flips)
             return None
-        job = self._start(known, scene, kick)
+        settings = self._settings()
+        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
+        job = self._jobs.submit(
+            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+                        kick_height=kick), at_hand(known.part), settings)
         return Later(job.finished, partial(self._go_on, request, response, latched, job))
 
     def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
@@ -79,50 +83,43 @@ class FeedingService:
         enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
 
-    def _start(self, known: KnownPart, scene: DropScene, kick: float) -> Job:
-        settings = self._settings()
-        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
-        return self._jobs.submit(
-            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                        kick_height=kick), at_hand(known.part), settings)
-
     def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:
         """Answer once the flips are there."""
-        found = self._reports.of_job(job.job_id)
+        flips = self._reports.of_job(job.job_id)
         if job.cancel_reason:  # nobody but the node itself cancels
             raise ending()
-        if found is None:
+        if flips is None:
             response.success, response.message = False, job.message
             return
-        _answer(request, response, latched, found)
+        _answer(request, response, latched, flips)
 
 
 def _answer(request: Any, response: Any, latched: PoseStatistics,
             flips: FlipStatistics | None) -> None:
     """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
     dropped = pose_shares(statistics_of_message(latched))
-    said = f"{latched.drops} drops" if latched.drops else "an estimate"
+    basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
-        said = f"{latched.observed} parts seen"
-    said = f"From {said} ({latched.method})"
+        basis = f"{latched.observed} parts seen"
+    basis = f"From {basis} ({latched.method})"
     if flips is None:
-        found = feeding.drop_afresh(dropped, request.wanted, request.rate)
+        gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
     else:
-        found = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
+        gain = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
                                 request.cycle_time)
         response.transition = flat(flips.transition)
-        said += f" and {flips.flips} flips"
-    fill_response(response, found)
+        basis += f" and {flips.flips} flips"
+    fill_response(response, gain)
     if math.isnan(dropped.drops):
-        said += (f"; the error of {latched.method} is not known here, so there are no intervals: "
+        basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
                  f"drop the part")
-    response.message = f"{said}."
+    response.message = f"{basis}."
 
 
-def fill_response(response: Any, found: feeding.Feeding) -> None:
+def fill_response(response: Any, gain: feeding.Feeding) -> None:
     """Put the numbers and their bounds into a response."""
-    for name, number in (("accepted", found.accepted), ("passes", found.passes),
-                         ("flips", found.flips), ("accepted_per_minute", found.per_minute)):
+    for name, number in (("accepted", gain.accepted), ("passes", gain.passes),
+                         ("flips", gain.flips), ("accepted_per_minute", gain.per_minute)):
         value, low, high = number
         setattr(response, name, value)
         setattr(response, f"{name}_low", low)

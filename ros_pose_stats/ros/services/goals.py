@@ -121,7 +121,8 @@ class GoalServer(ABC):
 
     def _follow(self, job: Job) -> None:
         self._begin(job)
-        self._feedback(job)
+        if job.drops_done:
+            self._feedback(job)
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         job = self._job_of(goal)
@@ -140,7 +141,7 @@ class GoalServer(ABC):
     def _job_of(self, goal: ServerGoalHandle) -> Job | None:
         with self._lock:
             for job_id, goals in self._goals.items():
-                if any(_key(one) == _key(goal) for one in goals):
+                if any(_key(tied) == _key(goal) for tied in goals):
                     return self._jobs.get(job_id)
             _, answer = self._asked.get(id(goal.request), (None, None))
         return answer if isinstance(answer, Job) else None  # accepted this moment
@@ -233,10 +234,10 @@ class SimulateDropsServer(GoalServer):
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The statistics of what was done."""
-        found = SimulateDrops.Result(success=success, message=message)
+        flips = SimulateDrops.Result(success=success, message=message)
         if job is not None:
-            found.job_id, found.statistics = job.job_id, self._reports.current_answer(job)
-        return found
+            flips.job_id, flips.statistics = job.job_id, self._reports.current_answer(job)
+        return flips
 
 
 class SimulateFlipsServer(GoalServer):
@@ -267,24 +268,25 @@ class SimulateFlipsServer(GoalServer):
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""
-        found, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
+        feedback, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
         if part is not None:
-            found.flips_total = flips_in_all(pose_count(part, job.request.scene),
+            feedback.flips_total = flips_in_all(pose_count(part, job.request.scene),
                                              job.request.drops, job.settings)
-        return found
+        return feedback
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The transition matrix of what was done."""
-        told = SimulateFlips.Result(success=success, message=message)
-        found = None if job is None else self._reports.of_job(job.job_id)
-        if found is None:
-            return told
+        result = SimulateFlips.Result(success=success, message=message)
+        flips = None if job is None else self._reports.of_job(job.job_id)
+        if flips is None:
+            return result
         for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
-            setattr(told, name, getattr(found, name))
-        told.flips = _whole(found.counts.sum(axis=1) + found.unsettled)
-        told.unsettled = _whole(found.unsettled)
-        told.transition, told.standard_error = flat(found.transition), flat(found.standard_error)
-        return told
+            setattr(result, name, getattr(flips, name))
+        result.flips = _whole(flips.counts.sum(axis=1) + flips.unsettled)
+        result.unsettled = _whole(flips.unsettled)
+        result.transition = flat(flips.transition)
+        result.standard_error = flat(flips.standard_error)
+        return result
 
 
 def flat(matrix: NDArray[np.float64]) -> array[float]:

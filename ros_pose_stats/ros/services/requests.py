@@ -75,10 +75,10 @@ class Requests:
             raise ending()
         carried = is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
-            wanted, found = (
+            wanted, got = (
                 ("the same part_id in the request and in its part", "{} and {}") if carried
                 else ("one part", "part_id {} and part {}"))
-            raise RequestError(wanted, found.format(shown(part_id), shown(message.part_id)),
+            raise RequestError(wanted, got.format(shown(part_id), shown(message.part_id)),
                                "fill one of the two")
         message.part_id = message.part_id or part_id
         if not carried:

@@ -157,26 +157,27 @@ class Services:
         """Answer for a part as it is asked about, once the state has it as it was received."""
         wait_for(prepared)
         if offset.any():  # drops in the background would be of the part as it is known
-            found = with_warning(self._named(known, request, scene, AS_ITSELF),
+            message = with_warning(self._named(known, request, scene, AS_ITSELF),
                                  shift_warning(offset))
         elif (request.method or self._settings().default_method) == AUTO:
-            found, response.message = self._refinement.answer(known, request.target_error, scene)
+            message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
-            found = self._named(known, request, scene, BY_DROPS)
+            message = self._named(known, request, scene, BY_DROPS)
         if not self._parts.is_kept(received):
-            found = self._announcer.warn_unrecorded(found)
-        response.statistics = self._announcer.record_answer(received, found)
+            message = self._announcer.warn_unrecorded(message)
+        response.statistics = self._announcer.record_answer(received, message)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
-        found = self._results.estimate(known, request.method, scene)
-        bound = credible_bound(known.part, found, scene) if request.target_error else 0.0
+        message = self._results.estimate(known, request.method, scene)
+        bound = credible_bound(known.part, message, scene) if request.target_error else 0.0
         if bound > request.target_error:
-            short = (not_enough(found.method, bound, request.target_error)
-                     if math.isfinite(bound) else f"the error of {found.method} is not known here")
-            found = with_warning(found, f"TARGET_MISSED: {short}; {advice}.")
-        return found
+            short = f"the error of {message.method} is not known here"
+            if math.isfinite(bound):
+                short = not_enough(message.method, bound, request.target_error)
+            message = with_warning(message, f"TARGET_MISSED: {short}; {advice}.")
+        return message
 
     @refusing
     def start(self, request: Any, response: Any) -> None:

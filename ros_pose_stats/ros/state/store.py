@@ -142,9 +142,9 @@ class State:
 
     def _let_go(self) -> None:
         with self._reading:
-            for one in filter(None, (self._reader, self._link)):
+            for link in filter(None, (self._reader, self._link)):
                 with suppress(sqlite3.Error):
-                    one.close()
+                    link.close()
             self._link = self._reader = None
         if self._lock is not None:
             self._lock.release()
@@ -237,9 +237,9 @@ class State:
         with self._reading:
             before, self._reader = [self._link, self._reader], reader
         self._link = link
-        for one in filter(None, before):
+        for old in filter(None, before):
             with suppress(sqlite3.Error):
-                one.close()
+                old.close()
         about = self.file.stat()
         self._identity = about.st_dev, about.st_ino
 

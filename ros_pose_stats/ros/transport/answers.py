@@ -102,7 +102,7 @@ class Answers:
         """Tell who has given its request this number; of several clients, one that hears."""
         with self._changed:
             alike = sorted(self._by_number.pop((service, number - 1), []),
-                           key=lambda one: one.tries)
+                           key=lambda candidate: candidate.tries)
             client = alike.pop(0) if alike else Client(service)
             if alike:
                 self._by_number[service, number - 1] = alike
@@ -111,7 +111,7 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            deaf = (one for one in alike if one.is_deaf)
+            deaf = (candidate for candidate in alike if candidate.is_deaf)
             return Asked(client, None if client.is_deaf else next(deaf, None))
 
     def has_room(self) -> bool:
@@ -236,7 +236,7 @@ class Answers:
                 while client.unsent and client.unsent[0][0] < now - GIVE_UP:
                     client.unsent.popleft()
                     lost.add(client.service)
-            self._unreached = [one for one in self._unreached if one.unsent]
+            self._unreached = [other for other in self._unreached if other.unsent]
         for service in lost:
             if now - self._said.get(service, -QUIET) >= QUIET:
                 self._said[service] = now
@@ -249,11 +249,11 @@ class Answers:
         with self._changed:
             self._tries = max(0.0, self._tries - (now - self._counted) / AGAIN)
             self._counted = now
-            due = [one for one in self._unreached if one.due <= now and one.unsent]
+            due = [waiting for waiting in self._unreached if waiting.due <= now and waiting.unsent]
             if not due or self._tries > MOST_TRIES - 1:
                 return None
             self._tries += 1.0
-            client = min(due, key=lambda one: one.tries)
+            client = min(due, key=lambda waiting: waiting.tries)
             return client, client.unsent[-1][1]
 
     def wait_until_quiet(self, pause: float, longest: float) -> None:

@@ -87,16 +87,16 @@ class BatchSubscription:
 
     def _waiting(self, size: int) -> list[Received]:
         """What waits in the middleware, up to so many bytes that can be held at once."""
-        found: list[Received] = []
+        waiting: list[Received] = []
         handle = self._subscription.handle
         with handle:
             while size < MOST_AT_ONCE:
                 received = handle.take_message(self._kind, True)
                 if received is None:
                     break
-                found.append(received)
+                waiting.append(received)
                 size += len(received[0]) + OVERHEAD
-        return found
+        return waiting
 
     def _deal_with(self, received: list[Received]) -> None:
         for _, info in received:
