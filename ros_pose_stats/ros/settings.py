@@ -14,13 +14,7 @@ from ..errors import RequestError
 from ..mesh.units import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
 from ..records import DropScene
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_PLATE_ERROR,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    MOST_ROUND_SIDES,
-)
+from ..records import scene as defaults
 from .messages.part_requests import check_name, shown
 
 if TYPE_CHECKING:
@@ -68,7 +62,7 @@ class Settings:
         DEFAULT_METHOD, "Estimator of the analytic answers; auto: the most accurate one at the "
         "restitution, and refinements combine drops with it.")
     restitution: float = _parameter(
-        DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.", 0.0, BELOW_ONE)
+        defaults.DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.", 0.0, BELOW_ONE)
     drop_height: float = _parameter(
         -1.0, "Height of the centre of mass above the plate at release, in metres; negative: "
         "20 part radii.", -1e6, 1e6)
@@ -96,12 +90,13 @@ class Settings:
         2**30, "Most bytes that known parts take, all together; the least recently used is "
         "forgotten.", 1, MOST)
     cluster_tolerance: float = _parameter(
-        DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a share of "
-        "its height there; what is shallower belongs to the pose next to it; 0: none.",
+        defaults.DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a "
+        "share of its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0, BELOW_ONE)
     round_sides: int = _parameter(
-        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round surfaces, "
-        "whatever the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
+        defaults.DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round "
+        "surfaces, whatever the mesh has: 16 or more; 0: as the mesh has them.", 0,
+        defaults.MOST_ROUND_SIDES)
     flip_height: float = _parameter(
         0.0, "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
         "request's kick_height is negative; 0: none.", 0.0, 1e6)
@@ -124,7 +119,7 @@ class Settings:
     @property
     def plate_error(self) -> float:
         """Expected root mean square error against the plate itself, as a fraction."""
-        return DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
+        return defaults.DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
 
     def threads(self) -> int:
         """Threads around the kernels."""
