@@ -1,7 +1,5 @@
 """Starts the node, and ends it on SIGINT and SIGTERM, whatever it does at that time."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
@@ -111,10 +109,7 @@ class Life:
 
 
 def _within(seconds: float, act: Callable[[], object]) -> bool:
-    """Whether something is done within some seconds; if not it goes on, and nobody waits.
-
-    What fails is printed as that of any thread, and not done.
-    """
+    """Whether something is done within some seconds; if not it goes on, and nobody waits."""
     done = threading.Event()
 
     def do() -> None:
@@ -128,10 +123,7 @@ def _within(seconds: float, act: Callable[[], object]) -> bool:
 
 
 def warm_up(say: Callable[[str], object]) -> None:
-    """Have the machine code of every kernel at hand before anything is computed.
-
-    `say`: told if kernels are compiled, which takes a minute or more.
-    """
+    """Have the machine code of every kernel at hand; says if that takes a minute or more."""
     begin = time.monotonic()
     compiled: list[str] = []
 

@@ -1,7 +1,5 @@
 """The node `pose_stats`: wiring only."""
 
-from __future__ import annotations
-
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
@@ -11,17 +9,18 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.overlap import TakesLongError
+from . import restore
+from .camera_counts import CountSubscription, ObservedSubscription
 from .jobs import Jobs
-from .jobs.flips import FlipReports, run_flips
 from .jobs.job_reports import JobReports
+from .jobs.queue import flip_health, job_health
 from .jobs.refinement import Refinement
+from .jobs.run import FlipReports, run_flips
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
-from .observed_parts import ObservedSubscription
 from .parameters import Parameters
 from .parts.announcer import Announcer
-from .parts.cell_counts import count_health
-from .parts.count_store import CountStore
+from .parts.count_store import CountStore, count_health
 from .parts.known_part import KnownPart
 from .parts.mesh_queue import MeshQueue
 from .parts.mesh_subscriptions import MeshSubscriptions
@@ -29,24 +28,13 @@ from .parts.outlines import Outlines
 from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
-from .pose_counts import CountSubscription
 from .recorder import Recorder
-from .refusals import Refusals
-from .restore import (
-    as_of_today,
-    begin_afresh,
-    definitions,
-    record_cancelled,
-    restore_jobs,
-    tail_of,
-)
-from .services.diagnostics import Diagnostics, flip_health, job_health
+from .refusals import Diagnostics, Refusals
 from .services.feeding import FeedingService
+from .services.goals import SimulateDropsServer, SimulateFlipsServer
 from .services.plate_fits import PlateFits
 from .services.requests import Requests
 from .services.services import Services
-from .services.simulate_drops import SimulateDropsServer
-from .services.simulate_flips import SimulateFlipsServer
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
@@ -82,10 +70,11 @@ class PoseStatsNode(AnsweringNode):
         follow_clock(self.get_clock())
         self.table = Parameters(self, self._on_change)
         settings, log, name = self._settings(), self.get_logger(), self.get_fully_qualified_name()
-        self.state = State(settings.state_path(name), definitions(), as_of_today, log.warning)
+        self.state = State(settings.state_path(name), restore.definitions(),
+                           restore.as_of_today, log.warning)
         self.recorder = Recorder(settings, name, self.state, log.warning)
-        tail = tail_of(self.state, log.warning)
-        restored = restore_jobs(self.state, tail, settings)
+        tail = restore.tail_of(self.state, log.warning)
+        restored = restore.restore_jobs(self.state, tail, settings)
         self.refusals = Refusals(log.warning)
         self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.builder, self.outlines = PartBuilder(), Outlines()
@@ -93,14 +82,14 @@ class PoseStatsNode(AnsweringNode):
         self.announcer = Announcer(self, self.recorder, self.state, mesh_log.introduce,
                                    self.refusals.floods)
         self.parts = PartStore(
-            self.recorder, self.state, mesh_log, lambda request: self.builder.build(
+            self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
                 request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
         self.learnt = CountStore(self._settings, self.parts, self.state)
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
-        self.reports = JobReports(self.results, self.announcer, self.recorder, self.state,
-                                  log.info, restored.answers)
+        self.reports = JobReports(self.results, self.parts, self.announcer, self.recorder,
+                                  self.state, log.info, restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
         self.jobs.add_ended(restored.jobs)
@@ -119,10 +108,10 @@ class PoseStatsNode(AnsweringNode):
             for counts in tail.counts:
                 self.counts.learn_counts(counts, again=True)
         else:
-            begin_afresh(self.state)
+            restore.begin_afresh(self.state)
         self.recorder.note_place()
         self.state.commit()  # before cameras are heard, so that what the bag has is learnt
-        record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
+        restore.record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)
         self._coming: list[Future[None]] = []
@@ -185,11 +174,7 @@ class PoseStatsNode(AnsweringNode):
                                          known.size > LARGE_BYTES)
 
     def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
-        """Build a part of an earlier run when nothing else waits; one that is refused now goes.
-
-        What fails inside the program is tried again, and the part stays known: the next request
-        tries too.
-        """
+        """Build a part of an earlier run when nothing else waits; one that is refused now goes."""
         log = self.get_logger()
         try:
             known.source.get()

@@ -1,18 +1,11 @@
 """The table of settings as ROS parameters of a node."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -64,7 +57,7 @@ class Parameters:
         """Make a float of an int where a float is wanted, and a list of an empty one."""
         return [_widened(parameter) for parameter in parameters]
 
-    def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+    def _check(self, parameters: Sequence[Parameter]) -> msg.SetParametersResult:
         try:
             self._checked.settings = self._changed(parameters)
             for parameter in parameters:
@@ -73,8 +66,8 @@ class Parameters:
                     raise RequestError(f"{parameter.name} to be set at the start only",
                                        f"{parameter.value!r}", "start the node again")
         except PoseStatsError as refusal:
-            return SetParametersResult(successful=False, reason=str(refusal))
-        return SetParametersResult(successful=True)
+            return msg.SetParametersResult(successful=False, reason=str(refusal))
+        return msg.SetParametersResult(successful=True)
 
     def _apply(self, parameters: Sequence[Parameter]) -> None:
         ours = _ours(parameters)
@@ -106,22 +99,22 @@ def _warn_of_unknown(node: Node) -> None:
 
 
 def _declare(node: Node, setting: Setting) -> Any:
-    anything = ParameterDescriptor(name=setting.name, dynamic_typing=True)
+    anything = msg.ParameterDescriptor(name=setting.name, dynamic_typing=True)
     given = node.declare_parameter(setting.name, setting.default, anything, False)
     return _value(setting, _widened(given))
 
 
-def _descriptor(setting: Setting) -> ParameterDescriptor:
+def _descriptor(setting: Setting) -> msg.ParameterDescriptor:
     kind = TYPES[type(setting.default)]
-    descriptor = ParameterDescriptor(
+    descriptor = msg.ParameterDescriptor(
         name=setting.name, type=kind.value, dynamic_typing=True,
         description=setting.description,
         additional_constraints="set at the start only" if setting.fixed else "")
     if kind is Parameter.Type.DOUBLE and setting.low is not None:
-        descriptor.floating_point_range = [FloatingPointRange(
+        descriptor.floating_point_range = [msg.FloatingPointRange(
             from_value=float(setting.low), to_value=float(setting.high or 0.0))]
     if kind is Parameter.Type.INTEGER and setting.low is not None:
-        descriptor.integer_range = [IntegerRange(
+        descriptor.integer_range = [msg.IntegerRange(
             from_value=int(setting.low), to_value=int(setting.high or 0), step=1)]
     return descriptor
 

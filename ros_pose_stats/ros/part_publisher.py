@@ -1,7 +1,5 @@
 """A latched publisher for a CAD file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -77,7 +75,7 @@ def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None
     center = None if center_of_mass is None else mesh.unit * np.asarray(center_of_mass)
     properties = check_given(center, mass, None, density)
     part = part_of_file(mesh, properties, part_id)
-    known = any(one is not None for one in properties)
+    known = any(value is not None for value in properties)
     given = (part.mass, part.center_of_mass) if known else ()
     request = PartRequest(part_id, np.asarray(mesh.vertices, dtype=np.float64),
                           np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given)

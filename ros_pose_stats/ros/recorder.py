@@ -1,7 +1,5 @@
 """Messages to the bag; a bag that cannot be written never stops the node."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -87,10 +85,7 @@ class Recorder:
         self._last_repair = "none"
 
     def record(self, topic: str, data: bytes) -> bool:
-        """Write a serialised message, which is the operating system's when this returns.
-
-        Returns false if it could not be written; `problem` says why.
-        """
+        """Write a serialised message; false if it could not be written, and `problem` says why."""
         written = self._attempt(partial(self.log.write, topic, data))
         if written:
             self._note("")

@@ -1,17 +1,72 @@
-"""Meshes and counts that are refused, as the log and diagnostics have them."""
-
-from __future__ import annotations
+"""What is refused, what comes too often, and all that diagnostics say of the node's health."""
 
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
 
 from ..errors import PoseStatsError
-from .floods import Floods
-from .messages.times import now
+from .messages.times import now, steady_timer, time_message
+
+MINUTE: Final = 60.0
+
+MOST_MESSAGES: Final = 600
+"""Of one topic in a minute; ten a second."""
+
+MOST_SWAPS: Final = 60
+"""Meshes that take each other's place as one part in a minute."""
+
+MOST_SOURCES: Final = 1000
+"""Sources that are counted in one minute; a flood of new names is one of their topic."""
+
+
+class Floods:
+    """Counts what comes from each source, minute by minute; says once a minute what floods."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say = say
+        self._lock = threading.Lock()
+        self._began = time.monotonic()
+        self._counts: dict[str, tuple[int, int]] = {}  # of this minute, and what is usual
+        self._last: dict[str, int] = {}  # what flooded in the minute before
+
+    def count(self, source: str, most: int = MOST_MESSAGES) -> bool:
+        """Count one more; whether that is within what is usual in a minute."""
+        with self._lock:
+            self._turn()
+            if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+                return True
+            count = self._counts.get(source, (0, most))[0] + 1
+            self._counts[source] = count, most
+            if count == most + 1 and source not in self._last:
+                self._say(f"a flood: more than {most} of {source} within a minute")
+        return count <= most
+
+    def current(self) -> dict[str, int]:
+        """How many came of each source that floods, in the last whole minute or the present."""
+        with self._lock:
+            self._turn()
+            return {**self._last, **{source: max(count, self._last.get(source, 0))
+                                     for source, count in self._floods()}}
+
+    def _floods(self) -> list[tuple[str, int]]:
+        return [(source, count) for source, (count, most) in self._counts.items() if count > most]
+
+    def _turn(self) -> None:
+        """Begin another minute where one is over, and say what came in that one."""
+        passed = time.monotonic() - self._began
+        if passed >= MINUTE:
+            self._began += passed
+            self._last, self._counts = dict(self._floods()), {}
+            for source, count in self._last.items():
+                self._say(f"a flood: {count} of {source} in the last minute")
+
 
 REMEMBERED = 20
 """Refused meshes listed with their reasons."""
@@ -41,10 +96,7 @@ class _Refusal(NamedTuple):
 
 
 class Refusals:
-    """Meshes and counts that were refused, meshes that were lost, and floods of either.
-
-    `say`: told each refusal in one line, but for copies and, beyond the usual, of a flood.
-    """
+    """Meshes and counts that were refused, meshes that were lost, and floods of either."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
@@ -58,8 +110,8 @@ class Refusals:
         """Count and tell a refusal, unless it is a copy of one just before."""
         with self._lock:
             at = time.monotonic()
-            if any((one.source, one.reason) == (source, reason) and at - one.at < COPY_SECONDS
-                   for one in self._recent):
+            if any((last.source, last.reason) == (source, reason) and at - last.at < COPY_SECONDS
+                   for last in self._recent):
                 return
             self.refused += 1
             self._recent.append(_Refusal(at, now(), source, reason))
@@ -67,10 +119,7 @@ class Refusals:
             self._say(f"{source}: {what} refused: {reason}")
 
     def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
-        """Have a mesh that turns out to be bad counted as refused.
-
-        `source`: gives where it came from, once it has been looked at.
-        """
+        """Have a mesh that turns out to be bad counted as refused, with where it came from."""
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
             if isinstance(error, PoseStatsError):
@@ -96,6 +145,29 @@ class Refusals:
             f"a flood: {floods}" if floods else f"{parts} parts")
         values: dict[str, Any] = {"parts": parts, "meshes waiting": waiting, "refused": refused,
                                   "overrun": overrun, "floods": floods or "none"}
-        for place, one in enumerate(reversed(recent)):
-            values[f"refused {place}"] = f"{one.stamp / 1e9:.3f} {one.source}: {one.reason}"
+        for place, refusal in enumerate(reversed(recent)):
+            values[f"refused {place}"] = (f"{refusal.stamp / 1e9:.3f} {refusal.source}: "
+                                          f"{refusal.reason}")
         return Health(fresh or bool(floods), text, values)
+
+
+class Diagnostics:
+    """Publishes all lines, each with what it is about, once a second."""
+
+    def __init__(self, node: Node, lines: Mapping[str, Callable[[], Health]]) -> None:
+        self._name = node.get_fully_qualified_name()[1:]
+        self._lines = lines
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        steady_timer(node, 1.0, self._publish, MutuallyExclusiveCallbackGroup())
+
+    def _publish(self) -> None:
+        message = DiagnosticArray()
+        for about, look in self._lines.items():
+            health = look()
+            message.status.append(DiagnosticStatus(
+                level=DiagnosticStatus.WARN if health.warn else DiagnosticStatus.OK,
+                name=f"{self._name}: {about}", message=health.text, hardware_id="",
+                values=[KeyValue(key=key, value=str(value))
+                        for key, value in health.values.items()]))
+        message.header.stamp = time_message(now())
+        self._publisher.publish(message)

@@ -1,7 +1,5 @@
 """A node that starts goes on with what its state has, and takes in the end of its last bag."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -83,15 +81,15 @@ class Tail:
 
 def tail_of(state: State, say: Callable[[str], object]) -> Tail:
     """Read it; a bag that is not there any more has none."""
-    found, fact = Tail(), state.get("facts", PLACE)
+    tail, fact = Tail(), state.get("facts", PLACE)
     if fact is None:
-        return found
+        return tail
     try:
         for message in _beyond(*json.loads(fact[1])):
-            _take(found, message)
+            _take(tail, message)
     except Exception as error:  # of the disk, or of bindings about what was cut
         say(f"not all of the end of the last bag could be read: {type(error).__name__}: {error}")
-    return found
+    return tail
 
 
 def _beyond(place: str, offset: int) -> Iterator[RawMessage]:
@@ -106,7 +104,7 @@ def _beyond(place: str, offset: int) -> Iterator[RawMessage]:
         yield from raw_messages(one, begin=offset if one == path else 0)
 
 
-def _take(found: Tail, message: RawMessage) -> None:
+def _take(tail: Tail, message: RawMessage) -> None:
     kinds = {POSE_COUNTS: "PoseCounts", JOB_EVENTS: "JobEvent", ANSWERS: "PoseStatistics"}
     kind = kinds.get(message.topic, "")
     data = as_of_today(kind, message.definition, message.data) if kind else None
@@ -114,11 +112,11 @@ def _take(found: Tail, message: RawMessage) -> None:
         return
     read = deserialize_message(data, getattr(msg, kind))
     if message.topic == POSE_COUNTS:
-        found.counts.append(read)
+        tail.counts.append(read)
     elif message.topic == JOB_EVENTS and read.job_id:
-        found.events.append(read)
+        tail.events.append(read)
     elif message.topic == ANSWERS and read.job_id:
-        found.answers[read.job_id] = data
+        tail.answers[read.job_id] = data
 
 
 class RestoredJobs(NamedTuple):
@@ -178,7 +176,7 @@ def _ended_job(event: msg.JobEvent, settings: Settings) -> Job:
                          event.max_seconds, event.refinement)
     job = Job(event.job_id, request, Future(), event.seed, settings, JobState(event.event),
               drops_done=event.drops_done, message=event.message)
-    job.finished.set()
+    job.finished.set_result(None)
     return job
 
 

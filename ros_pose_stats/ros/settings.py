@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from ..errors import RequestError
 from ..mesh.units import metres_per_unit
 from ..methods import AT_ONCE, DEFAULT_METHOD
-from ..records import DropScene
-from ..records.scene import (
-    DEFAULT_CLUSTER_TOLERANCE,
-    DEFAULT_PLATE_ERROR,
-    DEFAULT_RESTITUTION,
-    DEFAULT_ROUND_SIDES,
-    MOST_ROUND_SIDES,
-)
+from ..records import DropScene, scene as defaults
 from .messages.part_requests import check_name, shown
 
 if TYPE_CHECKING:
@@ -68,7 +61,7 @@ class Settings:
         DEFAULT_METHOD, "Estimator of the analytic answers; auto: the most accurate one at the "
         "restitution, and refinements combine drops with it.")
     restitution: float = _parameter(
-        DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.", 0.0, BELOW_ONE)
+        defaults.DEFAULT_RESTITUTION, "Coefficient of restitution, 0 to below 1.", 0.0, BELOW_ONE)
     drop_height: float = _parameter(
         -1.0, "Height of the centre of mass above the plate at release, in metres; negative: "
         "20 part radii.", -1e6, 1e6)
@@ -96,12 +89,13 @@ class Settings:
         2**30, "Most bytes that known parts take, all together; the least recently used is "
         "forgotten.", 1, MOST)
     cluster_tolerance: float = _parameter(
-        DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a share of "
-        "its height there; what is shallower belongs to the pose next to it; 0: none.",
+        defaults.DEFAULT_CLUSTER_TOLERANCE, "Least rise of the centre of mass out of a pose, as a "
+        "share of its height there; what is shallower belongs to the pose next to it; 0: none.",
         0.0, BELOW_ONE)
     round_sides: int = _parameter(
-        DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round surfaces, "
-        "whatever the mesh has: 16 or more; 0: as the mesh has them.", 0, MOST_ROUND_SIDES)
+        defaults.DEFAULT_ROUND_SIDES, "Sides a turn of the polygons that stand for round "
+        "surfaces, whatever the mesh has: 16 or more; 0: as the mesh has them.", 0,
+        defaults.MOST_ROUND_SIDES)
     flip_height: float = _parameter(
         0.0, "Energy of a kick of the cell's feeder over the part's weight, in metres, where a "
         "request's kick_height is negative; 0: none.", 0.0, 1e6)
@@ -124,7 +118,7 @@ class Settings:
     @property
     def plate_error(self) -> float:
         """Expected root mean square error against the plate itself, as a fraction."""
-        return DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
+        return defaults.DEFAULT_PLATE_ERROR if self.profile is None else self.profile.plate_error
 
     def threads(self) -> int:
         """Threads around the kernels."""
@@ -141,17 +135,13 @@ class Settings:
         return Path(self.state_file).expanduser() if self.state_file else self.directory() / name
 
     def scene(self, *scene_override: tuple[float, float]) -> DropScene:
-        """The scene of the first that has a say: request, part, plate, node.
-
-        `*scene_override`: negative where there is none. Raises RequestError if a value is out of
-        its range.
-        """
+        """The scene of the first that has a say: request, part, plate, node; negative: none."""
         own = self.profile or self
         ladder = (*scene_override, (own.restitution, own.drop_height))
         restitution = next((r for r, _ in ladder if not r < 0.0), own.restitution)
         height = next((h for _, h in ladder if not h < 0.0), None)
-        told = self.profile if self.profile and self.profile.tells_round_sides else self
-        return DropScene(restitution, height, self.cluster_tolerance, told.round_sides)
+        sides = self.profile if self.profile and self.profile.tells_round_sides else self
+        return DropScene(restitution, height, self.cluster_tolerance, sides.round_sides)
 
     def kick(self, kick_height: float) -> float:
         """The kick that a request means: its own, or the node's where it is negative; 0: none.
@@ -176,17 +166,13 @@ class Setting(NamedTuple):
     fixed: bool
 
 
-TABLE = tuple(Setting(one.name, [] if one.default == () else one.default, **one.metadata)
-              for one in fields(Settings) if one.metadata)
+TABLE = tuple(Setting(row.name, [] if row.default == () else row.default, **row.metadata)
+              for row in fields(Settings) if row.metadata)
 BY_NAME = {setting.name: setting for setting in TABLE}
 
 
 def settings_of(values: dict[str, Any]) -> Settings:
-    """Check values and freeze them.
-
-    `values`: of the right types; what is left out has its default. Without `profile` the file of
-    plates is read. Raises RequestError with the parameter, the value and the bound.
-    """
+    """Check values and freeze them; reads the file of plates where no `profile` is among them."""
     frozen: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value
                               for name, value in values.items()}
     settings = Settings(**frozen)
@@ -211,12 +197,7 @@ def settings_of(values: dict[str, Any]) -> Settings:
 
 
 def find_profile(plates: str, plate: str) -> PlateProfile | None:
-    """Look a plate up in a file of plates; None where either has no name.
-
-    The file may be missing as long as no plate is named: `~/fit_plate` writes it.
-
-    Raises RequestError if the file is none of plates, or has no such plate.
-    """
+    """Look a plate up in a file of plates, which may be missing as long as no plate is named."""
     if not plates:
         return None
     from ..plates import read_profiles  # which takes a while, and few nodes need it
@@ -257,11 +238,8 @@ def _check_text(setting: Setting, value: Any) -> None:
 
 
 def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
-    """Topics by the id of the part that comes on them.
-
-    Raises RequestError if an entry is no topic, or two have the same id.
-    """
-    found: dict[str, str] = {}
+    """Topics by the id of the part that comes on them; raises RequestError."""
+    topics: dict[str, str] = {}
     for entry in entries:
         part_id, given, topic = entry.rpartition("=")
         part_id = part_id if given else topic.rpartition("/")[2]
@@ -269,9 +247,9 @@ def mesh_topics(entries: Sequence[str]) -> dict[str, str]:
             raise RequestError("mesh_topics as `topic` or `part_id=topic`", f"'{entry}'",
                                "for instance bracket=/cad/bracket")
         check_name(part_id)
-        if part_id in found:
+        if part_id in topics:
             raise RequestError("mesh_topics with a different part_id each",
-                               f"'{part_id}' for {found[part_id]} and {topic}",
+                               f"'{part_id}' for {topics[part_id]} and {topic}",
                                "write part_id=topic")
-        found[part_id] = topic
-    return found
+        topics[part_id] = topic
+    return topics

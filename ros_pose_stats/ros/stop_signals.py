@@ -1,7 +1,5 @@
 """SIGINT and SIGTERM as a wish to end, from before ROS is imported."""
 
-from __future__ import annotations
-
 import math
 import queue
 import signal

@@ -3,8 +3,6 @@
 ros2 run ros_pose_stats example_camera --ros-args -p file:=clamp.stl -p unit:=mm
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

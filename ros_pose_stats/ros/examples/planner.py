@@ -3,8 +3,6 @@
 ros2 run ros_pose_stats example_planner --ros-args -p files:="[clamp.stl]" -p unit:=mm
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from array import array

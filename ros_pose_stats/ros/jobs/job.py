@@ -1,14 +1,12 @@
 """One drop simulation: what was asked for, and how far it is."""
 
-from __future__ import annotations
-
 import math
-import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Any
 
 from ...records import DropProgress, DropScene, FlipStatistics, Part, PoseStatistics
 from ...simulation.drops import DropChunk
@@ -80,7 +78,9 @@ class Job:
     message: str = ""  # how it ended
     recorded: bool = True  # whether the acceptance is in the bag and in the state
     asked: bool = False  # whether a client has been told of it, who may rely on that
-    finished: threading.Event = field(default_factory=threading.Event)
+    finished: Future[None] = field(default_factory=Future)  # done once its end can be seen
+    # called when it begins to run, and some twenty times a second from then on
+    followers: list[Callable[["Job"], object]] = field(default_factory=list)
     cancel_reason: str = ""
     ending: bool = False  # whether its end is being told; that happens once
     name: str = ""  # of a part that has been let go of
@@ -120,30 +120,38 @@ class Job:
         pause = COMBINED_SECONDS if self.request.hybrid else SNAPSHOT_SECONDS
         self._next_snapshot = now + max(pause, took / SNAPSHOT_SHARE)
 
+    def tell_followers(self) -> None:
+        """Have whoever follows the job see how far it is."""
+        for follow in tuple(self.followers):
+            follow(self)
+
     def release(self) -> None:
         """Let go of the part and of what refers to it: a thousand ended jobs are kept."""
         self.name = self.part_id
         self.part = Future()
         self.snapshot = self.flips = None
+        self.followers.clear()
 
-    def keep(self, found: PoseStatistics | FlipStatistics) -> None:
+    def keep(self, outcome: PoseStatistics | FlipStatistics) -> None:
         """Note the end result."""
-        if isinstance(found, FlipStatistics):
-            self.flips, self.drops_done = found, found.flips
+        if isinstance(outcome, FlipStatistics):
+            self.flips, self.drops_done = outcome, outcome.flips
             return
-        self.snapshot = found
-        self.drops_done = found.drops
-        self.expected_error = found.expected_error
+        self.snapshot = outcome
+        self.drops_done = outcome.drops
+        self.expected_error = outcome.expected_error
 
 
-class JobListener(Protocol):
-    """Told what happens to jobs; all but the first two in the queue's own thread."""
+class JobListener:
+    """Keeps what happens to jobs; all but the first two are called in the queue's own thread."""
 
     def queued(self, job: Job) -> bool:
-        """Accepted; returns when that is kept and on record, false where it is not."""
+        """Accepted; returns when that is kept and on record, false where it cannot be."""
+        return True
 
     def joined(self, job: Job) -> bool:
         """A client asked for what the node had begun by itself; returns as `queued` does."""
+        return True
 
     def started(self, job: Job) -> None:
         """Begins to run."""
@@ -156,9 +164,6 @@ class JobListener(Protocol):
 
     def ended(self, job: Job, state: State) -> None:
         """Has ended with `state`, which is seen by others once this has returned."""
-
-    def told(self, job: Job) -> None:
-        """The end is there to be seen."""
 
     def let_go(self, job_id: str) -> None:
         """Nobody can ask for it any more."""

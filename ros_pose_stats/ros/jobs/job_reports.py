@@ -1,7 +1,5 @@
 """What happens to drop simulations is kept, goes on record, to late joiners and to goals."""
 
-from __future__ import annotations
-
 import time
 from array import array
 from collections import deque
@@ -16,10 +14,11 @@ from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
 from ..parts.announcer import NOT_RECORDED, Announcer
 from ..parts.known_part import KnownPart, known_as
+from ..parts.part_store import PartStore
 from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
-from .job import Job, State as JobState
+from .job import Job, JobListener, State as JobState
 
 MOST_ANSWER_BYTES = 256 * 2**20
 """Of the results of ended jobs that are kept; older ones are in the bag only."""
@@ -31,37 +30,37 @@ SECONDS_BETWEEN = 1.0
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
     """The record of something that happened to a job; a pure function but for the time."""
     request = job.request
-    found = JobEvent(event=event)
-    found.header.stamp = time_message(now())
-    found.job_id, found.part_id, found.message = job.job_id, job.part_id, message
-    found.refinement = request.refinement
-    found.drops, found.drops_done, found.seed = request.drops, job.drops_done, job.seed
-    found.restitution = float(request.scene.restitution)
-    found.cluster_tolerance = float(request.scene.cluster_tolerance)
-    found.round_sides = request.scene.round_sides
-    found.target_error, found.max_seconds = request.target_error, request.max_seconds
-    found.drop_height = float("nan") if request.scene.drop_height is None else float(
+    report = JobEvent(event=event)
+    report.header.stamp = time_message(now())
+    report.job_id, report.part_id, report.message = job.job_id, job.part_id, message
+    report.refinement = request.refinement
+    report.drops, report.drops_done, report.seed = request.drops, job.drops_done, job.seed
+    report.restitution = float(request.scene.restitution)
+    report.cluster_tolerance = float(request.scene.cluster_tolerance)
+    report.round_sides = request.scene.round_sides
+    report.target_error, report.max_seconds = request.target_error, request.max_seconds
+    report.drop_height = float("nan") if request.scene.drop_height is None else float(
         request.scene.drop_height)
     part, snapshot = job.built(), job.snapshot
     if part is not None:
-        found.part_digest = part.digest
+        report.part_digest = part.digest
     if snapshot is not None:
-        found.drop_height = snapshot.drop_height
-    return found
+        report.drop_height = snapshot.drop_height
+    return report
 
 
 def drop_records(job: Job, digest: str, chunk: DropChunk) -> DropRecords:
     """The record of single drops; a pure function but for the time."""
-    found = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
+    record = DropRecords(job_id=job.job_id, part_digest=digest, first_drop=chunk.first,
                         stopped_at_trap=True)
-    found.header.stamp = time_message(now())
+    record.header.stamp = time_message(now())
     outcomes = chunk.outcomes
-    found.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
-    found.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
-    found.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
-    found.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
-    found.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
-    return found
+    record.start_down = array("f", chunk.downs.astype(np.float32).tobytes())
+    record.pose_index = array("i", outcomes.pose.astype(np.int32).tobytes())
+    record.impacts = array("I", outcomes.impacts.astype(np.uint32).tobytes())
+    record.seconds = array("f", outcomes.seconds.astype(np.float32).tobytes())
+    record.energy_left = array("f", outcomes.energy_left.astype(np.float32).tobytes())
+    return record
 
 
 def job_change(event: JobEvent, answer: bytes = b"") -> Change:
@@ -70,26 +69,19 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
         event.job_id, int(event.event), serialize_message(event), answer))
 
 
-class JobReports:
-    """The listener of the job queue; says the end of each job in one line.
+class JobReports(JobListener):
+    """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    `restored`: ids of jobs of earlier runs and bytes of their answers, oldest first.
-    """
-
-    def __init__(self, results: ResultStore, announcer: Announcer, recorder: Recorder,
-                 state: State, say: Callable[[str], object],
+    def __init__(self, results: ResultStore, parts: PartStore, announcer: Announcer,
+                 recorder: Recorder, state: State, say: Callable[[str], object],
                  restored: Iterable[tuple[str, int]] = ()) -> None:
-        self._results = results
-        self._announcer = announcer
+        self._results, self._parts, self._announcer = results, parts, announcer
         self._recorder, self._state = recorder, state
         self._say = say
         self._interims: dict[str, tuple[Statistics, PoseStatistics]] = {}
         self._kept_at = 0.0
         self._answered = deque(restored)
         self._answer_bytes = sum(size for _, size in self._answered)
-        self.on_progress: Callable[[Job], object] = lambda job: None
-        self.on_started: Callable[[Job], object] = lambda job: None
-        self.on_end: Callable[[Job], object] = lambda job: None
 
     def queued(self, job: Job) -> bool:
         """Keep the acceptance before it is told.
@@ -98,7 +90,7 @@ class JobReports:
         """
         known = self._part_of(job)
         if known is not None:
-            self._results.parts.log.introduce(known)
+            self._announcer.introduce(known)
         recorded, change = self._report(job_event(job, JobEvent.QUEUED))
         return (not job.asked or self._state.commit(change)) and recorded
 
@@ -109,11 +101,9 @@ class JobReports:
     def started(self, job: Job) -> None:
         """Put the start on record."""
         self._report(job_event(job, JobEvent.RUNNING))
-        self.on_started(job)
 
     def progressed(self, job: Job) -> None:
-        """Tell goals, and late joiners now and then."""
-        self.on_progress(job)
+        """Show late joiners how far it is, and keep that, now and then."""
         snapshot, at = job.snapshot, time.monotonic()
         if snapshot is None or not snapshot.drops > snapshot.unsettled:
             return
@@ -164,10 +154,6 @@ class JobReports:
         """Whether what a client hears of the end is on the disk; of others nobody hears."""
         return not (job.asked or state is JobState.DONE) or self._state.commit(change)
 
-    def told(self, job: Job) -> None:
-        """Tell the goals."""
-        self.on_end(job)
-
     def let_go(self, job_id: str) -> None:
         """Keep nothing of a job any more."""
         self._state.put(Change("jobs", job_id, None))
@@ -217,7 +203,7 @@ class JobReports:
         part = job.built()
         if part is None:
             return None
-        known = self._results.parts.current(part.part_id)
+        known = self._parts.current(part.part_id)
         return known if known is not None and known.digest == part.digest else None
 
     def _known_or_own(self, job: Job) -> KnownPart | None:

@@ -5,8 +5,6 @@ first, refinements that the node started itself give way to them and begin again
 k depends on the seed and k alone, so nothing is lost but time).
 """
 
-from __future__ import annotations
-
 import itertools
 import secrets
 import threading
@@ -18,6 +16,7 @@ from typing import Any
 
 from ...errors import PoseStatsError, RequestError
 from ...records import FlipStatistics, Part, PoseStatistics
+from ..refusals import Health
 from .job import Job, JobListener, JobRequest, State
 from .run import Ending, run_drops
 
@@ -39,11 +38,7 @@ before its first drop."""
 
 
 class Jobs:
-    """The queue and its thread.
-
-    Job ids begin with `run_name`, which is unique across restarts. `on_failure` is told the text
-    of failures inside the program.
-    """
+    """The queue and its thread; job ids begin with `run_name`, which is unique across restarts."""
 
     def __init__(self, run_name: str, listener: JobListener,
                  on_failure: Callable[[str], object], run: Run = run_drops) -> None:
@@ -67,11 +62,7 @@ class Jobs:
         self._thread.start()
 
     def submit(self, request: JobRequest, part: Future[Part], settings: Any) -> Job:
-        """Accept a simulation.
-
-        Returns one in flight if it was asked for the same. Raises RequestError if the queue is
-        full.
-        """
+        """Accept a simulation, or join the same in flight; refused if the queue is full."""
         with self._accepting:  # acceptance goes on record one at a time
             with self._changed:
                 twin = self._twin(request)
@@ -147,10 +138,7 @@ class Jobs:
         return self._running
 
     def close(self, reason: str) -> bool:
-        """Cancel everything and wait a while for the threads; what was done is kept.
-
-        Returns whether nothing is computed any more.
-        """
+        """Cancel all and wait a while for the thread; whether nothing is computed any more."""
         with self._changed:
             self._closing = reason
             waiting = [*self._asked, *self._refinements]
@@ -222,7 +210,8 @@ class Jobs:
                 self._end(job, State.CANCELLED, job.cancel_reason)
                 return
             self._listener.started(job)
-            found, ending = self._compute(
+            job.tell_followers()
+            outcome, ending = self._compute(
                 job, part, self._listener,
                 lambda: job.request.refinement and bool(self._asked))
         except PoseStatsError as refusal:
@@ -230,12 +219,12 @@ class Jobs:
             return
         if ending is Ending.GAVE_WAY and self._put_back(job):
             return
-        job.keep(found)
+        job.keep(outcome)
         if ending in (Ending.CANCELLED, Ending.GAVE_WAY):
             self._end(job, State.CANCELLED, job.cancel_reason)
         else:
             self._end(job, State.DONE, " ".join(
-                line for line in found.warnings if line.startswith(CUT_SHORT)))
+                line for line in outcome.warnings if line.startswith(CUT_SHORT)))
 
     def _put_back(self, job: Job) -> bool:
         """Back to the front of the queue; False if it was cancelled meanwhile."""
@@ -261,20 +250,15 @@ class Jobs:
                 return
             job.ending = True
         job.message = message
-        self._tell(job, lambda: self._listener.ended(job, state))
+        try:
+            self._listener.ended(job, state)
+        except Exception as error:  # must not keep a job from ending
+            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
         with self._changed:
             job.state = state
             self._note_end(job)
         job.release()
-        job.finished.set()
-        self._tell(job, lambda: self._listener.told(job))
-
-    def _tell(self, job: Job, event: Callable[[], object]) -> None:
-        """Tell the listener, whose failure must not keep a job from ending."""
-        try:
-            event()
-        except Exception as error:
-            self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
+        job.finished.set_result(None)
 
     def _note_end(self, job: Job) -> None:
         """Forget the job that ended longest ago, if there are too many."""
@@ -283,3 +267,25 @@ class Jobs:
             oldest = self._ended.popleft()
             self._known.pop(oldest, None)
             self._listener.let_go(oldest)
+
+
+def job_health(jobs: Jobs, settings: Any) -> Health:
+    """The line about drop simulations."""
+    asked, refinements = jobs.counts()
+    job = jobs.running
+    text = "idle" if job is None else (
+        f"{job.job_id}: {job.drops_done} of {job.request.drops} drops of '{job.part_id}'")
+    return Health(False, text, {
+        "queued": asked, "refinements queued": refinements,
+        "queue bound": settings.max_queued_jobs, "running": "" if job is None else job.job_id,
+        "threads": settings.threads()})
+
+
+def flip_health(goals: Jobs, answers: Jobs) -> Health:
+    """The line about flips, those of goals and of answers of ~/feeding."""
+    running = [job for job in (goals.running, answers.running) if job is not None]
+    text = "; ".join(f"{job.job_id}: {job.drops_done} flips of '{job.part_id}'"
+                     for job in running)
+    return Health(False, text or "idle", {
+        "goals queued": goals.counts()[0], "answers queued": answers.counts()[0],
+        "running": ", ".join(job.job_id for job in running)})

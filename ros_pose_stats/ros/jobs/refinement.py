@@ -1,7 +1,5 @@
 """Drops in the background that make an estimate as good as somebody wants it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -10,21 +8,13 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...errors import RequestError
 from ...estimators.expected import explain_best
 from ...methods import AUTO, HYBRID
-from ...planning.confidence import (
-    enough,
-    estimate_bound,
-    judge_drops,
-    not_enough,
-    pose_prior,
-    prior_of,
-)
+from ...planning import confidence
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..messages.part_requests import PartRequest
-from ..messages.statistics_messages import with_warning
+from ..messages.statistics_messages import refutes, with_warning
 from ..parts.announcer import Announcer
 from ..parts.known_part import KnownPart, at_hand
-from ..parts.result_rules import refutes
 from ..parts.result_store import ResultStore
 from ..settings import Settings
 from .job import JobRequest
@@ -32,19 +22,15 @@ from .queue import Jobs
 
 
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
-    """The error over the poses that a result keeps with 90 % confidence, told from its message.
-
-    `message`: of this part in this scene. Returns a fraction; infinite where the method does not
-    know so low a drop.
-    """
+    """The error that a result keeps with 90 % confidence; infinite where nobody knows it."""
     resting = poses_in(part, scene)
     if not message.drops:
-        return estimate_bound(prior_of(message, resting, scene))
+        return confidence.estimate_bound(confidence.prior_of(message, resting, scene))
     counts = np.zeros(len(resting.poses), dtype=np.int64)
     for pose in message.poses:
         counts[pose.index] = pose.count
-    prior = pose_prior(resting, scene) if message.method == HYBRID else None
-    return judge_drops(prior, counts).bound
+    prior = confidence.pose_prior(resting, scene) if message.method == HYBRID else None
+    return confidence.judge_drops(prior, counts).bound
 
 
 class Refinement:
@@ -58,10 +44,7 @@ class Refinement:
         self._announcer = announcer
 
     def take_part(self, request: PartRequest) -> KnownPart:
-        """Make a received mesh a known part, and refine what it shows if that is wanted.
-
-        Raises PoseStatsError with one line that says what is wrong.
-        """
+        """Make a received mesh a known part, and refine what it shows if that is wanted."""
         known, new = self._results.take_part(request)
         if new:
             self.refine(known)
@@ -93,25 +76,26 @@ class Refinement:
 
         A target error of 0 stands for none. Drops that contradicted the estimate take its place.
         """
-        best, found = self._results.estimate(known, AUTO, scene), self._results.find_drops(
+        best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
-        said = explain_best(best.method)
-        if found is not None and refutes(found):
-            said, best = f"Drops already made contradict {best.method}.", found
+        choice = explain_best(best.method)
+        if dropped is not None and refutes(dropped):
+            choice, best = f"Drops already made contradict {best.method}.", dropped
         if not target_error:
-            return best, said
+            return best, choice
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
-            return best, enough(_means(best), bound, target_error)
-        if found is not None:
-            of_found = credible_bound(known.part, found, scene)
+            return best, confidence.enough(_means(best), bound, target_error)
+        if dropped is not None:
+            of_found = credible_bound(known.part, dropped, scene)
             if of_found <= target_error:
-                return found, enough(_means(found), of_found, target_error)
+                return dropped, confidence.enough(_means(dropped), of_found, target_error)
             most = self._most_drops()
-            if found.drops >= most:
-                return _missed(found, f"{not_enough(_means(found), of_found, target_error)}, and "
-                               f"the node drops at most {most} times for it (parameter drops).")
-        short = not_enough(_means(best), bound, target_error)
+            if dropped.drops >= most:
+                short = confidence.not_enough(_means(dropped), of_found, target_error)
+                return _missed(dropped, f"{short}, and the node drops at most {most} times for it "
+                               "(parameter drops).")
+        short = confidence.not_enough(_means(best), bound, target_error)
         return _missed(best, f"{short}; {self._start(known, target_error, scene)}")
 
     def _most_drops(self) -> int:
@@ -135,9 +119,9 @@ class Refinement:
             job = self._jobs.submit(request, at_hand(known.part), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return f"drops cannot refine it now: {refusal}"
-        said = (f"at most {request.drops} drops in the background will refine it, job "
+        promise = (f"at most {request.drops} drops in the background will refine it, job "
                 f"{job.job_id}.")
-        return said if job.recorded else f"{said} {self._announcer.not_recorded()}"
+        return promise if job.recorded else f"{promise} {self._announcer.not_recorded()}"
 
 
 def _means(message: PoseStatistics) -> str:
@@ -147,8 +131,8 @@ def _means(message: PoseStatistics) -> str:
     return f"{message.method} with the {message.drops} drops already made"
 
 
-def _missed(found: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
-    return with_warning(found, f"TARGET_MISSED: {choice}"), choice
+def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
+    return with_warning(message, f"TARGET_MISSED: {choice}"), choice
 
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:

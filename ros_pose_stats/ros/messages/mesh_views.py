@@ -5,8 +5,6 @@ arrays are seen in place instead: little-endian plain CDR (XCDR1) with its 4-byt
 which primitives are aligned to their own size, counted from behind the header.
 """
 
-from __future__ import annotations
-
 import struct
 from typing import Any, NamedTuple
 
@@ -115,10 +113,7 @@ def _mesh(cursor: _Cursor) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
 
 
 def mesh_numbers(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """See vertices and triangles of a serialised `shape_msgs/Mesh`.
-
-    Raises NotPlainCdrError if it has to go through the deserialiser.
-    """
+    """See vertices and triangles of a serialised `shape_msgs/Mesh`, or raise NotPlainCdrError."""
     cursor = _Cursor(data)
     surface = _mesh(cursor)
     cursor.end()
@@ -147,15 +142,3 @@ def observed_numbers(data: bytes) -> ObservedNumbers:
     confidence = cursor.floats(cursor.count())
     cursor.end()
     return ObservedNumbers(stamp, frame_id, part_id, poses, confidence)
-
-
-def part_and_digest_of(data: bytes) -> tuple[str, str]:
-    """part_id and part_digest of a serialised `PoseStatistics`.
-
-    Raises NotPlainCdrError if it has to go through the deserialiser.
-    """
-    cursor = _Cursor(data)
-    cursor.count()
-    cursor.count()
-    cursor.text()  # frame_id
-    return cursor.text(), cursor.text()

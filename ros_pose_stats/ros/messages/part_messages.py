@@ -1,7 +1,5 @@
 """Between part messages and what the core works on; pure functions."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -28,42 +26,25 @@ times as many and take a third of a second for each of them [MiB]."""
 
 
 def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
-    """Take a serialised `shape_msgs/Mesh`.
-
-    Raises MeshError.
-    """
+    """Take a serialised `shape_msgs/Mesh`; raises MeshError."""
     vertices, triangles = _see(data, Mesh, mesh_numbers)
     return PartRequest(part_id, vertices, triangles, unit)
 
 
 def request_of_part_bytes(data: bytes) -> PartRequest:
-    """Take a serialised `PartMesh`.
-
-    Raises MeshError, RequestError.
-    """
+    """Take a serialised `PartMesh`; raises MeshError, RequestError."""
     return _request(_see(data, PartMesh, part_mesh_numbers))
 
 
-def request_of_message(message: PartMesh) -> PartRequest:
-    """Take a `PartMesh` that came in a request.
-
-    Raises MeshError, RequestError.
-    """
-    for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
-        found = len(getattr(message.mesh, name))
-        if found > most:
-            raise RequestError(f"a nested mesh of at most {most} {name} in a request",
-                               f"{found}", "publish it on ~/part_mesh or use the flat arrays")
-    return request_of_part_bytes(serialize_message(message))
-
-
 def taken_request(message: PartMesh) -> PartRequest:
-    """Take a `PartMesh` that came in a request, and let go of what it holds.
-
-    Raises MeshError, RequestError.
-    """
+    """Take a `PartMesh` that came in a request, and let go of what it holds."""
     try:
-        return request_of_message(message)
+        for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
+            count = len(getattr(message.mesh, name))
+            if count > most:
+                raise RequestError(f"a nested mesh of at most {most} {name} in a request",
+                                   f"{count}", "publish it on ~/part_mesh or use the flat arrays")
+        return request_of_part_bytes(serialize_message(message))
     finally:
         let_go(message)
 
@@ -116,8 +97,8 @@ def _request(numbers: Numbers) -> PartRequest:
     nested = numbers.mesh_vertices.size + numbers.mesh_triangles.size > 0
     flat = numbers.vertices.size + numbers.triangles.size > 0
     if nested == flat:
-        found = "both" if nested else "neither"
-        raise MeshError("either mesh or the flat arrays vertices and triangles filled", found,
+        filled = "both" if nested else "neither"
+        raise MeshError("either mesh or the flat arrays vertices and triangles filled", filled,
                         "fill exactly one of the two")
     vertices, triangles = numbers.mesh_vertices, numbers.mesh_triangles
     if flat:

@@ -1,7 +1,5 @@
 """A part as a client sends it, stripped of its message and checked as far as is cheap."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from dataclasses import dataclass, field
@@ -84,20 +82,14 @@ def _any(values: Array) -> bool:
 
 
 def check_name(part_id: str) -> None:
-    """Refuse names that would be cut or confuse a terminal.
-
-    Raises RequestError.
-    """
+    """Refuse names that would be cut or confuse a terminal; raises RequestError."""
     if len(part_id) > LONGEST_NAME or not part_id.isprintable():
         raise RequestError(f"a part_id of at most {LONGEST_NAME} printable characters",
                            f"{len(part_id)} characters, {shown(part_id)}", "rename the part")
 
 
 def check_request(request: PartRequest, most_bytes: int) -> None:
-    """What can be refused without looking at every triangle.
-
-    Raises MeshError, RequestError.
-    """
+    """What can be refused without looking at every triangle; raises MeshError, RequestError."""
     check_name(request.part_id)
     if request.bytes() > most_bytes:
         raise MeshError(f"a mesh of at most {most_bytes} bytes (parameter max_mesh_bytes)",
@@ -112,11 +104,7 @@ def check_request(request: PartRequest, most_bytes: int) -> None:
 
 
 def part_of(request: PartRequest) -> Part:
-    """Build the part.
-
-    Raises MeshError, MassPropertiesError, RequestError: each with one line that says what is
-    wrong.
-    """
+    """Build the part; raises PoseStatsError with one line that says what is wrong."""
     given = request.mass != 0.0
     with np.errstate(invalid="ignore"):  # of NaN of a kind that only broken messages have
         return part_from_mesh(
@@ -128,10 +116,7 @@ def part_of(request: PartRequest) -> Part:
 
 
 def estimator_name(method: str, restitution: float) -> str:
-    """The estimator that a name stands for.
-
-    Raises RequestError if it stands for none.
-    """
+    """The estimator that a name stands for; raises RequestError if it stands for none."""
     if method == AUTO:
         return best_method(restitution)
     if method in (HYBRID, SIMULATION):

@@ -1,4 +1,4 @@
-"""From pose statistics to their messages; pure functions."""
+"""From pose statistics to their messages, and which of two results is the better one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from ros_pose_stats_msgs.msg import (
 )
 
 from ... import records
+from ...records import DropScene
 from ...records.statistics import FORGOTTEN, POSE_FIELDS, STATISTICS_FIELDS
+from ...version import VERSION
 from .times import duration_message, time_message
 
 
@@ -32,22 +34,23 @@ class Answer:
     warnings: tuple[str, ...] = ()  # added to those of the statistics
 
 
-def statistics_message(found: records.PoseStatistics, answer: Answer) -> PoseStatisticsMessage:
+def statistics_message(statistics: records.PoseStatistics,
+                       answer: Answer) -> PoseStatisticsMessage:
     """Make the message."""
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(answer.stamp)
     message.header.frame_id = answer.frame
     for name in STATISTICS_FIELDS:
-        setattr(message, name, getattr(found, name))
-    message.scene = found.scene
+        setattr(message, name, getattr(statistics, name))
+    message.scene = statistics.scene
     message.plate = answer.plate
     message.compute_time = duration_message(
-        0.0 if math.isnan(found.seconds) else found.seconds)
+        0.0 if math.isnan(statistics.seconds) else statistics.seconds)
     message.job_id = answer.job_id
     message.revision = answer.revision
     message.final = answer.final
-    message.poses = [_pose(found.part_id, pose) for pose in found.poses]
-    message.warnings = [*found.warnings, *answer.warnings]
+    message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
+    message.warnings = [*statistics.warnings, *answer.warnings]
     return message
 
 
@@ -68,10 +71,7 @@ def with_warning(message: PoseStatisticsMessage, warning: str) -> PoseStatistics
 
 def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, reason: str
                      ) -> PoseStatisticsMessage:
-    """The last message about a part: no poses, and why.
-
-    `last`: the result that holds no more; `reason`: a sentence without its end.
-    """
+    """The last message about a part: no poses, and why."""
     message = PoseStatisticsMessage()
     message.header.stamp = time_message(stamp)
     message.header.frame_id = last.header.frame_id
@@ -82,11 +82,6 @@ def farewell_message(last: PoseStatisticsMessage, stamp: int, revision: int, rea
     message.final = True
     message.warnings = [f"{FORGOTTEN}{reason}; send the mesh again to get results."]
     return message
-
-
-def is_farewell(message: PoseStatisticsMessage) -> bool:
-    """Whether a message says that its part was forgotten."""
-    return not message.poses and any(line.startswith(FORGOTTEN) for line in message.warnings)
 
 
 def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
@@ -110,11 +105,11 @@ _DRAWN: WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]
 
 def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
     """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
-    found = _DRAWN.get(pose.shape)
-    if found is None:
-        found = _flat(pose.support_polygon), _flat(pose.outline)
-        _DRAWN[pose.shape] = found
-    return found
+    drawn = _DRAWN.get(pose.shape)
+    if drawn is None:
+        drawn = _flat(pose.support_polygon), _flat(pose.outline)
+        _DRAWN[pose.shape] = drawn
+    return drawn
 
 
 def _flat(points: NDArray[np.float64]) -> array[float]:
@@ -156,3 +151,45 @@ def _pose_of(message: StablePoseMessage) -> records.StablePose:
         roll_axis=np.array([message.roll_axis.x, message.roll_axis.y, message.roll_axis.z]),
         orientation=np.array([turn.x, turn.y, turn.z, turn.w]),
         position=np.array([position.x, position.y, position.z]), **plain)
+
+
+def known_error(message: PoseStatisticsMessage) -> float:
+    """Expected error of a result; where none has been measured, what a real plate leaves.
+
+    An estimate whose error nobody knows is taken to be as good as that, so that a handful of
+    drops does not push it aside.
+    """
+    error: float = message.expected_error
+    return float(message.plate_error) if math.isnan(error) else error
+
+
+def refutes(message: PoseStatisticsMessage) -> bool:
+    """Whether a result is of drops that contradicted an estimate."""
+    return any(line.startswith("CONFLICT:") for line in message.warnings)
+
+
+def replaces(new: PoseStatisticsMessage, old: PoseStatisticsMessage) -> bool:
+    """Whether a result takes the place of the latched one for the same scene.
+
+    A larger expected error never replaces a smaller one for the same digest, but that a
+    simulation ends what it has shown of itself: its last drops may raise the error a little.
+    Of two estimates the newer one counts, which is by the method that is wanted now. What drops
+    have refuted comes back only with as many drops behind it, however small the error that it
+    tells of itself.
+    """
+    if new.part_digest == old.part_digest and refutes(new) != refutes(old):
+        return new.drops >= old.drops
+    if not new.drops and not old.drops and new.method != old.method:
+        return True
+    if new.final and new.job_id and new.job_id == old.job_id:
+        return True
+    return new.part_digest != old.part_digest or known_error(new) <= known_error(old)
+
+
+def still_true(last: PoseStatisticsMessage, scene: DropScene) -> bool:
+    """Whether a result of the last run holds for its part in the present scene."""
+    if (last.version, last.restitution, last.cluster_tolerance, last.round_sides) != (
+            VERSION, scene.restitution, scene.cluster_tolerance, scene.round_sides):
+        return False
+    released = scene.release_height(last.radius)
+    return math.isnan(last.drop_height) or math.isclose(last.drop_height, released)

@@ -1,7 +1,5 @@
 """Stamps as whole nanoseconds and as messages."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,13 +1,15 @@
-"""What the node says of parts to others: latched results, markers, answers, and the bag's copy."""
+"""What the node says of parts to others: latched results, markers, answers."""
 
-from __future__ import annotations
-
+import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
@@ -16,18 +18,98 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
-from ros_pose_stats_msgs.msg import PoseStatistics
+from ros_pose_stats_msgs.msg import PoseStatistics, StablePose
 from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
-from ..floods import MOST_SWAPS, Floods
-from ..messages.markers import marker_array, poses_each, triangles_each
+from ...recording.writer import cdr as drawing
 from ..messages.part_requests import part_line, shown
 from ..messages.statistics_messages import farewell_message, with_warning
 from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
+from ..refusals import MOST_SWAPS, Floods
 from ..state import State
 from .known_part import KnownPart
+
+Array = NDArray[np.float64]
+
+MOST_POSES = 16
+"""Poses drawn of a part, the most probable ones."""
+
+MOST_DRAWN = 400
+"""Poses drawn in all; with many parts fewer of each."""
+
+MOST_TRIANGLES = 32_000
+"""Of the whole array, with some hundred drawn poses: 2.3 MB, at most once a second."""
+
+FINENESS = (4000, 2000, 1000, 500, 250, 100)
+"""Triangles of one drawn part; few steps, so that parts are seldom decimated anew."""
+
+GAP = 0.6
+"""Between the parts, in radii."""
+
+LETTER = 0.35
+"""Height of the labels, in radii."""
+
+
+def poses_each(parts: int) -> int:
+    """How many poses of each of so many parts are drawn."""
+    return max(1, min(MOST_POSES, MOST_DRAWN // max(parts, 1)))
+
+
+def triangles_each(drawn: int) -> int:
+    """How many triangles a drawn pose may have where `drawn` poses are drawn."""
+    return next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
+
+
+def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
+    """Serialised markers, one row a part with its triangles, its poses side by side."""
+    markers = [drawing.Marker(action=drawing.DELETE_ALL)]
+    y = 0.0
+    for result, triangles in rows:
+        y -= result.radius * (1.0 + 0.5 * GAP) if markers[1:] else 0.0
+        markers += _row(result, triangles, y, poses_each(len(rows)))
+        y -= result.radius * (1.0 + 0.5 * GAP)
+    return drawing.marker_array_message(markers)
+
+
+def _row(result: PoseStatistics, triangles: Array, y: float, most: int) -> list[drawing.Marker]:
+    corner = (-2.0 * result.radius, y, LETTER * result.radius)
+    markers = [_label(result, 0, result.part_id, corner)]
+    step = (2.0 + GAP) * result.radius
+    for place, pose in enumerate(result.poses[:most]):
+        x = place * step
+        markers.append(_body(result, pose, triangles, x, y))
+        text = f"{pose.index}: {100.0 * pose.probability:.1f} %"
+        if math.isnan(pose.probability):
+            text = f"{pose.index}: -"
+        markers.append(_label(result, pose.index + 1, text,
+                              (x, y, pose.top + 0.5 * LETTER * result.radius)))
+    return markers
+
+
+def _body(result: PoseStatistics, pose: StablePose, triangles: Array, x: float,
+          y: float) -> drawing.Marker:
+    where, turn = pose.pose.position, pose.pose.orientation
+    return drawing.Marker(
+        result.header.frame_id, f"{result.part_id}/poses", drawing.TRIANGLE_LIST,
+        (where.x + x, where.y + y, where.z, turn.x, turn.y, turn.z, turn.w),
+        color=_color(pose.probability), corners=triangles, number=pose.index)
+
+
+def _label(result: PoseStatistics, number: int, text: str,
+           where: tuple[float, float, float]) -> drawing.Marker:
+    return drawing.Marker(
+        result.header.frame_id, f"{result.part_id}/labels", drawing.TEXT_VIEW_FACING,
+        (*where, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, LETTER * result.radius), (0.1, 0.1, 0.1, 1.0),
+        text=text, number=number)
+
+
+def _color(probability: Any) -> tuple[float, ...]:
+    """From pale to deep blue with the probability."""
+    share = 0.0 if math.isnan(probability) else float(min(max(probability, 0.0), 1.0)) ** 0.5
+    return (0.85 - 0.75 * share, 0.88 - 0.5 * share, 0.92 - 0.2 * share, 1.0)
+
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -65,7 +147,7 @@ class Announcer:
                  introduce: Callable[[KnownPart], object], floods: Floods) -> None:
         self._node = node
         self._recorder, self._state = recorder, state
-        self._introduce = introduce
+        self.introduce = introduce
         self._floods = floods
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
@@ -87,7 +169,7 @@ class Announcer:
 
     def record_result(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put a result that is latched on record; the same, warned of where that fails."""
-        self._introduce(known)
+        self.introduce(known)
         if self._recorder.record(POSE_STATISTICS, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
@@ -153,7 +235,7 @@ class Announcer:
 
     def record_answer(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
         """Put an answer on record before it goes to a caller; warn where that fails."""
-        self._introduce(known)
+        self.introduce(known)
         if self._recorder.record(ANSWERS, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
@@ -177,6 +259,6 @@ class Announcer:
             shown = [self._shown[part_id] for part_id in sorted(self._shown)
                      if self._shown[part_id].known.source.is_built]
         each = poses_each(len(shown))
-        most = triangles_each(sum(min(len(one.message.poses), each) for one in shown))
+        most = triangles_each(sum(min(len(row.message.poses), each) for row in shown))
         self._markers.publish(marker_array(
-            [(one.message, visible_triangles(one.known.part, most)) for one in shown]))
+            [(row.message, visible_triangles(row.known.part, most)) for row in shown]))

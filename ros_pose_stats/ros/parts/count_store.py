@@ -1,12 +1,14 @@
-"""What cameras have counted of the parts: each message once, and kept before a result shows it."""
-
-from __future__ import annotations
+"""What cameras counted of the parts: each message once, and kept before a result shows it."""
 
 import hashlib
+import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseCounts, PoseStatistics
 
 from ... import records
@@ -14,12 +16,111 @@ from ...methods import OBSERVED
 from ...planning.confidence import observe_counts
 from ...recording.analysis.decoding import numbering_of
 from ...records.scene import Numbering
+from ...resting.poses import resting_poses
+from ...statistics.chi_square import homogeneity
+from ...text import percent
+from ..messages.part_requests import shown
 from ..messages.statistics_messages import statistics_of_message
+from ..refusals import Health
 from ..settings import Settings
 from ..state import Change, State
-from .cell_counts import CellCounts, Ground
 from .known_part import KnownPart
 from .part_store import PartStore
+
+Index = NDArray[np.int64]
+
+RECENT: Final = 400
+"""Parts that are compared with all those before."""
+
+CHANCE: Final = 1e-4
+"""Below it, a change is more than chance: a cell that does not change alarms once in some
+hundred thousand parts."""
+
+
+class Ground(NamedTuple):
+    """What counts must have in common to be added: numbers of the poses, and the plate."""
+
+    numbering: Numbering
+    plate: str
+
+    def goes_on_as(self, other: "Ground", known: KnownPart) -> bool:
+        """Whether only `round_sides` is new, and the poses of the part keep their numbers.
+
+        A plate that was fitted may bring sides of its own; what it was fitted to still counts.
+        """
+        tolerance, sides = self.numbering
+        new = other.numbering.round_sides
+        return (other == Ground(Numbering(tolerance, new), self.plate)
+                and resting_poses(known.part, tolerance, sides).is_numbered_like(
+                    resting_poses(known.part, tolerance, new)))
+
+
+class CellCounts:
+    """Counts of a part's poses, and whether the last ones differ from those before."""
+
+    def __init__(self, ground: Ground, total: Index, series: int) -> None:
+        self.ground = ground
+        self.series = series
+        self._total = total.copy()
+        self._recent: deque[Index] = deque()
+        self._seen = 0
+        self._drift: str | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def total(self) -> Index:
+        """Parts (P,) seen in each pose, by `index`."""
+        with self._lock:
+            return self._total.copy()
+
+    def add(self, counts: PoseCounts) -> int:
+        """Add what a camera counted, of poses that the part has; how many parts that is."""
+        new = np.zeros_like(self._total)
+        for index, count in zip(counts.index, counts.count, strict=True):
+            new[index] += count
+        seen = int(new.sum())
+        if not seen:
+            return 0
+        with self._lock:
+            self._total += new
+            self._drift = None
+            self._recent.append(new)
+            self._seen += seen
+            while self._seen - int(self._recent[0].sum()) >= RECENT:
+                self._seen -= int(self._recent.popleft().sum())
+        return seen
+
+    def drift(self) -> str:
+        """How the last parts differ from those before beyond chance; empty if they do not."""
+        with self._lock:
+            if self._drift is None:
+                recent = np.sum(self._recent, axis=0) if self._recent else 0 * self._total
+                self._drift = _describe_drift(recent, self._total - recent)
+            return self._drift
+
+
+def _describe_drift(recent: Index, before: Index) -> str:
+    if min(recent.sum(), before.sum()) < RECENT:
+        return ""
+    test = homogeneity(before, recent)
+    if not test.p_value < CHANCE:
+        return ""
+    now, then = recent / recent.sum(), before / before.sum()
+    most = int(np.abs(now - then).argmax())
+    return (f"of the last {recent.sum()} parts {percent(now[most])} % lie in pose {most}, of the "
+            f"{before.sum()} before {percent(then[most])} % did")
+
+
+def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
+    """The line of diagnostics about what cameras counted, and what has changed in it."""
+    counted = {part_id: counts for part_id, counts in parts.items() if counts is not None}
+    changed = {f"changed {shown(part_id)}": drift for part_id, counts in counted.items()
+               if (drift := counts.drift())}
+    total = sum(int(counts.total.sum()) for counts in counted.values())
+    text = next((f"{name}: {drift}" for name, drift in changed.items()),
+                f"{total} parts counted of {len(counted)} kinds")
+    return Health(bool(changed), text, {"kinds counted": len(counted), "parts counted": total,
+                                        **changed})
 
 
 class CountStore:
@@ -42,11 +143,7 @@ class CountStore:
         return [self._new.pop(part_id) for part_id in list(self._new)]
 
     def add_counts(self, known: KnownPart, counts: PoseCounts) -> bool:
-        """Learn from what a camera counted, if on this plate.
-
-        `counts`: of its poses as they are numbered now. Returns false for a message that has come
-        before: each counts once.
-        """
+        """Learn from what a camera counted on this plate; false for what came before."""
         if counts.plate not in ("", self._settings().plate):
             return True
         ground, shown = self._ground(counts), known.shown
@@ -68,10 +165,7 @@ class CountStore:
         return True
 
     def name_plate(self, plate: str) -> bool:
-        """Take what was counted on a plate without a name for counted on this one.
-
-        Returns whether the state has that on the disk.
-        """
+        """Take counts of a nameless plate for counts of this one; whether the disk has that."""
         changes = []
         for known in self._parts.all():
             with known.numbers.lock:
@@ -107,5 +201,5 @@ class CountStore:
             counts.ground = ground
         if counts.ground != ground:
             return None
-        found = observe_counts(statistics_of_message(message), counts.total)
-        return found if found.method == OBSERVED else None
+        combined = observe_counts(statistics_of_message(message), counts.total)
+        return combined if combined.method == OBSERVED else None

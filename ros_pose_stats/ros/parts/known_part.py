@@ -1,18 +1,23 @@
-"""A part that the node knows: what the part store writes of it, and what the result store does."""
-
-from __future__ import annotations
+"""A part that the node knows, and the same with its centre of mass somewhere else."""
 
 import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseStatistics
 
+from ...mesh.parts import shift_center
 from ...records import DropScene, Part
-from .cell_counts import CellCounts
+from ...text import listed, millimetres
+from .memory import Memory
+
+if TYPE_CHECKING:
+    from .count_store import CellCounts
 
 T = TypeVar("T")
 
@@ -52,7 +57,7 @@ class Shown:
     # the best estimate or simulation for that scene, as it was before it was latched: under
     # another number, and combined with the counts where there are any
     model: PoseStatistics | None = None
-    counts: CellCounts | None = None  # what cameras counted of it
+    counts: "CellCounts | None" = None  # what cameras counted of it
     counted: int = 0  # number of the change of the state that has all of the counts
     scene: DropScene | None = None  # that the latched result is for
     published: float = 0.0  # when it was published, by the monotonic clock
@@ -110,3 +115,41 @@ def known_as(part: Part, like: KnownPart | None = None) -> KnownPart:
         return KnownPart(part.part_id, part.digest, b"", NODE_SCENE, PartSource(part))
     return KnownPart(like.part_id, part.digest, like.content, like.scene_override,
                      PartSource(part), like.numbers)
+
+
+BUILT_BYTES = 64 * 2**20
+"""Of parts that are kept because they may come again."""
+
+
+def memory_of_parts() -> Memory[Any, Part]:
+    """Parts by any key, as far as they take `BUILT_BYTES` with what is prepared of them."""
+    return Memory(BUILT_BYTES,
+                  lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
+
+
+class ShiftedParts:
+    """Shifts centres of mass, and keeps the parts whose poses may be asked for again."""
+
+    def __init__(self) -> None:
+        self._parts: Memory[tuple[str, str, bytes], Part] = memory_of_parts()
+
+    def shift(self, known: KnownPart, offset: NDArray[np.float64]) -> KnownPart:
+        """The part with its centre of mass shifted by `offset` (3,) metres, not latched.
+
+        Raises MassPropertiesError if that leads out of the part's hull.
+        """
+        if not offset.any():
+            return known
+        key = known.part_id, known.digest, offset.tobytes()
+        part = self._parts.get(key)
+        if part is None:
+            part = shift_center(known.part, offset)
+            self._parts.put(key, part)
+        return known_as(part, known)
+
+
+def shift_warning(offset: NDArray[np.float64]) -> str:
+    """What the answer for a shifted centre of mass says of it."""
+    return (f"COM_SHIFTED: the centre of mass is shifted by "
+            f"{listed([millimetres(float(x)) for x in offset])} mm along the part's axes, the "
+            f"inertia about it is kept; what is latched is of the part as it was sent.")

@@ -1,7 +1,5 @@
 """Values that are kept up to a bound; the least recently used is let go of first."""
 
-from __future__ import annotations
-
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -12,11 +10,7 @@ V = TypeVar("V")
 
 
 class Memory(Generic[K, V]):
-    """A bounded dictionary for several threads.
-
-    `most`: bound of the sum of weights; the newest value stays in any case; `weight`: of a value;
-    default: each counts 1.
-    """
+    """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
 
     def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
         self._most = most
@@ -41,12 +35,6 @@ class Memory(Generic[K, V]):
             self._sum += self._weight(value)
             while self._sum > self._most and len(self._values) > 1:
                 self._sum -= self._weight(self._values.popitem(last=False)[1])
-
-    def drop(self, key: K) -> None:
-        """Let go of a value, if it is kept."""
-        with self._lock:
-            if key in self._values:
-                self._sum -= self._weight(self._values.pop(key))
 
     def clear(self) -> None:
         """Let go of everything."""

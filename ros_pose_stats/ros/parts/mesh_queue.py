@@ -1,7 +1,5 @@
 """Meshes on their way to become parts, in two lanes: what takes long holds up nothing quick."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -59,10 +57,7 @@ class _Task:
     lane: Lane = Lane.QUICK  # in which it waits
 
     def do(self) -> bool:
-        """Do it; what comes of it belongs to whoever asked, if they still wait.
-
-        Returns false where it needs more time than the quick lane has.
-        """
+        """Do it for whoever asked; false where it needs more time than the quick lane has."""
         with suppress(InvalidStateError):  # the queue was closed just now
             try:
                 self.future.set_result(self.work())
@@ -138,10 +133,7 @@ class MeshQueue:
         return task.future
 
     def check_room(self, size: int, part_id: str = "", large: bool = False) -> None:
-        """Refuse what `put_first` would refuse.
-
-        Raises RequestError if there is no room for it.
-        """
+        """Refuse what `put_first` would refuse; raises RequestError if there is no room for it."""
         with self._changed:
             problem = self._lack_of_room(_Task(lambda: None, size, part_id, large, Rank.URGENT))
         if problem is not None:
@@ -158,7 +150,7 @@ class MeshQueue:
         """The lane of a task, as large as it is and behind those of its name."""
         others = self._names.get(task.part_id, [])
         before = others[:others.index(task)] if task in others else others
-        slow = task.large or any(one.lane is Lane.SLOW for one in before)
+        slow = task.large or any(other.lane is Lane.SLOW for other in before)
         return Lane.SLOW if slow else Lane.QUICK
 
     def _lack_of_room(self, task: _Task) -> RequestError | None:
@@ -249,10 +241,7 @@ class MeshQueue:
             return sum(len(tasks) for lane in self._lanes.values() for tasks in lane)
 
     def close(self) -> bool:
-        """Drop what waits, finish what is in hand if that is soon done.
-
-        Returns whether nothing is computed any more.
-        """
+        """Drop what waits, finish what soon is; whether nothing is computed any more."""
         with self._changed:
             self._closed = True
             waiting = [tasks for ranks in self._lanes.values() for tasks in ranks]

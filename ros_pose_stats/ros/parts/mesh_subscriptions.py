@@ -1,7 +1,5 @@
 """Meshes from their topics: received, queued, and taken by the store or refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
@@ -35,10 +33,7 @@ def failed(error: Exception) -> Future[Any]:
 
 
 class MeshSubscriptions:
-    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes.
-
-    `take_part`: makes a known part of it.
-    """
+    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings],
                  take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue,

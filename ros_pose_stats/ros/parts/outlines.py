@@ -1,7 +1,5 @@
 """True outlines of a part in its poses, for those who plan grips: one request after the other."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -47,33 +45,29 @@ class Outlines:
         self._worker = Worker(prepare)
         self._waiting: set[Future[list[Outline]]] = set()
 
-    def begin(self, part: Part, found: PoseStatistics,
+    def begin(self, part: Part, result: PoseStatistics,
               heights: Sequence[float]) -> Future[list[Outline]]:
-        """Have outlines computed in each pose of a result, in its order, at each height.
-
-        `heights`: above the plate, metres; negative: as seen from above. Raises RequestError if a
-        height is no finite number, or there would be too much to compute.
-        """
+        """Have outlines computed in each pose of a result, in its order, at each height."""
         wrong = next((height for height in heights if not np.isfinite(height)), None)
         if wrong is not None:
             raise RequestError("heights above the plate in metres", f"{wrong}",
                                "a negative one asks for the outline from above")
-        triangles, wanted = len(part.surface_triangles), len(found.poses) * len(heights)
+        triangles, wanted = len(part.surface_triangles), len(result.poses) * len(heights)
         most = MOST_WORK // (triangles + OUTLINE)
         if wanted > most:
             raise RequestError(
                 f"at most {most} outlines of {triangles} triangles in an answer",
-                f"{wanted} ({len(found.poses)} poses, {len(heights)} heights)",
+                f"{wanted} ({len(result.poses)} poses, {len(heights)} heights)",
                 "ask for fewer heights at once, or use outline_at of the library")
-        self._waiting = {one for one in self._waiting if not one.done()}
+        self._waiting = {request for request in self._waiting if not request.done()}
         if len(self._waiting) >= MOST_WAITING:
             raise RequestError(f"at most {MOST_WAITING} requests for outlines waiting",
                                f"{len(self._waiting)}", "ask again in a moment")
         try:
             coming = self._pool.submit(
-                self._compute, part, [pose.index for pose in found.poses],
-                [float(height) for height in heights], found.cluster_tolerance,
-                int(found.round_sides))
+                self._compute, part, [pose.index for pose in result.poses],
+                [float(height) for height in heights], result.cluster_tolerance,
+                int(result.round_sides))
         except RuntimeError as error:  # closed
             raise RequestError("a running node", "one that is ending", "start it again") from error
         self._waiting.add(coming)
@@ -85,7 +79,7 @@ class Outlines:
         if not is_large(part):
             return outlines_of(*asked)
         try:
-            found = self._worker.call_within(SECONDS, try_outlines, *asked)
+            outlines = self._worker.call_within(SECONDS, try_outlines, *asked)
         except TookLongError as error:
             raise RequestError(f"outlines that take at most {SECONDS:g} s",
                                f"{len(poses) * len(heights)} of {len(part.triangles)} triangles",
@@ -93,9 +87,9 @@ class Outlines:
         except (ProcessDiedError, BatchError) as error:
             raise RequestError("a process that computes the outlines to its end",
                                f"one that {error}", "ask again") from error
-        if isinstance(found, PoseStatsError):
-            raise found
-        return found
+        if isinstance(outlines, PoseStatsError):
+            raise outlines
+        return outlines
 
     def close(self) -> None:
         """Give up what waits and what is computed in the process."""
@@ -106,15 +100,15 @@ class Outlines:
 def outlines_of(part: Part, poses: list[int], heights: list[float], tolerance: float,
                 sides: int) -> list[Outline]:
     """Outlines in each pose, by its index, at each height."""
-    found, resting = [], resting_poses(part, tolerance, sides).poses
+    outlines, resting = [], resting_poses(part, tolerance, sides).poses
     for index in poses:
         for height in heights:
             polygons = outline_at(part, resting[index], None if height < 0.0 else height)
             rings = [ring for polygon in polygons for ring in polygon]
             points = np.concatenate([ring.ravel() for ring in rings]) if rings else np.empty(0)
-            found.append(Outline([len(ring) for ring in rings],
+            outlines.append(Outline([len(ring) for ring in rings],
                                  points.astype(np.float64).tobytes()))
-    return found
+    return outlines
 
 
 def try_outlines(*asked: Any) -> list[Outline] | PoseStatsError:
@@ -125,10 +119,10 @@ def try_outlines(*asked: Any) -> list[Outline] | PoseStatsError:
         return refusal
 
 
-def outline_messages(found: PoseStatistics, heights: Sequence[float],
+def outline_messages(result: PoseStatistics, heights: Sequence[float],
                      outlines: list[Outline]) -> list[PoseOutline]:
     """The outlines of a result as messages."""
-    asked = [(pose.pose_id, float(height)) for pose in found.poses for height in heights]
-    return [PoseOutline(pose_id=pose_id, height=height, corners=array("I", one.corners),
-                        points=array("d", one.points))
-            for (pose_id, height), one in zip(asked, outlines, strict=True)]
+    asked = [(pose.pose_id, float(height)) for pose in result.poses for height in heights]
+    return [PoseOutline(pose_id=pose_id, height=height, corners=array("I", outline.corners),
+                        points=array("d", outline.points))
+            for (pose_id, height), outline in zip(asked, outlines, strict=True)]

@@ -1,7 +1,5 @@
 """Builds parts: small ones here, what takes long in a process that can be stopped."""
 
-from __future__ import annotations
-
 import os
 from typing import Any, NamedTuple
 
@@ -61,10 +59,7 @@ def prepare() -> None:
 
 
 def build(request: PartRequest | Part, scene: DropScene) -> _Built | PoseStatsError | str:
-    """Build a part as far as its first estimate and its first picture; called in that process.
-
-    Returns the refusal of a bad mesh, or what failed inside the program.
-    """
+    """Build a part with its first estimate and picture, in that process; or what went wrong."""
     try:
         part = request if isinstance(request, Part) else part_of(request)
         estimate_in(part, scene, AUTO)
@@ -83,11 +78,7 @@ class PartBuilder:
         self._worker = Worker(prepare)
 
     def build(self, request: PartRequest, scene: DropScene, quick: bool) -> Part:
-        """Build a part.
-
-        `quick`: whether only what takes moments is to be built. Raises PoseStatsError with one
-        line that says what is wrong. Raises TakesLongError if it is not built for taking longer.
-        """
+        """Build a part; raises TakesLongError where only what is `quick` is to be built."""
         if not is_large(request):
             try:
                 with within(HERE_SECONDS):

@@ -1,7 +1,5 @@
 """What parts the node knows: built once, kept in the state, the least recently used forgotten."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 from collections import OrderedDict
@@ -20,15 +18,12 @@ from ..messages.times import now, time_message
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
 from ..state.tables import Row
-from .known_part import KnownPart, Numbers, PartSource
+from .known_part import KnownPart, Numbers, PartSource, memory_of_parts
 from .memory import Memory
 from .part_builder import NotBuiltError
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
-
-BUILT_BYTES = 64 * 2**20
-"""Of parts kept after another mesh of the same name has come: the first may come again."""
 
 NUMBERED = 1024
 """Forgotten parts whose revisions go on where they come again."""
@@ -69,31 +64,25 @@ class MeshLog:
 
 
 class PartStore:
-    """Known parts by their id.
+    """Known parts by their id."""
 
-    `build`: makes a `Part` of a `PartRequest`; `on_forgotten`: told a part that made room or was
-    forgotten, when (nanoseconds), and why. Attributes `log`: puts their meshes on record.
-    """
-
-    def __init__(self, recorder: Recorder, state: State, log: MeshLog,
+    def __init__(self, recorder: Recorder, state: State,
+                 introduce: Callable[[KnownPart], object],
                  build: Callable[[PartRequest], Part],
                  on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
-        self._recorder, self._state, self.log = recorder, state, log
+        self._recorder, self._state, self._introduce = recorder, state, introduce
         self._build_part, self._on_forgotten = build, on_forgotten
         self._parts: OrderedDict[str, KnownPart] = OrderedDict()
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
         self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
-        self._built: Memory[tuple[str, bytes], Part] = Memory(
-            BUILT_BYTES, lambda part: 2 * part.vertices.nbytes + 3 * part.triangles.nbytes)
+        # also after another mesh of the same name has come
+        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
         self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
 
     def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
-        """Know the parts of the state again, the last used ones; each is built when asked for.
-
-        The least recently used first.
-        """
+        """Know the parts of the state again, the last used ones; each is built when asked for."""
         rows = sorted(self._state.rows("parts"), key=lambda row: row[-1])
         with self._lock:
             for part_id, digest, content, restitution, drop_height, size, _ in rows:
@@ -105,10 +94,7 @@ class PartStore:
         return self.all()
 
     def _rebuild(self, part_id: str, digest: str) -> Part:
-        """Build a part of an earlier run.
-
-        Raises PoseStatsError.
-        """
+        """Build a part of an earlier run; raises PoseStatsError."""
         message = self._state.mesh(part_id)
         if message is None:
             raise MeshError(f"the mesh of {shown(part_id)} beside the state file", "none that is "
@@ -162,8 +148,8 @@ class PartStore:
                 part = self._build_part(request)
             except NotBuiltError:  # the mesh may be good
                 raise
-            except PoseStatsError as found:
-                self._refused.put(key, found)
+            except PoseStatsError as error:
+                self._refused.put(key, error)
                 raise
             self._built.put(key, part)
         return part
@@ -184,12 +170,12 @@ class PartStore:
         with known.numbers.lock:
             other = self.current(known.part_id)
             if other is not None:
-                self.log.introduce(other)
+                self._introduce(other)
             gone = [] if other is None or other.digest == known.digest else [
                 Change("counts", known.part_id, None)]
             known.change = self._state.put_mesh(
                 known.part_id, message, Change("parts", known.part_id, self._row(known)), *gone)
-            self.log.introduce(known)
+            self._introduce(known)
             with self._lock:
                 self._parts.pop(known.part_id, None)
                 self._parts[known.part_id] = known
@@ -223,19 +209,16 @@ class PartStore:
             return self._parts.get(part_id)
 
     def known(self, part_id: str) -> KnownPart:
-        """A part, which counts as used now.
-
-        Raises RequestError if it is not known.
-        """
-        found = self.find(part_id)
-        if found is None:
+        """A part, which counts as used now; raises RequestError if it is not known."""
+        known = self.find(part_id)
+        if known is None:
             with self._lock:
                 names = sorted(self._parts)
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
                                shown(part_id), "publish its mesh on ~/part_mesh, or send the part "
                                "with the request")
-        return found
+        return known
 
     def all(self) -> list[KnownPart]:
         """All parts, the least recently used first."""

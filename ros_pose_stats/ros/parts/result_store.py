@@ -1,7 +1,5 @@
 """The results of the parts, and which one of them each part shows."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -10,6 +8,7 @@ from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
+from std_msgs.msg import Header
 
 from ... import records
 from ...estimators.estimate import estimate_in
@@ -25,7 +24,6 @@ from .count_store import CountStore
 from .known_part import KnownPart
 from .memory import Memory
 from .part_store import PartStore
-from .result_rules import known_error, labelled, replaces, still_true
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -53,15 +51,12 @@ class Key(NamedTuple):
 
 
 class ResultStore:
-    """Estimates, numbers and remembers results, and latches the best one of each part.
-
-    Attributes `parts`: what they are of.
-    """
+    """Estimates, numbers and remembers results, and latches the best one of each part."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
                  announcer: Announcer, state: State) -> None:
         self._settings = settings
-        self.parts = parts
+        self._parts = parts
         self._counts = counts
         self._announcer = announcer
         self._state = state
@@ -78,10 +73,10 @@ class ResultStore:
         settings = self._settings()
         check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
-        known, new = self.parts.resolve(request)
+        known, new = self._parts.resolve(request)
         if new:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self.parts.put(known, request, settings.max_parts, settings.max_part_bytes)
+            self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
             self.show_best(known)
             self._announcer.announce_part(known)
         return known, new
@@ -101,20 +96,17 @@ class ResultStore:
         self._counts.restore(known)
 
     def show_restored(self, known: KnownPart) -> bool:
-        """Latch what an earlier run has latched, where it holds in the present scene.
-
-        Returns false where it does not, so that there is nothing to show yet.
-        """
+        """Latch what an earlier run has latched; whether it holds in the present scene."""
         shown, settings = known.shown, self._settings()
         scene, last, model = settings.scene(known.scene_override), shown.latched, shown.model
         if last is None or model is None or last.part_digest != known.digest or not (
-                still_true(model, scene)):
+                messages.still_true(model, scene)):
             shown.latched = shown.model = None
             return False
         with known.numbers.lock:
             if last is model:
-                last = model = labelled(model, settings)
-            shown.model, shown.latched, shown.scene = labelled(model, settings), last, scene
+                last = model = _labelled(model, settings)
+            shown.model, shown.latched, shown.scene = _labelled(model, settings), last, scene
             shown.published = time.monotonic()
             known.numbers.newest = known.numbers.shown = max(known.numbers.newest, last.revision)
             observed = last.method == OBSERVED
@@ -133,7 +125,7 @@ class ResultStore:
         for known in self._counts.take_new():
             with known.numbers.lock:
                 shown = known.shown
-                if (self.parts.current(known.part_id) is known and shown.model is not None
+                if (self._parts.current(known.part_id) is known and shown.model is not None
                         and shown.scene is not None):
                     self._latch(known, shown.model, shown.scene)
         for part_id in list(self._waiting):
@@ -141,7 +133,7 @@ class ResultStore:
             if waiting is None or waiting.shown.latched is None:
                 continue
             with waiting.numbers.lock:
-                if self.parts.current(part_id) is waiting:
+                if self._parts.current(part_id) is waiting:
                     self._announcer.record_result(waiting, waiting.shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
@@ -156,7 +148,7 @@ class ResultStore:
             yield best
         with known.numbers.lock:  # until it is offered, so that nothing comes in between
             if known.shown.model is not None and known.shown.scene == scene:
-                yield labelled(known.shown.model, self._settings())
+                yield _labelled(known.shown.model, self._settings())
         yield self.estimate(known, "", scene)
 
     def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
@@ -165,40 +157,38 @@ class ResultStore:
         return self._results.get(self._key(name, known, scene)) is not None
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
-        """An analytic result, from memory where it was asked for before.
-
-        Raises PoseStatsError if the method is unknown, or the part has no equilibrium.
-        """
+        """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
         name = estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
-        found = self._results.get(key)
-        if found is None:
-            found = self.number_result(known, estimate_in(known.part, scene, name), settings)
-            self._results.put(key, found)
-        return found
+        message = self._results.get(key)
+        if message is None:
+            message = self.number_result(known, estimate_in(known.part, scene, name), settings)
+            self._results.put(key, message)
+        return message
 
     def keep_refinement(self, known: KnownPart, message: PoseStatistics,
                         scene: DropScene) -> None:
         """Remember drops that refined an estimate, for whoever asks again, in any scene."""
         key = self._key(REFINED, known, scene)
         before = self._results.get(key)
-        if before is None or replaces(message, before):
+        if before is None or messages.replaces(message, before):
             self._results.put(key, message)
 
     def find_drops(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
         """The best end result of drops that is remembered for a scene."""
-        found = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
-        ended = [one for one in found if one is not None and one.drops and one.final]
-        return min(ended, key=known_error, default=None)
+        results = [self._results.get(self._key(role, known, scene)) for role in (REFINED, BEST)]
+        ended = [result for result in results
+                 if result is not None and result.drops and result.final]
+        return min(ended, key=messages.known_error, default=None)
 
-    def number_result(self, known: KnownPart, found: records.PoseStatistics, settings: Settings,
-                      job_id: str = "", final: bool = True,
+    def number_result(self, known: KnownPart, statistics: records.PoseStatistics,
+                      settings: Settings, job_id: str = "", final: bool = True,
                       warnings: tuple[str, ...] = ()) -> PoseStatistics:
         """Make the message of a new result of a part, with the error of the settings' plate."""
-        if found.method != OBSERVED:
-            found = replace(found, plate_error=settings.plate_error)
-        return messages.statistics_message(found, messages.Answer(
+        if statistics.method != OBSERVED:
+            statistics = replace(statistics, plate_error=settings.plate_error)
+        return messages.statistics_message(statistics, messages.Answer(
             now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
             warnings))
 
@@ -221,13 +211,13 @@ class ResultStore:
     def _is_better(self, known: KnownPart, message: PoseStatistics, scene: DropScene) -> bool:
         """Whether a result is to take the place of what a part shows of its present scene."""
         shown = known.shown
-        if self.parts.current(known.part_id) is not known or (
+        if self._parts.current(known.part_id) is not known or (
                 message is shown.latched or message is shown.model):
             return False
         if self._settings().scene(known.scene_override) != scene:
             return False
         if (shown.scene == scene and shown.model is not None
-                and not replaces(message, shown.model)):
+                and not messages.replaces(message, shown.model)):
             return False
         return message.final or self.is_due(known, scene)
 
@@ -266,3 +256,16 @@ class ResultStore:
         settings = self._settings()
         return Key(role, known.part_id, known.digest, scene, settings.plate,
                    settings.plate_error, settings.plate_frame)
+
+
+def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:
+    """The same with the present frame and plate; itself if it has them or was counted."""
+    if message.method == OBSERVED or (
+            message.plate, message.header.frame_id, message.plate_error) == (
+            settings.plate, settings.plate_frame, settings.plate_error):
+        return message
+    named = messages.copied(message)
+    named.header = Header(stamp=message.header.stamp, frame_id=settings.plate_frame)
+    named.plate, named.plate_error = settings.plate, settings.plate_error
+    named.revision += 1
+    return named

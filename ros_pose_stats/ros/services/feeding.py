@@ -1,11 +1,7 @@
 """The service `~/feeding`: what a feeder gets out of a part's present result."""
 
-from __future__ import annotations
-
 import math
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -14,26 +10,19 @@ from ros_pose_stats_msgs.srv import FeedingAnswer
 
 from ...errors import RequestError
 from ...records import DropScene, FlipStatistics
-from ...statistics.feeding import (
-    Feeding,
-    check_cycle_time,
-    check_rate,
-    check_wanted,
-    drop_afresh,
-    flip_wrong_ones,
-)
+from ...statistics import feeding
 from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs
-from ..jobs.flips import FlipReports, flip_key, flips_in_all
+from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import statistics_of_message
 from ..parts.known_part import KnownPart, at_hand
 from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
+from .goals import flat
 from .requests import ending
 from .services import Later, refusing
-from .simulate_flips import flat
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -56,10 +45,7 @@ class FeedingService:
         self._jobs = jobs
         self._reports = reports
         self._goals = goals
-        self._waiting: dict[str, list[Future[Job]]] = {}
-        self._lock = threading.Lock()
         self.say_failure = node.get_logger().error
-        reports.on_end = self._tell
         node.serve(FeedingAnswer, "~/feeding", self.answer)
 
     @refusing
@@ -72,18 +58,22 @@ class FeedingService:
             raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
                                "ask again in a moment")
         kick = self._settings().kick(request.kick_height)
-        check_wanted(request.wanted, len(latched.poses))
-        check_rate(request.rate)
-        check_cycle_time(request.cycle_time)
+        feeding.check_wanted(request.wanted, len(latched.poses))
+        feeding.check_rate(request.rate)
+        feeding.check_cycle_time(request.cycle_time)
         if kick == 0.0:
             _answer(request, response, latched, None)
             return None
-        found = self._remembered(known, scene, kick, len(latched.poses))
-        if found is not None:
-            _answer(request, response, latched, found)
+        flips = self._remembered(known, scene, kick, len(latched.poses))
+        if flips is not None:
+            _answer(request, response, latched, flips)
             return None
-        job = self._start(known, scene, kick)
-        return Later(self._end_of(job), partial(self._go_on, request, response, latched, job))
+        settings = self._settings()
+        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
+        job = self._jobs.submit(
+            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
+                        kick_height=kick), at_hand(known.part), settings)
+        return Later(job.finished, partial(self._go_on, request, response, latched, job))
 
     def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
@@ -93,65 +83,43 @@ class FeedingService:
         enough = flips_in_all(poses, 0, self._settings()) if own is None else own.flips
         return of_goals if of_goals is not None and of_goals.flips >= enough else own
 
-    def _start(self, known: KnownPart, scene: DropScene, kick: float) -> Job:
-        settings = self._settings()
-        seconds = min(FLIP_SECONDS, settings.max_job_seconds)
-        return self._jobs.submit(
-            FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                        kick_height=kick), at_hand(known.part), settings)
-
     def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:
         """Answer once the flips are there."""
-        found = self._reports.of_job(job.job_id)
+        flips = self._reports.of_job(job.job_id)
         if job.cancel_reason:  # nobody but the node itself cancels
             raise ending()
-        if found is None:
+        if flips is None:
             response.success, response.message = False, job.message
             return
-        _answer(request, response, latched, found)
-
-    def _end_of(self, job: Job) -> Future[Job]:
-        """The end of a job, which may be past."""
-        coming: Future[Job] = Future()
-        with self._lock:
-            if not job.finished.is_set():
-                self._waiting.setdefault(job.job_id, []).append(coming)
-                return coming
-        return at_hand(job)
-
-    def _tell(self, job: Job) -> None:
-        with self._lock:
-            waiting = self._waiting.pop(job.job_id, [])
-        for coming in waiting:
-            coming.set_result(job)
+        _answer(request, response, latched, flips)
 
 
 def _answer(request: Any, response: Any, latched: PoseStatistics,
             flips: FlipStatistics | None) -> None:
     """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
     dropped = pose_shares(statistics_of_message(latched))
-    said = f"{latched.drops} drops" if latched.drops else "an estimate"
+    basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
-        said = f"{latched.observed} parts seen"
-    said = f"From {said} ({latched.method})"
+        basis = f"{latched.observed} parts seen"
+    basis = f"From {basis} ({latched.method})"
     if flips is None:
-        found = drop_afresh(dropped, request.wanted, request.rate)
+        gain = feeding.drop_afresh(dropped, request.wanted, request.rate)
     else:
-        found = flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
+        gain = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
                                 request.cycle_time)
         response.transition = flat(flips.transition)
-        said += f" and {flips.flips} flips"
-    fill_response(response, found)
+        basis += f" and {flips.flips} flips"
+    fill_response(response, gain)
     if math.isnan(dropped.drops):
-        said += (f"; the error of {latched.method} is not known here, so there are no intervals: "
+        basis += (f"; the error of {latched.method} is not known here, so there are no intervals: "
                  f"drop the part")
-    response.message = f"{said}."
+    response.message = f"{basis}."
 
 
-def fill_response(response: Any, found: Feeding) -> None:
+def fill_response(response: Any, gain: feeding.Feeding) -> None:
     """Put the numbers and their bounds into a response."""
-    for name, number in (("accepted", found.accepted), ("passes", found.passes),
-                         ("flips", found.flips), ("accepted_per_minute", found.per_minute)):
+    for name, number in (("accepted", gain.accepted), ("passes", gain.passes),
+                         ("flips", gain.flips), ("accepted_per_minute", gain.per_minute)):
         value, low, high = number
         setattr(response, name, value)
         setattr(response, f"{name}_low", low)

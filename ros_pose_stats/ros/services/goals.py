@@ -1,20 +1,33 @@
-"""Actions whose goals are jobs, with feedback and cancel."""
+"""The actions `~/simulate_drops` and `~/simulate_flips`: goals that are jobs."""
 
 from __future__ import annotations
 
 import threading
 import time
 from abc import ABC, abstractmethod
+from array import array
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
+from ros_pose_stats_msgs.action import SimulateDrops, SimulateFlips
+from ros_pose_stats_msgs.msg import PartMesh
 
-from ...errors import PoseStatsError
-from ..jobs import Job, Jobs, State
+from ...errors import PoseStatsError, RequestError
+from ...resting.poses import are_found
+from ..jobs import FlipRequest, Job, Jobs, State
+from ..jobs.job_reports import JobReports
+from ..jobs.run import FlipReports, flips_in_all, pose_count
+from ..parts.known_part import at_hand
+from ..parts.part_builder import is_large
+from ..parts.part_store import PartStore
+from ..settings import Settings
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
+from .requests import Requests
 
 FEEDBACK_SECONDS = 0.1
 CANCEL_SECONDS = 5.0
@@ -28,14 +41,6 @@ RESULT_SECONDS = 900
 """Results can be asked for this long after the end."""
 
 
-class Reports(Protocol):
-    """The listener of a queue, which passes on what happens to a job."""
-
-    on_progress: Callable[[Job], object]
-    on_started: Callable[[Job], object]
-    on_end: Callable[[Job], object]
-
-
 class GoalServer(ABC):
     """Ties goals to jobs; several goals that ask for the same have one job.
 
@@ -43,19 +48,14 @@ class GoalServer(ABC):
     that runs.
     """
 
-    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs,
-                 reports: Reports) -> None:
-        self._node = node
-        self._name = name
-        self._jobs = jobs
+    def __init__(self, node: AnsweringNode, kind: Any, name: str, jobs: Jobs) -> None:
+        self._node, self._name, self._jobs = node, name, jobs
         self._goals: dict[str, list[ServerGoalHandle]] = {}
         self._asked: dict[int, tuple[Any, Job | str]] = {}
         self._waiting: dict[str, bytes] = {}
         self._ending = 0
         self._lock = threading.Lock()
         self._next_feedback = 0.0
-        reports.on_started, reports.on_progress = self._begin, self._feedback
-        reports.on_end = self._complete
         self._server = ActionServer(
             node, kind, f"~/{name}", execute_callback=self._refuse,
             goal_callback=self._ask, handle_accepted_callback=self._accepted,
@@ -65,10 +65,7 @@ class GoalServer(ABC):
 
     @abstractmethod
     def start_job(self, request: Any) -> Job:
-        """Accept what a goal asks for.
-
-        Raises PoseStatsError with the value and the bound.
-        """
+        """Accept what a goal asks for; raises PoseStatsError with the value and the bound."""
 
     @abstractmethod
     def feedback(self, job: Job) -> Any:
@@ -115,10 +112,17 @@ class GoalServer(ABC):
                 self._goals.setdefault(answer.job_id, []).append(goal)
         if not isinstance(answer, Job):
             goal.execute()
-        elif answer.finished.is_set():
-            self._complete(answer)
-        elif answer.state == State.RUNNING:
+            return
+        if self._follow not in answer.followers:
+            answer.followers.append(self._follow)
+        if answer.state == State.RUNNING:
             self._begin(answer)
+        answer.finished.add_done_callback(lambda _: self._complete(answer))
+
+    def _follow(self, job: Job) -> None:
+        self._begin(job)
+        if job.drops_done:
+            self._feedback(job)
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         job = self._job_of(goal)
@@ -137,7 +141,7 @@ class GoalServer(ABC):
     def _job_of(self, goal: ServerGoalHandle) -> Job | None:
         with self._lock:
             for job_id, goals in self._goals.items():
-                if any(_key(one) == _key(goal) for one in goals):
+                if any(_key(tied) == _key(goal) for tied in goals):
                     return self._jobs.get(job_id)
             _, answer = self._asked.get(id(goal.request), (None, None))
         return answer if isinstance(answer, Job) else None  # accepted this moment
@@ -182,7 +186,7 @@ class GoalServer(ABC):
             goal.execute(lambda handle: self._end(handle, job))
 
     def _end(self, goal: ServerGoalHandle, job: Job) -> Any:
-        job.finished.wait()
+        job.finished.result()
         result = self.result(job, job.state == State.DONE, job.message)
         if job.state == State.DONE:
             goal.succeed()
@@ -204,3 +208,91 @@ class GoalServer(ABC):
 
 def _key(goal: ServerGoalHandle) -> bytes:
     return bytes(goal.goal_id.uuid)
+
+
+class SimulateDropsServer(GoalServer):
+    """Goals that are drop simulations."""
+
+    def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
+                 reports: JobReports) -> None:
+        self._requests = requests
+        self._reports = reports
+        super().__init__(node, SimulateDrops, "simulate_drops", jobs)
+
+    def start_job(self, request: Any) -> Job:
+        """Accept a drop simulation."""
+        try:
+            return self._requests.start_job(request)
+        finally:  # the goal is kept for a while
+            request.part = PartMesh(part_id=request.part.part_id)
+
+    def feedback(self, job: Job) -> Any:
+        """How far a simulation is."""
+        return SimulateDrops.Feedback(
+            job_id=job.job_id, drops_done=job.drops_done, drops_total=job.request.drops,
+            expected_error=job.expected_error, drops_per_second=job.drops_per_second)
+
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """The statistics of what was done."""
+        flips = SimulateDrops.Result(success=success, message=message)
+        if job is not None:
+            flips.job_id, flips.statistics = job.job_id, self._reports.current_answer(job)
+        return flips
+
+
+class SimulateFlipsServer(GoalServer):
+    """Goals that are flips."""
+
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
+                 jobs: Jobs, reports: FlipReports) -> None:
+        self._settings = settings
+        self._parts = parts
+        self._reports = reports
+        super().__init__(node, SimulateFlips, "simulate_flips", jobs)
+
+    def start_job(self, request: Any) -> Job:
+        """Accept flips; too many are refused at once where the part's poses are at hand."""
+        settings, known = self._settings(), self._parts.known(request.part_id)
+        kick = settings.kick(request.kick_height)
+        if request.kick_height < 0.0 and not kick:
+            raise RequestError("a kick_height of 0 m or more, for the parameter flip_height is 0",
+                               f"{request.kick_height:g}", "half the part's radius flips most "
+                               "parts")
+        scene = settings.scene(known.scene_override)
+        if not is_large(known.part) or are_found(known.part, scene):
+            flips_in_all(pose_count(known.part, scene), request.drops, settings)
+        return self._jobs.submit(
+            FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
+                        0.0, settings.max_job_seconds, kick_height=kick),
+            at_hand(known.part), settings)
+
+    def feedback(self, job: Job) -> Any:
+        """How far the flips are."""
+        feedback, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
+        if part is not None:
+            feedback.flips_total = flips_in_all(pose_count(part, job.request.scene),
+                                             job.request.drops, job.settings)
+        return feedback
+
+    def result(self, job: Job | None, success: bool, message: str) -> Any:
+        """The transition matrix of what was done."""
+        result = SimulateFlips.Result(success=success, message=message)
+        flips = None if job is None else self._reports.of_job(job.job_id)
+        if flips is None:
+            return result
+        for name in ("part_id", "part_digest", "restitution", "kick_height", "seed"):
+            setattr(result, name, getattr(flips, name))
+        result.flips = _whole(flips.counts.sum(axis=1) + flips.unsettled)
+        result.unsettled = _whole(flips.unsettled)
+        result.transition = flat(flips.transition)
+        result.standard_error = flat(flips.standard_error)
+        return result
+
+
+def flat(matrix: NDArray[np.float64]) -> array[float]:
+    """A matrix row by row, as rclpy takes it as it is."""
+    return array("d", np.ascontiguousarray(matrix).tobytes())
+
+
+def _whole(numbers: NDArray[np.int64]) -> array[int]:
+    return array("Q", numbers.astype(np.uint64).tobytes())

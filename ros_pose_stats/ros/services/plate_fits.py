@@ -16,8 +16,7 @@ from ...errors import RequestError
 from ...text import several
 from ..messages.part_requests import shown
 from ..parts.announcer import Announcer
-from ..parts.cell_counts import CellCounts
-from ..parts.count_store import CountStore
+from ..parts.count_store import CellCounts, CountStore
 from ..parts.known_part import KnownPart
 from ..parts.part_store import PartStore
 from ..settings import Settings
@@ -33,10 +32,7 @@ MOST_GROUPS = 256
 
 
 class PlateFits:
-    """Fits one plate at a time, in a thread of its own.
-
-    `use_plate`: makes the node work with a plate of its file as the file now has it.
-    """
+    """Fits one plate at a time, in a thread of its own."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: PartStore, counts: CountStore, announcer: Announcer,
@@ -85,11 +81,11 @@ class PlateFits:
     def _run(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings,
              coming: Future[PlateFit]) -> None:
         try:
-            found = self._fit(counts, settings)
+            fit = self._fit(counts, settings)
         except BaseException as error:  # is the answer
             coming.set_exception(error)
         else:
-            coming.set_result(found)
+            coming.set_result(fit)
 
     def _fit(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings) -> PlateFit:
         from ...plates import count_part, fit_plate
@@ -100,17 +96,17 @@ class PlateFits:
                        cluster_tolerance=seen.ground.numbering.cluster_tolerance,
                        round_sides=int(seen.ground.numbering.round_sides))
             for known, seen in counts)
-        found = fit_plate(counted, workers=settings.threads(), on_progress=self._note,
+        fit = fit_plate(counted, workers=settings.threads(), on_progress=self._note,
                           should_stop=lambda: self._closed or time.monotonic() > until,
                           background=True)
         if self._closed:
             raise ending()
-        if found is None:
+        if fit is None:
             raise RequestError(
                 f"a fit within {settings.max_job_seconds:g} s (parameter max_job_seconds)",
                 f"one that is {100.0 * (self._done or 0.0):.0f} % done by then",
                 "raise the parameter, or fit the bags by the command fit")
-        return found
+        return fit
 
     def _note(self, share: float) -> None:
         self._done = share
@@ -118,34 +114,31 @@ class PlateFits:
     def _go_on(self, request: Any, response: Any, plate: str, coming: Future[PlateFit]) -> None:
         """Answer, and work with what was found if that is wanted."""
         try:
-            found = coming.result()
-            fill_response(response, found)
-            response.message = (f"From {several(found.counted, 'count')} of "
-                                f"{several(len(found.parts), 'part')}, and "
-                                f"{several(found.drops, 'drop')} in {found.seconds:.1f} s")
+            fit = coming.result()
+            fill_response(response, fit)
+            response.message = (f"From {several(fit.counted, 'count')} of "
+                                f"{several(len(fit.parts), 'part')}, and "
+                                f"{several(fit.drops, 'drop')} in {fit.seconds:.1f} s")
             if request.apply:
-                file, kept = self._apply(plate, found)
+                file, kept = self._apply(plate, fit)
                 response.message += f"; written to {file} as {plate}, and used from now on"
                 if not kept:
                     response.message += f". {self._announcer.not_recorded().rstrip('.')}"
             response.message += "."
-            self._log.info(f"~/fit_plate: restitution {found.restitution[0]:.2f}, drop height "
-                           f"{found.drop_height[0]:.3g} m. {response.message}")
+            self._log.info(f"~/fit_plate: restitution {fit.restitution[0]:.2f}, drop height "
+                           f"{fit.drop_height[0]:.3g} m. {response.message}")
         finally:  # before the answer leaves, which may bring the next request
             self._done = None
 
-    def _apply(self, plate: str, found: PlateFit) -> tuple[Path, bool]:
-        """Write the plate into the node's file and work with it.
-
-        Returns the file, and whether the state has on the disk which counts are of that plate.
-        """
+    def _apply(self, plate: str, fit: PlateFit) -> tuple[Path, bool]:
+        """Write the plate into its file and work with it; whether its counts are kept."""
         from ...plates import profile_of, write_profile
 
         settings = self._settings()
         check_applicable(plate, settings)
         file = Path(settings.plates).expanduser()
         try:
-            write_profile(file, profile_of(plate, found))
+            write_profile(file, profile_of(plate, fit))
         except OSError as error:
             raise RequestError("a file of plates that can be written (parameter plates)",
                                f"{file} ({error.strerror or error})",
@@ -156,10 +149,7 @@ class PlateFits:
 
 
 def check_applicable(plate: str, settings: Settings) -> None:
-    """Check that a plate can be written and used.
-
-    Raises RequestError if there is no file for it, or it has no name.
-    """
+    """Refuse a plate that cannot be written and used."""
     from ...plates import refuse_name
 
     if not settings.plates:
@@ -170,36 +160,29 @@ def check_applicable(plate: str, settings: Settings) -> None:
 
 def counts_on(plate: str, present: str,
               parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
-    """Known parts that were counted on a plate, with their counts.
-
-    `present`: the node's plate. What was counted while it had no name is taken for any. Raises
-    RequestError if there are none.
-    """
+    """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [(known, counts) for known in parts
                if (counts := known.shown.counts) is not None and counts.total.any()]
     names = {plate, present} if not present else {plate}
-    found = [(known, seen) for known, seen in counted if seen.ground.plate in names]
-    if not found:
+    chosen = [(known, seen) for known, seen in counted if seen.ground.plate in names]
+    if not chosen:
         others = sorted({seen.ground.plate for _, seen in counted})
         raise RequestError(
             f"counts of known parts on plate {shown(plate)}",
             f"only those on {', '.join(map(shown, others))}" if others else "none",
             "publish what cameras count there on ~/pose_counts, or what they see on "
             "~/observed_parts")
-    return found
+    return chosen
 
 
 def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
-    """The parts that were counted most, as far as there is room for them.
-
-    Raises RequestError if there is room for none.
-    """
+    """The parts that were counted most, as far as there is room for them."""
     chosen: list[CountedPart] = []
     left = MOST_GROUPS
-    for one in sorted(counted, key=lambda one: -one.counted):
-        groups = one.by_group.size
+    for part in sorted(counted, key=lambda part: -part.counted):
+        groups = part.by_group.size
         if groups <= left:
-            chosen.append(one)
+            chosen.append(part)
             left -= groups
     if not chosen:
         raise RequestError(f"a part with at most {MOST_GROUPS} groups of poses", "none",
@@ -207,11 +190,11 @@ def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
     return chosen
 
 
-def fill_response(response: Any, found: PlateFit) -> None:
+def fill_response(response: Any, fit: PlateFit) -> None:
     """Put what was found, with the bounds, into a response."""
     for name in ("restitution", "drop_height", "round_sides"):
-        for end, value in zip(("", "_low", "_high"), getattr(found, name), strict=True):
+        for end, value in zip(("", "_low", "_high"), getattr(fit, name), strict=True):
             setattr(response, name + end, value)
-    response.plate_error, response.p_value = found.plate_error, found.p_value
-    response.counted = found.counted
-    response.parts = list(dict.fromkeys(part.part_id for part in found.parts))
+    response.plate_error, response.p_value = fit.plate_error, fit.p_value
+    response.counted = fit.counted
+    response.parts = list(dict.fromkeys(part.part_id for part in fit.parts))

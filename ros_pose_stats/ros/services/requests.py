@@ -1,7 +1,5 @@
 """From what clients ask to parts and jobs."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable
@@ -45,11 +43,7 @@ class ResolvedPart(NamedTuple):
 
 
 class Requests:
-    """Resolves parts and starts jobs, for services and the action.
-
-    Meshes that come with a request and are refused count among `refusals`. `take_part`: makes a
-    known part of one; `find_poses`: has the poses of a large part at hand.
-    """
+    """Resolves parts and starts jobs, for services and the action."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore,
                  take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue, jobs: Jobs,
@@ -80,10 +74,10 @@ class Requests:
             raise ending()
         carried = is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
-            wanted, found = (
+            wanted, got = (
                 ("the same part_id in the request and in its part", "{} and {}") if carried
                 else ("one part", "part_id {} and part {}"))
-            raise RequestError(wanted, found.format(shown(part_id), shown(message.part_id)),
+            raise RequestError(wanted, got.format(shown(part_id), shown(message.part_id)),
                                "fill one of the two")
         message.part_id = message.part_id or part_id
         if not carried:
@@ -176,10 +170,7 @@ def _source(part_id: str) -> str:
 
 
 def check_target(value: float) -> None:
-    """Refuse a target error that is none.
-
-    Raises RequestError.
-    """
+    """Refuse a target error that is none; raises RequestError."""
     if not 0.0 <= value < 1.0:
         raise RequestError("a target_error from 0 to below 1, as a fraction", f"{value}",
                            "0.01 is one point; 0 stands for none")
@@ -206,11 +197,7 @@ def ending() -> RequestError:
 
 
 def wait_for(coming: Future[T], timeout: float | None = None) -> T:
-    """What is coming, once it is there.
-
-    Raises PoseStatsError if it is refused, or the node ends. Raises
-    concurrent.futures.TimeoutError.
-    """
+    """What is coming, once it is there; raises PoseStatsError if it is refused."""
     try:
         return coming.result(timeout)
     except CancelledError as error:

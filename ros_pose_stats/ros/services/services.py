@@ -1,11 +1,9 @@
 """Service callbacks: a request in, a response out, refusals as messages."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -26,11 +24,10 @@ from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
 from ..parts.announcer import Announcer
-from ..parts.known_part import KnownPart
+from ..parts.known_part import KnownPart, ShiftedParts, shift_warning
 from ..parts.outlines import Outlines, outline_messages
 from ..parts.part_store import PartStore
 from ..parts.result_store import ResultStore
-from ..parts.shifted_parts import ShiftedParts, shift_warning
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
@@ -56,7 +53,7 @@ class Later(NamedTuple):
     """What a callback returns that has to wait: for what, and how it goes on then."""
 
     coming: Future[Any]
-    go_on: Callable[[], Later | None]
+    go_on: Callable[[], "Later | None"]
 
 
 def refusing(callback: Callback) -> Callback:
@@ -160,26 +157,27 @@ class Services:
         """Answer for a part as it is asked about, once the state has it as it was received."""
         wait_for(prepared)
         if offset.any():  # drops in the background would be of the part as it is known
-            found = with_warning(self._named(known, request, scene, AS_ITSELF),
+            message = with_warning(self._named(known, request, scene, AS_ITSELF),
                                  shift_warning(offset))
         elif (request.method or self._settings().default_method) == AUTO:
-            found, response.message = self._refinement.answer(known, request.target_error, scene)
+            message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
-            found = self._named(known, request, scene, BY_DROPS)
+            message = self._named(known, request, scene, BY_DROPS)
         if not self._parts.is_kept(received):
-            found = self._announcer.warn_unrecorded(found)
-        response.statistics = self._announcer.record_answer(received, found)
+            message = self._announcer.warn_unrecorded(message)
+        response.statistics = self._announcer.record_answer(received, message)
 
     def _named(self, known: KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
-        found = self._results.estimate(known, request.method, scene)
-        bound = credible_bound(known.part, found, scene) if request.target_error else 0.0
+        message = self._results.estimate(known, request.method, scene)
+        bound = credible_bound(known.part, message, scene) if request.target_error else 0.0
         if bound > request.target_error:
-            short = (not_enough(found.method, bound, request.target_error)
-                     if math.isfinite(bound) else f"the error of {found.method} is not known here")
-            found = with_warning(found, f"TARGET_MISSED: {short}; {advice}.")
-        return found
+            short = f"the error of {message.method} is not known here"
+            if math.isfinite(bound):
+                short = not_enough(message.method, bound, request.target_error)
+            message = with_warning(message, f"TARGET_MISSED: {short}; {advice}.")
+        return message
 
     @refusing
     def start(self, request: Any, response: Any) -> None:
@@ -246,7 +244,7 @@ class Services:
             response.success = False
             response.message = f"{job.job_id} had ended before: {State(job.state).name}"
         else:
-            job.finished.wait(CANCEL_PATIENCE)
+            wait([job.finished], CANCEL_PATIENCE)
 
     def _job(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)

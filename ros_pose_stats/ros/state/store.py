@@ -1,7 +1,5 @@
 """The node's state: changes are handed in by anybody and written by one thread, many at a time."""
 
-from __future__ import annotations
-
 import hashlib
 import sqlite3
 import threading
@@ -10,14 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from ... import files
 from ...errors import RequestError
-from ...files import (
-    NotAFileError,
-    make_directories,
-    read_file,
-    refuse_irregular,
-    replace_file,
-)
 from . import tables
 from .tables import Change, Row
 
@@ -62,9 +54,9 @@ class State:
         self._reading = threading.Lock()
         self._filing = threading.Lock()  # held while files of meshes come or go
         try:
-            refuse_irregular(file)
+            files.refuse_irregular(file)
             self._open()
-        except (NotAFileError, IsADirectoryError) as error:
+        except (files.NotAFileError, IsADirectoryError) as error:
             raise RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
                                "name another one") from error
         except (sqlite3.Error, OSError) as error:
@@ -96,18 +88,14 @@ class State:
         name = hashlib.sha256(message).hexdigest()
         with self._filing:
             with suppress(OSError):  # else it is tried as a row, which says what is wrong
-                make_directories(self.meshes)
+                files.make_directories(self.meshes)
                 if not (self.meshes / name).exists():
-                    replace_file(self.meshes / name, message)
+                    files.replace_file(self.meshes / name, message)
                 row = part_id, b"", name
             return self.put(Change("meshes", part_id, row), *changes)
 
     def commit(self, number: int | None = None) -> bool:
-        """Wait until a change, and all before it, are on the disk; whether they are.
-
-        `number`: from `put`; everything handed in so far where it is left out. `problem` says why
-        it cannot be written.
-        """
+        """Wait until a change and all before it, or all so far, are on the disk; whether."""
         with self._changed:
             wanted, begun = self._number if number is None else number, self._begun
             if self._committed >= wanted:
@@ -139,7 +127,7 @@ class State:
         if row is None or not row[2]:
             return None if row is None else row[1]
         try:
-            message = read_file(self.meshes / row[2])
+            message = files.read_file(self.meshes / row[2])
         except OSError:
             return None
         return message if hashlib.sha256(message).hexdigest() == row[2] else None
@@ -157,9 +145,9 @@ class State:
 
     def _let_go(self) -> None:
         with self._reading:
-            for one in filter(None, (self._reader, self._link)):
+            for link in filter(None, (self._reader, self._link)):
                 with suppress(sqlite3.Error):
-                    one.close()
+                    link.close()
             self._link = self._reader = None
         if self._lock is not None:
             self._lock.release()
@@ -217,7 +205,7 @@ class State:
 
     def _open(self) -> None:
         """Take the file and see whether it is sound; one that is not is set aside."""
-        make_directories(self.file.parent)
+        files.make_directories(self.file.parent)
         lock = self._lock or tables.FileLock(self.file, self._patience)
         self._lock = lock
         try:
@@ -252,9 +240,9 @@ class State:
         with self._reading:
             before, self._reader = [self._link, self._reader], reader
         self._link = link
-        for one in filter(None, before):
+        for old in filter(None, before):
             with suppress(sqlite3.Error):
-                one.close()
+                old.close()
         about = self.file.stat()
         self._identity = about.st_dev, about.st_ino
 
@@ -268,7 +256,7 @@ class State:
 
     def _make_anew(self, old: sqlite3.Connection) -> None:
         """Write what the deleted file holds, which is still open, into one of its name."""
-        make_directories(self.file.parent)
+        files.make_directories(self.file.parent)
         lock = tables.FileLock(self.file, 0.0)
         half = self.file.with_name(f"{self.file.name}.half")
         try:

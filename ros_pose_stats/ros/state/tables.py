@@ -1,7 +1,5 @@
 """The SQLite file of a node's state: who has it, what is in it, and whether that is sound."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import itertools
@@ -141,10 +139,7 @@ def _check(row: Row) -> int:
 
 
 def connect(file: Path) -> sqlite3.Connection:
-    """Open a file, or make one; a disk that can only be read is enough where it ended well.
-
-    Raises sqlite3.Error. Raises RequestError if the file belongs to another program or version.
-    """
+    """Open a file, or make one; a disk that can only be read is enough where it ended well."""
     try:
         return _connected(str(file), file)
     except sqlite3.OperationalError as error:
@@ -196,10 +191,7 @@ def _check_version(link: sqlite3.Connection, file: Path) -> None:
 
 
 def check_sound(link: sqlite3.Connection) -> None:
-    """Look at the structure of a file, and at every row.
-
-    Raises DamagedError, sqlite3.Error.
-    """
+    """Look at a file's structure and every row; raises DamagedError, sqlite3.Error."""
     (answer,) = link.execute("PRAGMA quick_check(1)").fetchone()
     if answer != "ok":
         raise DamagedError(answer)
@@ -218,10 +210,7 @@ def rows_of(link: sqlite3.Connection, table: str) -> list[Row]:
 
 
 def write(link: sqlite3.Connection, changes: Iterable[Change]) -> None:
-    """Make all changes in one transaction, which is on the disk when this returns.
-
-    Raises sqlite3.Error: none of them is made.
-    """
+    """Make all changes in one transaction, on the disk when this returns, or none of them."""
     link.execute("BEGIN IMMEDIATE")
     try:
         for table, key, row in changes:

@@ -1,7 +1,5 @@
 """The node class behind `pose_stats`: what rclpy leaves undone for services and clocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -27,10 +25,7 @@ SERVICE_QUALITY = QoSProfile(
 
 
 class AnsweringNode(Node):
-    """A node whose services, those for parameters too, are not held up by single clients.
-
-    Nor does it end by a simulated time that rclpy cannot hold.
-    """
+    """A node that no single client holds up, and no simulated time that rclpy cannot hold ends."""
 
     def __init__(self, name: str, **options: Any) -> None:
         self.answers = Answers(lambda line: self.get_logger().warning(line))

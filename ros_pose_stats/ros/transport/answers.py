@@ -12,8 +12,6 @@ rclpy does not tell which client a request is from, but a client numbers its req
 the other: the request that has the next number is taken for its next one.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 import warnings
@@ -85,11 +83,7 @@ class Asked(NamedTuple):
 
 
 class Answers:
-    """Works off requests in threads of its own, the clients in turn, and sends the answers.
-
-    `warn`: told in one line of requests that fail, and of clients that are not reached. Attributes
-    `last`: when an answer was sent, by the monotonic clock.
-    """
+    """Works off requests in threads of its own, the clients in turn, and sends the answers."""
 
     def __init__(self, warn: Callable[[str], object]) -> None:
         self._warn = warn
@@ -108,7 +102,7 @@ class Answers:
         """Tell who has given its request this number; of several clients, one that hears."""
         with self._changed:
             alike = sorted(self._by_number.pop((service, number - 1), []),
-                           key=lambda one: one.tries)
+                           key=lambda candidate: candidate.tries)
             client = alike.pop(0) if alike else Client(service)
             if alike:
                 self._by_number[service, number - 1] = alike
@@ -117,7 +111,7 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            deaf = (one for one in alike if one.is_deaf)
+            deaf = (candidate for candidate in alike if candidate.is_deaf)
             return Asked(client, None if client.is_deaf else next(deaf, None))
 
     def has_room(self) -> bool:
@@ -242,7 +236,7 @@ class Answers:
                 while client.unsent and client.unsent[0][0] < now - GIVE_UP:
                     client.unsent.popleft()
                     lost.add(client.service)
-            self._unreached = [one for one in self._unreached if one.unsent]
+            self._unreached = [other for other in self._unreached if other.unsent]
         for service in lost:
             if now - self._said.get(service, -QUIET) >= QUIET:
                 self._said[service] = now
@@ -255,11 +249,11 @@ class Answers:
         with self._changed:
             self._tries = max(0.0, self._tries - (now - self._counted) / AGAIN)
             self._counted = now
-            due = [one for one in self._unreached if one.due <= now and one.unsent]
+            due = [waiting for waiting in self._unreached if waiting.due <= now and waiting.unsent]
             if not due or self._tries > MOST_TRIES - 1:
                 return None
             self._tries += 1.0
-            client = min(due, key=lambda one: one.tries)
+            client = min(due, key=lambda waiting: waiting.tries)
             return client, client.unsent[-1][1]
 
     def wait_until_quiet(self, pause: float, longest: float) -> None:
@@ -269,10 +263,7 @@ class Answers:
             time.sleep(0.01)
 
     def close(self, seconds: float) -> bool:
-        """Answer all that wait, which is quick once nothing is computed for them.
-
-        Returns whether all have been answered within some seconds.
-        """
+        """Answer all that wait; whether all have been answered within some seconds."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

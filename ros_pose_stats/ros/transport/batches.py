@@ -5,8 +5,6 @@ numbers its messages. Which publisher a message is from is not told either: it i
 the nearest lower number that has arrived.
 """
 
-from __future__ import annotations
-
 import bisect
 import math
 import threading
@@ -17,8 +15,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 
-from ..floods import MINUTE
-from ..refusals import Refusals
+from ..refusals import MINUTE, Refusals
 
 DEPTH = 1000
 """Messages that wait in the middleware."""
@@ -41,11 +38,7 @@ class SequenceGaps:
         self._last: list[int] = []
 
     def missing_before(self, number: int) -> int:
-        """Messages lost just before this one.
-
-        `number`: of the message, counted by its publisher; 0 where the middleware has none.
-        Returns 0 for the first message of a publisher.
-        """
+        """Messages lost just before the one that its publisher gave this number; 0: no number."""
         if number <= 0:
             return 0
         place = bisect.bisect_left(self._last, number) - 1
@@ -94,16 +87,16 @@ class BatchSubscription:
 
     def _waiting(self, size: int) -> list[Received]:
         """What waits in the middleware, up to so many bytes that can be held at once."""
-        found: list[Received] = []
+        waiting: list[Received] = []
         handle = self._subscription.handle
         with handle:
             while size < MOST_AT_ONCE:
                 received = handle.take_message(self._kind, True)
                 if received is None:
                     break
-                found.append(received)
+                waiting.append(received)
                 size += len(received[0]) + OVERHEAD
-        return found
+        return waiting
 
     def _deal_with(self, received: list[Received]) -> None:
         for _, info in received:

@@ -1,0 +1,234 @@
+"""What cameras count, on `~/pose_counts`, and see, on `~/observed_parts`: recorded and learnt."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message, serialize_message
+from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
+
+from ..errors import PoseStatsError, RequestError
+from ..recording.analysis.decoding import numbering_of
+from ..resting.observed_orientations import classify_orientations
+from .messages.mesh_views import NotPlainCdrError, ObservedNumbers, observed_numbers
+from .messages.part_requests import shown
+from .messages.times import now, time_message
+from .parts.known_part import KnownPart
+from .recorder import POSE_COUNTS, Recorder
+from .refusals import Refusals
+from .settings import Settings
+from .transport.batches import BatchSubscription
+
+Array = NDArray[np.float64]
+
+MOST_BYTES = 2**20
+"""Of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen."""
+
+
+class ObservedPoses(NamedTuple):
+    """Parts that a camera saw at once."""
+
+    stamp: int  # nanoseconds
+    frame_id: str
+    part_id: str
+    orientations: Array  # (n, 4); x y z w
+    confidence: Array  # (n,); 0 to 1
+
+
+def counts_of_bytes(data: bytes) -> PoseCounts:
+    """What a camera counted; raises RequestError if the bytes are none, or far too many."""
+    return _message_of_bytes(data, PoseCounts)
+
+
+def observed_of_bytes(data: bytes) -> ObservedPoses:
+    """What a camera saw; raises RequestError if the bytes or its confidences are none."""
+    _check_size(data, ObservedParts)
+    try:
+        numbers = observed_numbers(data)
+    except NotPlainCdrError:
+        again = serialize_message(_message_of_bytes(data, ObservedParts))
+        numbers = observed_numbers(again)
+    return _checked(numbers)
+
+
+def _checked(numbers: ObservedNumbers) -> ObservedPoses:
+    parts, confidence = len(numbers.poses), numbers.confidence
+    if not len(confidence):
+        confidence = np.ones(parts)
+    if len(confidence) != parts:
+        raise RequestError("a confidence for each of the poses, or none at all",
+                           f"{len(confidence)} for {parts} poses", "fill in all or none")
+    wrong = confidence[(confidence < 0.0) | (confidence > 1.0)]
+    if len(wrong):
+        raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}",
+                           "divide percentages by 100")
+    return ObservedPoses(numbers.stamp, numbers.frame_id, numbers.part_id, numbers.poses[:, 3:],
+                         confidence)
+
+
+def _check_size(data: bytes, kind: type) -> None:
+    if len(data) > MOST_BYTES:
+        raise RequestError(f"a {kind.__name__} of at most {MOST_BYTES} bytes",
+                           f"{len(data)} bytes", "check the publisher")
+
+
+def _message_of_bytes(data: bytes, kind: type) -> Any:
+    _check_size(data, kind)
+    try:
+        return deserialize_message(data, kind)
+    except Exception as error:  # the bindings raise what they like
+        raise RequestError(f"a serialised {kind.__name__}", f"{len(data)} bytes that are none "
+                           f"({type(error).__name__})", "check the publisher") from error
+
+
+COUNTS_TOPIC = "~/pose_counts"
+
+MOST_PROBLEMS = 60
+"""Counts that cannot be compared, of which each is told, in a minute."""
+
+MOST_PARTS = 10**6
+"""In one count."""
+
+
+class CountSubscription:
+    """Records each count as it is, and says if it cannot be compared with anything."""
+
+    def __init__(self, node: Node, recorder: Recorder,
+                 known: Callable[[str], KnownPart | None], refusals: Refusals,
+                 introduce: Callable[[KnownPart], object],
+                 learn: Callable[[KnownPart, PoseCounts], bool]) -> None:
+        self._log = node.get_logger()
+        self._recorder = recorder
+        self._known = known
+        self._refusals = refusals
+        self._introduce = introduce
+        self._learn = learn
+        self._batches = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
+                                          recorder.count_lost, refusals)
+
+    def take_waiting(self) -> None:
+        """Record what the middleware still has, at the end of the node."""
+        self._batches.take_waiting()
+
+    def _take(self, received: list[bytes]) -> None:
+        sound: list[tuple[bytes, PoseCounts]] = []
+        for data in received:
+            try:
+                sound.append((data, counts_of_bytes(data)))
+            except RequestError as refusal:
+                self._refusals.refuse(COUNTS_TOPIC, str(refusal), "count")
+        self.take_counts(sound)
+
+    def take_counts(self, sound: list[tuple[bytes, PoseCounts]]) -> None:
+        """Put counts, each serialised and as it is, on record together, and learn from them."""
+        with self._recorder.step:
+            for data, counts in sound:
+                part = self._known(counts.part_id)
+                if part is not None:
+                    self._introduce(part)
+                self._recorder.record(POSE_COUNTS, data)
+            for _, counts in sound:
+                self.learn_counts(counts)
+
+    def learn_counts(self, counts: PoseCounts, *, again: bool = False) -> None:
+        """Learn from counts that are on record, maybe `again`, or say why not."""
+        problem, part = count_problem(counts, self._known), self._known(counts.part_id)
+        kind = "counts of nothing"
+        if not problem and part is not None:
+            if self._learn(part, counts) or again:
+                return
+            stamp, kind = counts.header.stamp, "counts that came before"
+            problem = "it came before, and counts once" + ("" if stamp.sec or stamp.nanosec else (
+                "; fill in header.stamp, which tells equal counts apart"))
+        if self._refusals.floods.count(kind, MOST_PROBLEMS):
+            self._log.warning(f"{COUNTS_TOPIC}: recorded, but {problem}")
+
+
+def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) -> str:
+    """Why a camera's count cannot be compared with anything; empty where it can."""
+    if len(counts.index) != len(counts.count):
+        return f"it has {len(counts.index)} pose indices and {len(counts.count)} counts"
+    part = known(counts.part_id)
+    latched = None if part is None else part.shown.latched
+    if part is None or latched is None:
+        return f"no part {shown(counts.part_id)} is known"
+    if counts.part_digest and counts.part_digest != part.digest:
+        return f"{shown(counts.part_id)} has another part_digest by now"
+    if sum(counts.count) > MOST_PARTS:
+        return f"it counts more than {MOST_PARTS} parts"
+    if not math.isfinite(counts.drop_height):
+        return f"it has the drop_height {counts.drop_height}; a negative one stands for unknown"
+    counted, numbered = numbering_of(counts), numbering_of(latched)
+    if not counted.agrees(numbered):
+        return f"it has {counted}, the results have {numbered}; copy both from PoseStatistics"
+    unknown = sorted(set(counts.index) - {pose.index for pose in latched.poses})
+    return f"{shown(counts.part_id)} has no pose {unknown[0]}" if unknown else ""
+
+
+OBSERVED_TOPIC = "~/observed_parts"
+
+LEAST_CONFIDENCE = 0.5
+"""A camera that is less sure of a part says nothing about its pose."""
+
+
+class ObservedSubscription:
+    """Counts what each message shows, and hands that on as if a camera had counted it."""
+
+    def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
+                 known: Callable[[str], KnownPart | None], recorder: Recorder,
+                 refusals: Refusals) -> None:
+        self._settings = settings
+        self._counts = counts
+        self._known = known
+        self._refusals = refusals
+        self._batches = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
+                                          self._take, recorder.count_lost, refusals)
+
+    def take_waiting(self) -> None:
+        """Count what the middleware still has, at the end of the node."""
+        self._batches.take_waiting()
+
+    def _take(self, received: list[bytes]) -> None:
+        sound = []
+        for data in received:
+            try:
+                counts = count_observed(observed_of_bytes(data), self._known, self._settings())
+            except PoseStatsError as refusal:
+                self._refusals.refuse(OBSERVED_TOPIC, str(refusal), "message")
+            else:
+                sound += [] if counts is None else [(serialize_message(counts), counts)]
+        self._counts.take_counts(sound)
+
+
+def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None],
+                   settings: Settings) -> PoseCounts | None:
+    """Count the poses of parts that a camera saw on the plate; None where it saw none."""
+    if seen.frame_id not in ("", settings.plate_frame):
+        raise RequestError(f"poses in the frame {shown(settings.plate_frame)} (parameter "
+                           "plate_frame)", shown(seen.frame_id),
+                           "transform them to the plate, z up")
+    part = known(seen.part_id)
+    if part is None or part.shown.latched is None or part.shown.scene is None:
+        raise RequestError("the part_id of a known part", shown(seen.part_id),
+                           "publish its mesh on ~/part_mesh first")
+    if not len(seen.orientations):
+        return None
+    latched = part.shown.latched
+    poses = classify_orientations(part.part, seen.orientations,
+                                  cluster_tolerance=latched.cluster_tolerance,
+                                  round_sides=latched.round_sides)
+    sure = (poses >= 0) & (seen.confidence >= LEAST_CONFIDENCE)
+    index, count = np.unique(poses[sure], return_counts=True)
+    height = part.shown.scene.drop_height
+    counts = PoseCounts(
+        part_id=part.part_id, part_digest=part.digest,
+        cluster_tolerance=latched.cluster_tolerance, round_sides=latched.round_sides,
+        plate=settings.plate, drop_height=-1.0 if height is None else height,
+        index=index.astype(np.uint32), count=count.astype(np.uint64),
+        unclassified=int((~sure).sum()))
+    counts.header.stamp = time_message(seen.stamp or now())
+    counts.header.frame_id = settings.plate_frame
+    return counts
