@@ -71,6 +71,11 @@ class Setting(NamedTuple):
     seed: int
     folder: Path
 
+    @property
+    def judges_times(self) -> bool:
+        """Whether times are judged: in a full run, on a machine that does nothing else."""
+        return self.size >= 1.0
+
     def of(self, full: int, least: int = 1) -> int:
         """So many instead of the number of a full run."""
         return max(least, round(self.size * full))
