@@ -139,7 +139,7 @@ def ended(home):
     count = second.wait_for(0)
     os.kill(min(second.children()), signal.SIGKILL)
     in_use = refusal(*ASKED, "-o", "stopped")
-    second.wait_for(count)
+    second.wait_for(max(count, len(REFUSED) + 1))  # refused ones are looked at again
     os.killpg(second.process.pid, signal.SIGINT)  # as a terminal sends it
     stopped = second.end(), second.process.returncode
     page = (home / "stopped" / "index.html").read_text(encoding="utf-8")

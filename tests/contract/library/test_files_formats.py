@@ -158,7 +158,7 @@ def test_what_is_no_mesh_is_refused_in_one_line(tmp_path, name, content, message
 def test_a_file_cut_off_is_refused(tmp_path, block, kind):
     path = written(block, tmp_path, kind)
     data = path.read_bytes()
-    for share in (0.1, 0.5, 0.9):
+    for share in (0.5,) if kind == "3MF" else (0.1, 0.5, 0.9):  # one process a 3MF file
         cut = data[:int(share * len(data))]
         if kind == "OBJ":  # nothing in one says how long it is: cut inside a face line
             cut = cut.rpartition(b"\n")[0] + b"\nf 1 2"
