@@ -75,6 +75,7 @@ def test_arguments_for_ros(offered):
     assert offered["a file for ROS"] == ["cad/gear.stl"]
 
 
+@pytest.mark.long
 def test_zsh_takes_the_script_sourced_and_from_its_path(tmp_path):
     zsh = shutil.which("zsh")
     if zsh is None:

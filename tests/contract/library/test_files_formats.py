@@ -98,8 +98,9 @@ def test_components_in_components_are_all_in_their_places(tmp_path):
 
 @pytest.mark.parametrize(("objects", "said"), [
     ({k + 2: placed(k + 1) * 1000 for k in range(5)}, "at most 100000 placed objects"),
-    ({k + 2: placed(k + 1) for k in range(3000)}, "at most 100 objects in each other"),
-    ({2: placed(3)}, "none with id '3'")])
+    pytest.param({k + 2: placed(k + 1) for k in range(3000)}, "at most 100 objects in each other",
+                 marks=pytest.mark.long),
+    pytest.param({2: placed(3)}, "none with id '3'", marks=pytest.mark.long)])
 def test_a_small_file_that_stands_for_far_too_much_is_refused(tmp_path, objects, said):
     assert said in refused(model_of(tmp_path, objects, max(objects)))
 

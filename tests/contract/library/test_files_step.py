@@ -59,6 +59,7 @@ def test_a_unit_that_is_given_wins(tmp_path):
     assert np.ptp(part.vertices[:, 2]) == pytest.approx(0.02, rel=1e-6)
 
 
+@pytest.mark.long
 def test_every_circle_has_96_sides_whatever_its_radius(tmp_path):
     holes = [(20.0, 0.0, 12.0), (-20.0, 0.0, 0.02)]
     part = load_part(written(tmp_path / "plate.step", step_part(Disc(40.0, 2.0, holes))))
