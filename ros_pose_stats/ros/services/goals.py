@@ -234,10 +234,10 @@ class SimulateDropsServer(GoalServer):
 
     def result(self, job: Job | None, success: bool, message: str) -> Any:
         """The statistics of what was done."""
-        flips = SimulateDrops.Result(success=success, message=message)
+        result = SimulateDrops.Result(success=success, message=message)
         if job is not None:
-            flips.job_id, flips.statistics = job.job_id, self._reports.current_answer(job)
-        return flips
+            result.job_id, result.statistics = job.job_id, self._reports.current_answer(job)
+        return result
 
 
 class SimulateFlipsServer(GoalServer):
