@@ -14,7 +14,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,17 +27,17 @@ from .step import STEP_SUFFIXES, Placed, declared_step_unit, tessellate_step, un
 if TYPE_CHECKING:
     from trimesh import Scene
 
-SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
-_3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
-                     "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+_3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
+              "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
 
 # Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
-_OBJ_GROUPS: Final = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
+_OBJ_GROUPS = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
 
-_STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
-                                 ("attribute", "<u2")])
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
+                          ("attribute", "<u2")])
 
 
 class FileMesh(NamedTuple):

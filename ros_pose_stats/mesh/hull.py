@@ -8,7 +8,7 @@ ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen 
 the points: many of the sample's corners share a face too.
 """
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +21,16 @@ from ..tolerances import FLATTEST, SHAKEN
 
 Array = NDArray[np.float64]
 
-CROWD: Final = 1000
+CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other points."""
 
-_SAMPLE: Final = 512
-_FEW: Final = 6  # corners of a face in the sample that chance alone may put there
+_SAMPLE = 512
+_FEW = 6  # corners of a face in the sample that chance alone may put there
 
-CORNERS_SHAKEN: Final = 1e-10
+CORNERS_SHAKEN = 1e-10
 """By how much corners of a body that was made here are moved while their hull is found."""
 
-COUNTED: Final = 1e-10
+COUNTED = 1e-10
 """Points this close to a face, as a fraction of the size, are counted with it."""
 
 

@@ -1,37 +1,37 @@
 """Units of mesh files: their names, which one counts, and doubts about it."""
 
 import math
-from typing import Final, Literal
+from typing import Literal
 
 from ..errors import RequestError
 from ..text import length_in_words
 from .arrays import NOT_NUMBERS, real_number
 
-AUTO: Final = "auto"
+AUTO: Literal["auto"] = "auto"
 """The unit that asks for a guess."""
 
 UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
-METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+METRES_PER_UNIT = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 
-_SPELLINGS: Final = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
-                     "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
+_SPELLINGS = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
+              "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
 """In lower case and without the plural's s."""
 
-_GUESSES: Final = ("mm", "m", "inch", "cm")
+_GUESSES = ("mm", "m", "inch", "cm")
 """Units to guess, in the order in which they are met: CAD systems export millimetres, ROS means
 metres."""
 
-_USUAL: Final = (2e-3, 0.5)
-_POSSIBLE: Final = (0.5e-3, 1.0)
+_USUAL = (2e-3, 0.5)
+_POSSIBLE = (0.5e-3, 1.0)
 """Lengths of parts on feeders in metres, of most and of nearly all."""
 
-_UNDOUBTED: Final = (0.2e-3, 2.0)
-_UNDOUBTED_ASSUMED: Final = (0.5e-3, 1.0)
+_UNDOUBTED = (0.2e-3, 2.0)
+_UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
 """Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
 likely to be one of a centimetre and a half or an inch and a half."""
 
-_SAME: Final = 1e-6
+_SAME = 1e-6
 """Relative difference up to which two units are one."""
 
 

@@ -6,7 +6,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,8 +152,8 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
 
 Index = NDArray[np.int64]
 
-ON_PLATES: Final = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
-                            unsure_share=0.5)
+ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
+                     unsure_share=0.5)
 """A plate contradicts the model of one part more than that of another: strengths scatter by a
 factor of 1.6 about what the plate's error implies, and rare poses are believed no more."""
 

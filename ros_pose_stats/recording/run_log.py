@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
 
 from ..files import DirectoryLock, make_directories, replace_file, sync_directory
 from .repair import mend
@@ -16,7 +15,7 @@ from .writer.bag_file import BagFile
 from .writer.mcap_layout import Contents, message_size, metadata_yaml, opening
 from .writer.message_types import CdrLength, MessageType
 
-_FILES: Final = 8
+_FILES = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""
 
 

@@ -1,7 +1,5 @@
 """The stable poses of a part as records, before any probability."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
@@ -95,7 +93,7 @@ class RestingPoses:
         return axis_offsets(self.body, self.clusters.pose[found.rank][found.arrays.basin],
                             len(self.poses))
 
-    def is_numbered_like(self, other: RestingPoses) -> bool:
+    def is_numbered_like(self, other: "RestingPoses") -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.
 
         They must come in the same groups, as high, and on the same side where they do not roll:

@@ -7,7 +7,6 @@ two such are divided evenly.
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-SAME_ANGLE: Final = 0.1
+SAME_ANGLE = 0.1
 """Angles this close, in sides, are one in the list of a group."""
 
 

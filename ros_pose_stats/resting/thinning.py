@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +13,13 @@ from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter
 from .rims import Group, Outline, Rim
 
-FINE: Final = 1000
+FINE = 1000
 """Corners off all runs up to which a body stays as the file has it: it is quick enough."""
 
-GRID: Final = 7
+GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
 
-TIE: Final = 1e-7
+TIE = 1e-7
 """Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
 
 
@@ -73,16 +72,16 @@ def _neighbours(arrays: BodyArrays, count: int) -> tuple[NDArray[np.int64], NDAr
     return first, arrays.corner[arrays.twin[order]]
 
 
-ENOUGH: Final = 4000
+ENOUGH = 4000
 """Corners of a body that thinning aims at."""
 
-COARSEST: Final = 64
+COARSEST = 64
 """Fewest sides a turn that rims and free forms are thinned to for that."""
 
-FEWEST_ALONG: Final = 32
+FEWEST_ALONG = 32
 """Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
 
-FEWEST_FREE: Final = 1600
+FEWEST_FREE = 1600
 """Corners off all rims that thinning leaves of a free form, about."""
 
 

@@ -1,7 +1,5 @@
 """The results that a bag holds for one part: what they said, and how it changed."""
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections.abc import Sequence
@@ -88,7 +86,7 @@ class Prediction:
             return self.standard_error
         return np.asarray(self.expected_error * np.sqrt(spread * spread.size / spread.sum()))
 
-    def knows_more_than(self, other: Prediction) -> bool:
+    def knows_more_than(self, other: "Prediction") -> bool:
         """Whether this one should stand for their common scene."""
         mine, others = self.drops - self.unsettled, other.drops - other.unsettled
         return (mine, self.time) >= (others, other.time)
@@ -228,7 +226,7 @@ class ResultCollector:
                              predictions=tuple(self._predictions.values()))
 
 
-def _copy(column: array[Any] | bytearray, code: str) -> NDArray[Any]:
+def _copy(column: "array[Any] | bytearray", code: str) -> NDArray[Any]:
     return np.frombuffer(column, dtype=code).copy()
 
 

@@ -6,13 +6,12 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
 from ...files import is_file_at, sync_directory, write_all
 from .mcap_layout import closing, message_head, opening
 from .message_types import MessageType
 
-_GROWTH: Final = 40
+_GROWTH = 40
 """Bytes by which a number that was 0 may grow in metadata and summary."""
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +23,15 @@ PLATE, FRAME = "plate", "part"
 FINEST = 10_000
 """Triangles of the marker."""
 
-START: Final = SECOND
+START = SECOND
 """Time [ns] of the release in the file; 0 has a meaning of its own in ROS."""
 
-EVERY: Final = SECOND // 4
+EVERY = SECOND // 4
 """Between two copies of the markers, for viewers that begin anywhere."""
 
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
-_TEXTS: Final = {
+_TEXTS = {
     "builtin_interfaces/msg/Time": _TIME,
     "builtin_interfaces/msg/Duration": _TIME,
     "std_msgs/msg/Float64": "float64 data\n",
@@ -61,11 +60,11 @@ _TEXTS: Final = {
 }
 """Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
 
-TYPES: Final = {topic: MessageType(name, definition(name, _TEXTS.__getitem__), "")
-                for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
-                                    (BODY, "visualization_msgs/msg/MarkerArray"),
-                                    (ENERGY, "std_msgs/msg/Float64"),
-                                    (REACH, "std_msgs/msg/String"))}
+TYPES = {topic: MessageType(name, definition(name, _TEXTS.__getitem__), "")
+         for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
+                             (BODY, "visualization_msgs/msg/MarkerArray"),
+                             (ENERGY, "std_msgs/msg/Float64"),
+                             (REACH, "std_msgs/msg/String"))}
 
 
 def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:

@@ -5,7 +5,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +29,10 @@ from .part_store import PartStore
 
 Index = NDArray[np.int64]
 
-RECENT: Final = 400
+RECENT = 400
 """Parts that are compared with all those before."""
 
-CHANCE: Final = 1e-4
+CHANCE = 1e-4
 """Below it, a change is more than chance: a cell that does not change alarms once in some
 hundred thousand parts."""
 

@@ -1,7 +1,5 @@
 """The actions `~/simulate_drops` and `~/simulate_flips`: goals that are jobs."""
 
-from __future__ import annotations
-
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -289,10 +287,10 @@ class SimulateFlipsServer(GoalServer):
         return result
 
 
-def flat(matrix: NDArray[np.float64]) -> array[float]:
+def flat(matrix: NDArray[np.float64]) -> "array[float]":
     """A matrix row by row, as rclpy takes it as it is."""
     return array("d", np.ascontiguousarray(matrix).tobytes())
 
 
-def _whole(numbers: NDArray[np.int64]) -> array[int]:
+def _whole(numbers: NDArray[np.int64]) -> "array[int]":
     return array("Q", numbers.astype(np.uint64).tobytes())

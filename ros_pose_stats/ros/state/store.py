@@ -6,17 +6,16 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
 from ... import files
 from ...errors import RequestError
 from . import tables
 from .tables import Change, Row
 
-LARGE: Final = 64 * 2**10
+LARGE = 64 * 2**10
 """Bytes of a mesh that lies in a file of its own: SQLite would write it twice."""
 
-SECONDS: Final = 1.0
+SECONDS = 1.0
 """Changes that nobody waits for are written within that time; what failed is tried again then."""
 
 
