@@ -3,8 +3,7 @@
 import math
 from typing import Literal
 
-from ..errors import RequestError
-from ..text import length_in_words
+from .. import errors, text
 from .arrays import NOT_NUMBERS, real_number
 
 AUTO: Literal["auto"] = "auto"
@@ -63,8 +62,8 @@ def guess_unit(extent: float) -> str:
     """
     unit = likely_unit(extent)
     if unit is None:
-        raise RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
-                           f"one {extent:.3g} units long", "give its unit")
+        raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
+                                  f"one {extent:.3g} units long", "give its unit")
     return unit
 
 
@@ -81,8 +80,8 @@ def metres_per_unit(unit: str | float) -> float:
     except NOT_NUMBERS:
         length = math.nan
     if not 0.0 < length < math.inf:
-        raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
-                           f"{unit!r}", "most CAD systems export millimetres: 'mm'")
+        raise errors.RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
+                                  f"{unit!r}", "most CAD systems export millimetres: 'mm'")
     return length
 
 
@@ -116,7 +115,7 @@ def unit_warnings(extent: float, unit: float, source: UnitSource,
 
     `extent`: largest extent of the part, metres; `declared`: metres a unit as the file declares.
     """
-    size, likely = length_in_words(extent), likely_unit(extent / unit)
+    size, likely = text.length_in_words(extent), likely_unit(extent / unit)
     if source == "guessed":
         return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
                 f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
@@ -136,12 +135,12 @@ def _suspect(extent: float, unit: float, source: UnitSource,
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
     if shortest <= extent <= longest:
         return ()
-    size = length_in_words(extent)
+    size = text.length_in_words(extent)
     why = ("since its file names no unit and metres are assumed" if source == "assumed"
            else "unusual for a fed part")
     if likely is None or METRES_PER_UNIT[likely] == unit:
         return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
-    meant = length_in_words(extent / unit * METRES_PER_UNIT[likely])
+    meant = text.length_in_words(extent / unit * METRES_PER_UNIT[likely])
     return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
             "long: check the unit.",)
 

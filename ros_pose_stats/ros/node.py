@@ -9,13 +9,10 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.overlap import TakesLongError
-from . import restore
-from .camera_counts import CountSubscription, ObservedSubscription
-from .jobs import Jobs
+from . import camera_counts, restore
+from .jobs import Jobs, queue, run
 from .jobs.job_reports import JobReports
-from .jobs.queue import flip_health, job_health
 from .jobs.refinement import Refinement
-from .jobs.run import FlipReports, run_flips
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
 from .parameters import Parameters
@@ -94,13 +91,14 @@ class PoseStatsNode(AnsweringNode):
         self.jobs = Jobs(run_name, self.reports, log.error)
         self.jobs.add_ended(restored.jobs)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
-        self.flip_reports = FlipReports(), FlipReports()
+        self.flip_reports = run.FlipReports(), run.FlipReports()
         flips, feeding = self.flip_reports
-        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run_flips),
-                          Jobs(f"{run_name}_feeding", feeding, log.error, run_flips))
+        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run.run_flips),
+                          Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
         self.refinement = Refinement(self._settings, self.results, self.jobs, self.announcer)
-        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
-                                        mesh_log.introduce, self.learnt.add_counts)
+        self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
+                                                      self.refusals,
+                                                      mesh_log.introduce, self.learnt.add_counts)
         if settings.restore:
             self.parts.restore(settings.max_parts, settings.max_part_bytes)
             for known in self.parts.all():
@@ -127,8 +125,9 @@ class PoseStatsNode(AnsweringNode):
             self.refusals, self.builder.find_poses)
         MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
                           self.refusals)
-        self.observed = ObservedSubscription(self, self._settings, self.counts,
-                                             self.parts.current, self.recorder, self.refusals)
+        self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
+                                                           self.parts.current, self.recorder,
+                                                           self.refusals)
         Services(self, self._settings, self.parts, self.results, self.announcer, requests,
                  self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
@@ -143,8 +142,8 @@ class PoseStatsNode(AnsweringNode):
                                                   self.mesh_queue.waiting()),
             "counts": lambda: count_health({known.part_id: known.shown.counts
                                             for known in self.parts.all()}),
-            "jobs": lambda: job_health(self.jobs, self._settings()),
-            "flips": lambda: flip_health(*self.flip_jobs),
+            "jobs": lambda: queue.job_health(self.jobs, self._settings()),
+            "flips": lambda: queue.flip_health(*self.flip_jobs),
             "recording": self.recorder.health})
 
     def start(self) -> None:

@@ -14,8 +14,7 @@ from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as sc
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
 from ..version import VERSION
-from . import chunks, drop_body
-from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
+from . import chunks, drop_body, drops
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
 DEFAULT_FLIPS = 2000
@@ -110,11 +109,11 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
            watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
-    rules = drop_rules(scene, body.radius)
+    rules = drops.drop_rules(scene, body.radius)
     kicks = kicks_of(body, kick / body.radius)
 
-    def flip(first: int, count: int) -> DropOutcomes:
-        return compute_motions(body, rules, kicks.states(request.seed, first, count))
+    def flip(first: int, count: int) -> drops.DropOutcomes:
+        return drops.compute_motions(body, rules, kicks.states(request.seed, first, count))
 
     workers = chunks.DropWorkers(flip, request.drops, request.workers, watch.should_stop,
                                  watch.background)
@@ -154,9 +153,9 @@ class Kicks:
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
         lowest = resting.clusters.lowest[pose]
-        states = states_at_rest(self.body, resting.equilibria.heights[lowest],
-                                resting.equilibria.downs[lowest])
-        x, y, z = self._points(pose, flip_draws(seed, first, count)).T
+        states = drops.states_at_rest(self.body, resting.equilibria.heights[lowest],
+                                      resting.equilibria.downs[lowest])
+        x, y, z = self._points(pose, drops.flip_draws(seed, first, count)).T
         p, q, r = states[:, P:P + 3].T
         arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
         reach = arm * arm / moment

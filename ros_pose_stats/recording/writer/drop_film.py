@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh.decimation import visible_triangles
-from ...mesh.vectors import rotation_matrices
+from ...mesh import decimation, vectors
 from ...records import Part
 from ...simulation.frames import RATE, DropFrames
 from .bag_file import BagFile
@@ -79,7 +78,7 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
     plate), `/drop/energy` [J] and `/drop/within_reach`.
     """
     film = BagFile(file, TYPES)
-    places = -(rotation_matrices(frames.orientations) @ part.center_of_mass)
+    places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     places[:, 2] += frames.heights
     still = np.maximum(np.arange(len(frames.times)) - frames.rest, 0) / RATE
     drawn = -EVERY
@@ -102,7 +101,7 @@ def _transform(place: Array, orientation: Array, stamp: int) -> bytes:
 
 def _markers(part: Part, stamp: int) -> bytes:
     """The part in its own frame, which the transforms move, and the plate below it."""
-    corners = visible_triangles(part, FINEST).reshape(-1, 3)
+    corners = decimation.visible_triangles(part, FINEST).reshape(-1, 3)
     about = corners - part.center_of_mass
     reach = float(np.sqrt((about * about).sum(axis=1).max()))
     thin = 0.02 * reach

@@ -11,8 +11,7 @@ from ...methods import AUTO, HYBRID
 from ...planning import confidence
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
-from ..messages.part_requests import PartRequest
-from ..messages.statistics_messages import refutes, with_warning
+from ..messages import part_requests, statistics_messages
 from ..parts.announcer import Announcer
 from ..parts.known_part import KnownPart, at_hand
 from ..parts.result_store import ResultStore
@@ -43,7 +42,7 @@ class Refinement:
         self._jobs = jobs
         self._announcer = announcer
 
-    def take_part(self, request: PartRequest) -> KnownPart:
+    def take_part(self, request: part_requests.PartRequest) -> KnownPart:
         """Make a received mesh a known part, and refine what it shows if that is wanted."""
         known, new = self._results.take_part(request)
         if new:
@@ -79,7 +78,7 @@ class Refinement:
         best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
         choice = explain_best(best.method)
-        if dropped is not None and refutes(dropped):
+        if dropped is not None and statistics_messages.refutes(dropped):
             choice, best = f"Drops already made contradict {best.method}.", dropped
         if not target_error:
             return best, choice
@@ -132,7 +131,7 @@ def _means(message: PoseStatistics) -> str:
 
 
 def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
-    return with_warning(message, f"TARGET_MISSED: {choice}"), choice
+    return statistics_messages.with_warning(message, f"TARGET_MISSED: {choice}"), choice
 
 
 def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:

@@ -14,9 +14,7 @@ from ... import records
 from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
 from ...records import DropScene
-from ..messages import statistics_messages as messages
-from ..messages.part_requests import PartRequest, check_request, estimator_name
-from ..messages.times import now
+from ..messages import part_requests, statistics_messages as messages, times
 from ..settings import Settings
 from ..state import Change, State
 from .announcer import Announcer
@@ -64,14 +62,14 @@ class ResultStore:
         self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def take_part(self, request: PartRequest) -> tuple[KnownPart, bool]:
+    def take_part(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """Make a received mesh a known part, estimated and latched; whether it is a new one.
 
         A copy of what is known is ignored; one that was refused is refused again at once. Raises
         PoseStatsError with one line that says what is wrong.
         """
         settings = self._settings()
-        check_request(request, settings.max_mesh_bytes)
+        part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
         known, new = self._parts.resolve(request)
         if new:
@@ -153,13 +151,14 @@ class ResultStore:
 
     def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
         """Whether an analytic result is at hand; raises as `estimate`."""
-        name = estimator_name(method or self._settings().default_method, scene.restitution)
+        name = part_requests.estimator_name(method or self._settings().default_method,
+                                            scene.restitution)
         return self._results.get(self._key(name, known, scene)) is not None
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
-        name = estimator_name(method or settings.default_method, scene.restitution)
+        name = part_requests.estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
         message = self._results.get(key)
         if message is None:
@@ -189,7 +188,7 @@ class ResultStore:
         if statistics.method != OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(statistics, messages.Answer(
-            now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
+            times.now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
             warnings))
 
     def is_due(self, known: KnownPart, scene: DropScene) -> bool:

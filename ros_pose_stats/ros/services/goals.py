@@ -20,8 +20,7 @@ from ...resting.poses import are_found
 from ..jobs import FlipRequest, Job, Jobs, State
 from ..jobs.job_reports import JobReports
 from ..jobs.run import FlipReports, flips_in_all, pose_count
-from ..parts.known_part import at_hand
-from ..parts.part_builder import is_large
+from ..parts import known_part, part_builder
 from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
@@ -257,12 +256,12 @@ class SimulateFlipsServer(GoalServer):
                                f"{request.kick_height:g}", "half the part's radius flips most "
                                "parts")
         scene = settings.scene(known.scene_override)
-        if not is_large(known.part) or are_found(known.part, scene):
+        if not part_builder.is_large(known.part) or are_found(known.part, scene):
             flips_in_all(pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
-            at_hand(known.part), settings)
+            known_part.at_hand(known.part), settings)
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...errors import PoseStatsError, RequestError
+from ... import errors, methods
 from ...mesh.mass_properties import check_offset
-from ...methods import AUTO
 from ...planning.confidence import not_enough
 from ...records import DropScene
 from ..jobs import Job, Jobs, State
@@ -71,7 +70,7 @@ def refusing(callback: Callback) -> Callback:
         try:
             response.success = True
             return act()
-        except PoseStatsError as refusal:
+        except errors.PoseStatsError as refusal:
             response.success, response.message = False, str(refusal)
         except Exception as error:  # the client gets an answer in any case
             response.success = False
@@ -159,7 +158,7 @@ class Services:
         if offset.any():  # drops in the background would be of the part as it is known
             message = with_warning(self._named(known, request, scene, AS_ITSELF),
                                  shift_warning(offset))
-        elif (request.method or self._settings().default_method) == AUTO:
+        elif (request.method or self._settings().default_method) == methods.AUTO:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             message = self._named(known, request, scene, BY_DROPS)
@@ -192,7 +191,8 @@ class Services:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
         if request.heights and not request.part_id:
-            raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
+            raise errors.RequestError("a part_id with heights", "none",
+                                      "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
         latched = [(known, found) for known in chosen
                    if (found := known.shown.latched) is not None]
@@ -249,6 +249,6 @@ class Services:
     def _job(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)
         if job is None:
-            raise RequestError("the job_id of a drop simulation", shown(job_id),
-                               "list_drop_simulations lists those that the node knows")
+            raise errors.RequestError("the job_id of a drop simulation", shown(job_id),
+                                      "list_drop_simulations lists those that the node knows")
         return job

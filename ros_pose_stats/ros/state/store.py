@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from ... import files
-from ...errors import RequestError
+from ... import errors, files
 from . import tables
 from .tables import Change, Row
 
@@ -56,12 +55,12 @@ class State:
             files.refuse_irregular(file)
             self._open()
         except (files.NotAFileError, IsADirectoryError) as error:
-            raise RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
-                               "name another one") from error
+            raise errors.RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
+                                      "name another one") from error
         except (sqlite3.Error, OSError) as error:
             self.problem = tables.problem_of(file, error)
             say(f"NOT_RECORDED: {self.problem}")
-        except RequestError:
+        except errors.RequestError:
             self._let_go()
             raise
         self._thread = threading.Thread(target=self._run, name="state", daemon=True)
