@@ -15,8 +15,7 @@ from ..records import DropScene
 from ..simulation.request import DropRequest
 from ..statistics import feeding, paired_counts
 from ..version import VERSION
-from . import changes, features, shares
-from .paired_drops import PairedDrops, begin_pairs, drop_more
+from . import changes, features, paired_drops, shares
 
 SCATTER = 0.005
 SCATTER_OF_CUT = 0.012
@@ -105,7 +104,7 @@ FEW, PATIENCE = 250, 4.0
 class CheckDrops(NamedTuple):
     """Drops of a part and of what was made of it."""
 
-    pairs: PairedDrops
+    pairs: paired_drops.PairedDrops
     # of the share of the wanted poses, from the first part to each of the others
     differences: list[paired_counts.PairedDifference]
     out_of_time: bool  # whether time ended them before the drops that were asked for
@@ -124,9 +123,10 @@ def drop_changed(changed: Sequence[changes.ChangedPart], model: shares.WantedSha
     times that; None for no bound; `on_progress`: takes the share done.
     """
     parts, begin, late = [one.part for one in changed], time.perf_counter(), False
-    pairs = begin_pairs(parts, model.scene, asked.seed)
+    pairs = paired_drops.begin_pairs(parts, model.scene, asked.seed)
     for wanted in sorted({min(one, asked.drops) for one in (*LOOKS, asked.drops)}):
-        pairs = drop_more(pairs, parts, wanted, workers=asked.workers, should_stop=should_stop)
+        pairs = paired_drops.drop_more(pairs, parts, wanted, workers=asked.workers,
+                                       should_stop=should_stop)
         on_progress(wanted / asked.drops)
         # The next look takes as long again as all before. Few drops say little.
         patience = PATIENCE if pairs.drops < FEW else 1.0
@@ -152,7 +152,7 @@ def check_effects(effects: Sequence[Effect], changed: Sequence[changes.ChangedPa
                  for effect, one in zip(effects, found.differences, strict=True)), found
 
 
-def compare_with_first(pairs: PairedDrops, changed: Sequence[changes.ChangedPart],
+def compare_with_first(pairs: paired_drops.PairedDrops, changed: Sequence[changes.ChangedPart],
                        model: shares.WantedShare
                        ) -> list[paired_counts.PairedDifference]:
     """Change of the wanted share from the first part to each of the others."""

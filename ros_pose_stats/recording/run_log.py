@@ -10,8 +10,7 @@ from pathlib import Path
 
 from ..files import DirectoryLock, make_directories, replace_file, sync_directory
 from . import repair, runs
-from .writer import mcap_layout, message_types
-from .writer.bag_file import BagFile
+from .writer import bag_file, mcap_layout, message_types
 
 _FILES = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""
@@ -161,7 +160,7 @@ class _Bag:
         self._path = path
         self._lock = _locked_directory(path)
         self._types, self._node, self._max_bytes = types, node, max_bytes
-        self.file: BagFile | None = None
+        self.file: bag_file.BagFile | None = None
         self.metadata_size = 0
         self._closed: dict[str, int] = {}  # bytes of the files before that one, oldest first
         self._finished: dict[str, mcap_layout.Contents] = {}  # what those hold that have a footer
@@ -227,7 +226,7 @@ class _Bag:
                 runs.remove_empty(self._path)
         self._lock.release()
 
-    def _file_for(self, record: int) -> BagFile:
+    def _file_for(self, record: int) -> bag_file.BagFile:
         """The file for a record of so many bytes."""
         file = self.file
         if file is not None and not self._leave_broken(file) and file.written and (
@@ -236,13 +235,13 @@ class _Bag:
         if self.file is None:
             while runs.bag_file(self._path, self._next_number).exists():
                 self._next_number += 1
-            self.file = BagFile(runs.bag_file(self._path, self._next_number), self._types,
-                                self._node)
+            self.file = bag_file.BagFile(runs.bag_file(self._path, self._next_number), self._types,
+                                         self._node)
             self._next_number += 1
             self._described = False
         return self.file
 
-    def _leave_broken(self, file: BagFile) -> bool:
+    def _leave_broken(self, file: bag_file.BagFile) -> bool:
         """Leave a file that cannot be gone on with; return whether it was that."""
         if not (file.broken or file.is_gone()):
             return False
@@ -250,12 +249,12 @@ class _Bag:
         self._leave(file)
         return True
 
-    def _finish_file(self, file: BagFile) -> None:
+    def _finish_file(self, file: bag_file.BagFile) -> None:
         file.finish()
         self._finished[file.path.name] = file.contents
         self._leave(file)
 
-    def _leave(self, file: BagFile) -> None:
+    def _leave(self, file: bag_file.BagFile) -> None:
         self.file = None
         self._closed[file.path.name] = file.size
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import RequestError
+from .. import errors, version
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
-from ..version import VERSION
 from . import chunks, drop_body, drops
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
@@ -90,7 +89,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     return FlipStatistics(
         part.part_id, part.digest, body.radius, scene.restitution, kick,
         scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
-        request.seed, time.perf_counter() - begin, tuple(warnings), VERSION)
+        request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION)
 
 
 def check_kick(kick_height: float) -> float:
@@ -100,8 +99,8 @@ def check_kick(kick_height: float) -> float:
     """
     kick = real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
-        raise RequestError("a kick height of 0 m or more", f"{kick_height}",
-                           "half the part's radius flips most parts")
+        raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",
+                                  "half the part's radius flips most parts")
     return kick
 
 

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from ...mesh import decimation, vectors
 from ...records import Part
 from ...simulation.frames import RATE, DropFrames
-from .bag_file import BagFile
+from . import bag_file, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
-from .message_types import MessageType, definition
 
 Array = NDArray[np.float64]
 
@@ -59,7 +58,8 @@ _TEXTS = {
 }
 """Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
 
-TYPES = {topic: MessageType(name, definition(name, _TEXTS.__getitem__), "")
+TYPES = {topic: message_types.MessageType(name, message_types.definition(name, _TEXTS.__getitem__),
+                                          "")
          for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
                              (BODY, "visualization_msgs/msg/MarkerArray"),
                              (ENERGY, "std_msgs/msg/Float64"),
@@ -77,7 +77,7 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
     Topics: `/tf` (`plate` to `part`), `/drop/markers` (the part, in its own frame, and the
     plate), `/drop/energy` [J] and `/drop/within_reach`.
     """
-    film = BagFile(file, TYPES)
+    film = bag_file.BagFile(file, TYPES)
     places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     places[:, 2] += frames.heights
     still = np.maximum(np.arange(len(frames.times)) - frames.rest, 0) / RATE

@@ -15,9 +15,8 @@ from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
 from ..state.tables import Row
+from . import memory, part_builder
 from .known_part import KnownPart, Numbers, PartSource, memory_of_parts
-from .memory import Memory
-from .part_builder import NotBuiltError
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
@@ -35,7 +34,7 @@ class MeshLog:
     def __init__(self, recorder: Recorder, state: State) -> None:
         self._recorder, self._state = recorder, state
         self._bag = -1
-        self._recorded: Memory[tuple[str, str], bool] = Memory(RECORDED)
+        self._recorded: memory.Memory[tuple[str, str], bool] = memory.Memory(RECORDED)
         self._lock = threading.RLock()
 
     def introduce(self, known: KnownPart) -> None:
@@ -73,10 +72,10 @@ class PartStore:
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
+        self._refused: memory.Memory[tuple[str, bytes], PoseStatsError] = memory.Memory(REFUSED)
         # also after another mesh of the same name has come
-        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
+        self._built: memory.Memory[tuple[str, bytes], Part] = memory_of_parts()
+        self._numbers: memory.Memory[str, Numbers] = memory.Memory(NUMBERED)
 
     def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
         """Know the parts of the state again, the last used ones; each is built when asked for."""
@@ -143,7 +142,7 @@ class PartStore:
         if part is None:
             try:
                 part = self._build_part(request)
-            except NotBuiltError:  # the mesh may be good
+            except part_builder.NotBuiltError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
                 self._refused.put(key, error)
@@ -216,7 +215,8 @@ class PartStore:
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
                                part_requests.shown(part_id),
-                               "publish its mesh on ~/part_mesh, or send the part with the request")
+                               "publish its mesh on ~/part_mesh, or send the part with the "
+                               "request")
         return known
 
     def all(self) -> list[KnownPart]:

@@ -17,11 +17,9 @@ from ...records import DropScene
 from ..messages import part_requests, statistics_messages as messages, times
 from ..settings import Settings
 from ..state import Change, State
+from . import count_store, memory, part_store
 from .announcer import Announcer
-from .count_store import CountStore
 from .known_part import KnownPart
-from .memory import Memory
-from .part_store import PartStore
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -51,7 +49,8 @@ class Key(NamedTuple):
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
+    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
+                 counts: count_store.CountStore,
                  announcer: Announcer, state: State) -> None:
         self._settings = settings
         self._parts = parts
@@ -59,7 +58,7 @@ class ResultStore:
         self._announcer = announcer
         self._state = state
         self._waiting: dict[str, KnownPart] = {}
-        self._results: Memory[Key, PoseStatistics] = Memory(
+        self._results: memory.Memory[Key, PoseStatistics] = memory.Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
     def take_part(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:

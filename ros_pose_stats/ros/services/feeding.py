@@ -15,8 +15,7 @@ from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs
 from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages import part_requests, statistics_messages
-from ..parts.known_part import KnownPart, at_hand
-from ..parts.part_store import PartStore
+from ..parts import known_part, part_store
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from . import goals, requests, services
@@ -35,7 +34,8 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: part_store.PartStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -70,10 +70,10 @@ class FeedingService:
         seconds = min(FLIP_SECONDS, settings.max_job_seconds)
         job = self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                        kick_height=kick), at_hand(known.part), settings)
+                        kick_height=kick), known_part.at_hand(known.part), settings)
         return services.Later(job.finished, partial(self._go_on, request, response, latched, job))
 
-    def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
+    def _remembered(self, known: known_part.KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
         """Flips as many as an answer takes, of goals too, or what there was time for."""
         key = flip_key(known.digest, scene, kick)

@@ -17,11 +17,8 @@ from ros_pose_stats_msgs.msg import PartMesh
 
 from ...errors import PoseStatsError, RequestError
 from ...resting.poses import are_found
-from ..jobs import FlipRequest, Job, Jobs, State
-from ..jobs.job_reports import JobReports
-from ..jobs.run import FlipReports, flips_in_all, pose_count
-from ..parts import known_part, part_builder
-from ..parts.part_store import PartStore
+from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..parts import known_part, part_builder, part_store
 from ..settings import Settings
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
 from .requests import Requests
@@ -211,7 +208,7 @@ class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
     def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
-                 reports: JobReports) -> None:
+                 reports: job_reports.JobReports) -> None:
         self._requests = requests
         self._reports = reports
         super().__init__(node, SimulateDrops, "simulate_drops", jobs)
@@ -240,8 +237,9 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
-                 jobs: Jobs, reports: FlipReports) -> None:
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: part_store.PartStore,
+                 jobs: Jobs, reports: run.FlipReports) -> None:
         self._settings = settings
         self._parts = parts
         self._reports = reports
@@ -257,7 +255,7 @@ class SimulateFlipsServer(GoalServer):
                                "parts")
         scene = settings.scene(known.scene_override)
         if not part_builder.is_large(known.part) or are_found(known.part, scene):
-            flips_in_all(pose_count(known.part, scene), request.drops, settings)
+            run.flips_in_all(run.pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
@@ -267,7 +265,7 @@ class SimulateFlipsServer(GoalServer):
         """How far the flips are."""
         feedback, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
         if part is not None:
-            feedback.flips_total = flips_in_all(pose_count(part, job.request.scene),
+            feedback.flips_total = run.flips_in_all(run.pose_count(part, job.request.scene),
                                              job.request.drops, job.settings)
         return feedback
 

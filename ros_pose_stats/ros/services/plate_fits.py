@@ -14,10 +14,8 @@ from ros_pose_stats_msgs.srv import FitPlate
 
 from ... import errors, text
 from ..messages.part_requests import shown
+from ..parts import count_store, known_part, part_store
 from ..parts.announcer import Announcer
-from ..parts.count_store import CellCounts, CountStore
-from ..parts.known_part import KnownPart
-from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from . import requests, services
@@ -33,7 +31,7 @@ class PlateFits:
     """Fits one plate at a time, in a thread of its own."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: PartStore, counts: CountStore, announcer: Announcer,
+                 parts: part_store.PartStore, counts: count_store.CountStore, announcer: Announcer,
                  use_plate: Callable[[str], object]) -> None:
         self._settings = settings
         self._parts, self._counts = parts, counts
@@ -76,7 +74,8 @@ class PlateFits:
             self._thread.join(seconds)
         return not self._thread.is_alive()
 
-    def _run(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings,
+    def _run(self, counts: list[tuple[known_part.KnownPart, count_store.CellCounts]],
+             settings: Settings,
              coming: Future[PlateFit]) -> None:
         try:
             fit = self._fit(counts, settings)
@@ -85,7 +84,8 @@ class PlateFits:
         else:
             coming.set_result(fit)
 
-    def _fit(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings) -> PlateFit:
+    def _fit(self, counts: list[tuple[known_part.KnownPart, count_store.CellCounts]],
+             settings: Settings) -> PlateFit:
         from ...plates import count_part, fit_plate
 
         until = time.monotonic() + settings.max_job_seconds
@@ -157,7 +157,8 @@ def check_applicable(plate: str, settings: Settings) -> None:
 
 
 def counts_on(plate: str, present: str,
-              parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
+              parts: Iterable[known_part.KnownPart]
+              ) -> list[tuple[known_part.KnownPart, count_store.CellCounts]]:
     """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [(known, counts) for known in parts
                if (counts := known.shown.counts) is not None and counts.total.any()]
