@@ -13,17 +13,10 @@ from . import camera_counts, parameters, recorder, refusals, restore
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
-from .parts import (
-    announcer,
-    count_store,
-    known_part,
-    mesh_queue,
-    mesh_subscriptions,
-    outlines,
-    part_builder,
-    part_store,
-    result_store,
-)
+from .parts import announcer, count_store, known_part, mesh_queue, outlines, part_builder
+from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts.part_store import MeshLog, PartStore
+from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .services import goals, plate_fits, services
 from .services.feeding import FeedingService
 from .services.requests import Requests
@@ -70,20 +63,19 @@ class PoseStatsNode(AnsweringNode):
         self.refusals = refusals.Refusals(log.warning)
         self.mesh_queue = mesh_queue.MeshQueue(lambda: self._settings().max_mesh_bytes)
         self.builder, self.outlines = part_builder.PartBuilder(), outlines.Outlines()
-        mesh_log = part_store.MeshLog(self.recorder, self.state)
+        mesh_log = MeshLog(self.recorder, self.state)
         self.announcer = announcer.Announcer(self, self.recorder, self.state, mesh_log.introduce,
                                              self.refusals.floods)
-        self.parts = part_store.PartStore(
+        self.parts = PartStore(
             self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
                 request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
         self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
-        self.results = result_store.ResultStore(self._settings, self.parts, self.learnt,
-                                                self.announcer,
-                                                self.state)
+        self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
+                                   self.state)
         self.reports = job_reports.JobReports(self.results, self.parts, self.announcer,
-                                              self.recorder,
-                                              self.state, log.info, restored.answers)
+                                              self.recorder, self.state, log.info,
+                                              restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
         self.jobs.add_ended(restored.jobs)
@@ -95,8 +87,8 @@ class PoseStatsNode(AnsweringNode):
         self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
                                                 self.announcer)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
-                                                      self.refusals,
-                                                      mesh_log.introduce, self.learnt.add_counts)
+                                                      self.refusals, mesh_log.introduce,
+                                                      self.learnt.add_counts)
         if settings.restore:
             self.parts.restore(settings.max_parts, settings.max_part_bytes)
             for known in self.parts.all():
@@ -121,9 +113,8 @@ class PoseStatsNode(AnsweringNode):
         self.requests = requests = Requests(
             self._settings, self.parts, self.refinement.take_part, self.mesh_queue, self.jobs,
             self.refusals, self.builder.find_poses)
-        mesh_subscriptions.MeshSubscriptions(self, self._settings, self.refinement.take_part,
-                                             self.mesh_queue,
-                                             self.refusals)
+        MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
+                          self.refusals)
         self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
                                                            self.parts.current, self.recorder,
                                                            self.refusals)
@@ -136,7 +127,7 @@ class PoseStatsNode(AnsweringNode):
                                          self.table.use_plate)
         self.actions = [goals.SimulateDropsServer(self, requests, self.jobs, self.reports),
                         goals.SimulateFlipsServer(self, self._settings, self.parts, *flips)]
-        steady_timer(self, result_store.SECONDS_BETWEEN, self._write_down,
+        steady_timer(self, SECONDS_BETWEEN, self._write_down,
                      MutuallyExclusiveCallbackGroup())
         refusals.Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
