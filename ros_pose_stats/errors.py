@@ -5,8 +5,6 @@ about it. The message is written here, so that every refusal reads alike and fit
 one line on a terminal, in a service response or in a diagnostic.
 """
 
-from __future__ import annotations
-
 _LONGEST = 500  # characters of what came; an array may print as pages
 
 
@@ -30,7 +28,7 @@ class PoseStatsError(ValueError):
         self.remedy = remedy
         super().__init__(f"expected {expected}, got {found}; {remedy}")
 
-    def __reduce__(self) -> tuple[type[PoseStatsError], tuple[str, str, str]]:
+    def __reduce__(self) -> "tuple[type[PoseStatsError], tuple[str, str, str]]":
         return type(self), (self.expected, self.found, self.remedy)
 
 

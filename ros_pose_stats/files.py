@@ -4,8 +4,6 @@
 is made of: all or nothing after a power cut, too. `DirectoryLock`: one writer a directory.
 """
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import json
@@ -18,24 +16,24 @@ from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO
 
 from .errors import RequestError
 
-PREFIX: Final = ".unfinished-"
-HALF: Final = ".half"
+PREFIX = ".unfinished-"
+HALF = ".half"
 """Suffix of a file that is being written and takes its name when it is whole."""
 
-LOCK: Final = ".lock"
+LOCK = ".lock"
 """File whose lock is that of its directory."""
 
 _NO_SUCH_SYNC = frozenset((errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP))
 """What file systems answer that have nothing to sync for a directory."""
 
-_GLANCES: Final = 5
+_GLANCES = 5
 """A lock found taken is tried again this often: somebody may only have looked at it."""
 
-_GLANCE: Final = 0.002
+_GLANCE = 0.002
 """Seconds between two tries; looking takes microseconds."""
 
 _TAKEN = frozenset((errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES))
@@ -220,7 +218,7 @@ class DirectoryLock:
         self._number = number
 
     @classmethod
-    def take(cls, directory: Path) -> DirectoryLock | None:
+    def take(cls, directory: Path) -> "DirectoryLock | None":
         """The directory's lock; None where another process, or another log, has it.
 
         Raises OSError: there is no such directory, or no lock file can be made in it.
@@ -251,7 +249,7 @@ class DirectoryLock:
             os.close(self._number)
         self._number = -1
 
-    def __enter__(self) -> DirectoryLock:
+    def __enter__(self) -> "DirectoryLock":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import datetime, timezone
 from itertools import chain
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 SECOND = 1_000_000_000
 GAP = "  "
@@ -18,7 +18,7 @@ WIDTH = 100
 MOST_POSES = 40
 """Poses that a report lists; the others are summed up in one line."""
 
-SERIOUS: Final = frozenset({
+SERIOUS = frozenset({
     "UNIT_SUSPECT", "UNIT_OVERRIDDEN", "OPEN_MESH", "BODIES_OVERLAP", "INERTIA_SUSPECT",
     "COARSE_CURVE", "OUTSIDE_FIT", "CONFLICT", "LOW_DROP", "HEIGHT_SUSPECT", "UNITS_DIFFER"})
 """Codes of warnings to be looked at before the numbers are used: lengths or shares may be off by

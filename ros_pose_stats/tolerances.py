@@ -5,40 +5,39 @@ from the centre of mass to a vertex), so that no answer depends on units.
 """
 
 from collections.abc import Sequence
-from typing import Final
 
-WELD: Final = 1e-8
+WELD = 1e-8
 """Vertices closer than this, as a fraction of the largest extent, are one vertex.
 
 Files repeat a vertex for each triangle, at times with a last digit of difference; float32
 rounds at 6e-8, but a file rounds equal numbers alike, so nothing wider is needed.
 """
 
-FLATTEST: Final = 1e-7
+FLATTEST = 1e-7
 """Smallest extent of an acceptable point set, as a fraction of the largest.
 
 A needle of 1 : 1e-4 is a part; below 1e-7 float32 coordinates are pure noise.
 """
 
-HOLLOW: Final = 1e-9
+HOLLOW = 1e-9
 """Smallest enclosed volume, as a fraction of the hull's, that still counts as a solid."""
 
-TRIANGLE_INEQUALITY: Final = 1e-6
+TRIANGLE_INEQUALITY = 1e-6
 """Relative slack when checking that principal moments satisfy I1 + I2 >= I3.
 
 A flat plate meets it with equality and CAD systems print six or seven digits.
 """
 
-OVERLAP: Final = 1e-5
+OVERLAP = 1e-5
 """Bodies that reach into each other by less than this fraction of the size only touch."""
 
-ON_HULL: Final = 1e-12
+ON_HULL = 1e-12
 """A centre of mass this close to a face of the hull (relative to radius) counts as on it.
 
 Below it the sign of the distance is decided by rounding.
 """
 
-SHAKEN: Final = (1e-12, 1e-11)
+SHAKEN = (1e-12, 1e-11)
 """By how much, as a fraction of the size, points are moved where a face of the hull is crowded.
 
 A hundred times more than what Qhull takes for coplanar. It decides how flat faces are cut, and
@@ -46,134 +45,134 @@ whether a point that close to a face is a corner of it; no coordinate changes. T
 tried where Qhull gives up on the first.
 """
 
-COPLANAR: Final = 1e-6
+COPLANAR = 1e-6
 """Hull triangles whose vertices lie this close to one plane form one face.
 
 STL stores float32: a coordinate is off by up to 6e-8 of its size, a plane through a few
 such points by some 3e-7. Facets of a tessellated curve bulge by 1e-4 or more.
 """
 
-COPLANAR_OF_THICKNESS: Final = 1e-3
+COPLANAR_OF_THICKNESS = 1e-3
 """Upper bound of COPLANAR as a fraction of the smallest extent: thin plates keep two sides."""
 
-COPLANAR_ROUNDINGS: Final = 8.0
+COPLANAR_ROUNDINGS = 8.0
 """Hull triangles also form one face within this many times the rounding of the coordinates.
 
 A part in float32 ten sizes off its origin has its corners off by 6e-7 of its size.
 """
 
-COPLANAR_MOST: Final = 1e-4
+COPLANAR_MOST = 1e-4
 """But never wider than this: beyond it facets of a tessellated curve would merge."""
 
-TIP_MARGIN: Final = 1e-9
+TIP_MARGIN = 1e-9
 """A face is stable when the foot of the centre of mass lies this deep inside its polygon.
 
 Between -1e-9 and 1e-9 rounding after a rotation would decide; the pose is then not listed.
 Its probability by EAE and MEAE would be zero to that order anyway.
 """
 
-SAME_POINT: Final = 1e-9
+SAME_POINT = 1e-9
 """Corners of an outline this close are one, and closer to a straight line than this none."""
 
-SAME_LEVEL: Final = 1e-10
+SAME_LEVEL = 1e-10
 """Saddles this close in level are a tie: on a symmetric part only rounding parts them."""
 
-SAME_EDGE: Final = 1e-5
+SAME_EDGE = 1e-5
 """A toppling direction that passes a corner this closely is shared by the two sides there.
 
 On a symmetric part float32 noise would otherwise choose one of them; it moves the foot of
 the centre of mass on a small face by some 1e-6.
 """
 
-SAME_HEIGHT: Final = 1e-6
+SAME_HEIGHT = 1e-6
 """Heights this close are a tie in the numbering of poses; float32 noise is below it."""
 
-SAME_DOWN: Final = 1e-5
+SAME_DOWN = 1e-5
 """Components of `down` this close are a tie in the numbering of poses (radians)."""
 
-SYMMETRY: Final = 1e-5
+SYMMETRY = 1e-5
 """A rotation carries the part into itself when every feature lands this close to its image.
 
 A smaller asymmetry cannot be told from float32 noise of a part some way off its origin,
 and changes probabilities by no more than its own order.
 """
 
-TOUCHING: Final = 1e-9
+TOUCHING = 1e-9
 """A vertex this close to the plate takes part in what happens there (appendix B)."""
 
-SLOW: Final = 1e-5
+SLOW = 1e-5
 """An infinite series of impacts is cut off when no touching vertex approaches faster.
 
 In units of sqrt(g radius), as in appendix B; the energy that is dropped is below 1e-10 m g radius.
 """
 
-SOFT: Final = 1e-9
+SOFT = 1e-9
 """Most energy, in m g radius, that bringing one slow vertex to rest may cost.
 
 Two corners 1e-6 apart on a body that turns are both slow, but stopping both would stop the
 turn; the second one goes on to bounce instead.
 """
 
-AT_REST: Final = 1e-13
+AT_REST = 1e-13
 """A vertex that approaches more slowly than this is at rest; rounding stays below it."""
 
-TRUNCATION: Final = 1e-16
+TRUNCATION = 1e-16
 """Terms of a power series of the motion below this are left out."""
 
-DEPENDENT: Final = 1e-9
+DEPENDENT = 1e-9
 """A contact adds nothing to those before it when only this share of it is new."""
 
-PULL: Final = 1e-12
+PULL = 1e-12
 """Contact forces, in weights, count as zero down to this below it."""
 
-SINKING: Final = 1e-9
+SINKING = 1e-9
 """Downward acceleration, in g, of a vertex beside the contact that is put down to rounding."""
 
-JUST_TOUCHING: Final = 1e-13
+JUST_TOUCHING = 1e-13
 """A vertex just hit or released that is no higher starts its way up from exactly 0."""
 
-TRAP: Final = 1e-9
+TRAP = 1e-9
 """A drop is decided when its energy is this far (in m g radius) below the saddle out."""
 
-MOST_STEPS: Final = 100_000
+MOST_STEPS = 100_000
 """Impacts and steps, some 40 to 200 ms, in which a drop must make `PROGRESS`, or is given up.
 
 A body balanced on an unstable equilibrium does not, nor restitutions above 0.999 (of a needle
 0.99), and bodies with almost no inertia about an axis that corners are far from.
 """
 
-PROGRESS: Final = 0.05
+PROGRESS = 0.05
 """Share of the energy above the pose below that a drop must lose in so many steps to go on.
 
 Steps of a part that rolls grow with the square of its sides, and with the slenderness of the rim,
 so that no number of steps is right for all; the slowest ones seen lose a fifth each time.
 """
 
-MOST_GRANTS: Final = 12
+MOST_GRANTS = 12
 """Times that so many steps are granted: a second or two of a core, more than any rolling took.
 
 Released 1e160 m above the plate a drop loses a twentieth for hours, and nobody can stop it.
 """
 
-MARGINAL_TILT: Final = 0.0175
+MARGINAL_TILT = 0.0175
 """A pose that the plate's tilt of one degree topples is marginal: plates are not set up better."""
 
-SHALLOW_BARRIER: Final = 0.05
+SHALLOW_BARRIER = 0.05
 """A barrier below this fraction of the part's highest is small beside the others."""
 
-NEAR_TIE: Final = 1e-3
+NEAR_TIE = 1e-3
 """Saddles closer in height than this, in radii, tie for practical purposes."""
 
-EXACT_TIE: Final = 1e-5
+EXACT_TIE = 1e-5
 """Saddles closer than this tie by symmetry; float32 files round at some 1e-7."""
 
-COARSE_FACETS: Final = 0.1
+COARSE_FACETS = 0.1
 """Angle between facets, radians, above which a curve is coarse; 64 sides a turn have 0.098."""
 
-FEWEST_FACETS: Final = 8
+FEWEST_FACETS = 8
 """Stable facets, parted by low barriers only, that are taken for a curve."""
 
-SAME_SHARE: Final = 1e-10
+SAME_SHARE = 1e-10
 """Probabilities this close are a tie: on a symmetric part only rounding parts them."""
 
 

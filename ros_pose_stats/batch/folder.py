@@ -1,7 +1,5 @@
 """The folder in which work grows, so that a run that was cut off can go on."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from contextlib import suppress
@@ -44,7 +42,7 @@ class WorkFolder:
             lock.release()
             raise
 
-    def __enter__(self) -> WorkFolder:
+    def __enter__(self) -> "WorkFolder":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

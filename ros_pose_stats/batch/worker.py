@@ -5,8 +5,6 @@ its standard output, both pickled. It ends with its input, also in the middle of
 is left behind by a run that was killed.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import queue

@@ -19,9 +19,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from .. import errors, files, version
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
 from ..text import SERIOUS, percent, ranges, several
+from . import rows, store
 from .request import CatalogueRequest
-from .rows import Row
-from .store import ONE_WAY, Tally
 
 PAGE = "index.html"
 CHUNKS = "rows"
@@ -36,7 +35,7 @@ ROWS_A_CHUNK = 2000
 GROUPS = 8
 """Poses of a part that the page lists, those that symmetry makes alike as one."""
 
-Shown = tuple[Row, str]
+Shown = tuple[rows.Row, str]
 """A row and the file of its picture."""
 
 
@@ -46,7 +45,7 @@ class PageState(NamedTuple):
     parts: int
     bound: int
     to_be_dropped: int
-    tally: Tally
+    tally: store.Tally
 
 
 def write_page(folder: Path, request: CatalogueRequest, state: PageState,
@@ -64,7 +63,7 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
         for old in ours - {folder / name for name in chunks}:
             old.unlink()
         files.write_file(folder / PAGE, _template().render(
-            state=state, tally=state.tally, one_way=f"{100.0 * ONE_WAY:g}", request=request,
+            state=state, tally=state.tally, one_way=f"{100.0 * store.ONE_WAY:g}", request=request,
             version=version.VERSION, rows=own, chunks=chunks,
             scene=describe_scene(request.scene.restitution, request.scene.drop_height),
             target=percent(request.target_error),
@@ -76,7 +75,7 @@ def write_page(folder: Path, request: CatalogueRequest, state: PageState,
                                 "make room; the same command then goes on from here") from error
 
 
-def report_name(row: Row) -> str:
+def report_name(row: rows.Row) -> str:
     """File of the report on a part, below the folder of the catalogue.
 
     What is not UTF-8 in the part's name is left out, as no link can have it.
@@ -111,7 +110,7 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
             "serious": sorted(SERIOUS)}
 
 
-def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
+def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:
     """A row in the order in which the script takes it apart; lengths in millimetres."""
     if row["refusal"]:
         return [row["file"], row["refusal"]]
@@ -134,7 +133,7 @@ def _shown(folder: Path, row: Row, picture: str, embedded: bool) -> list[Any]:
 BOUNDS = ("", "_low", "_high")
 
 
-def _groups(poses: Sequence[Row]) -> list[list[Any]]:
+def _groups(poses: Sequence[rows.Row]) -> list[list[Any]]:
     """The most probable poses, those that symmetry makes alike as one."""
     alike = (list(group) for _, group in groupby(poses, key=lambda pose: pose["group"]))
     return [[ranges([pose["pose"] for pose in group]),

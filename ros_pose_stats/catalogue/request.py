@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from ..errors import RequestError, reason
+from .. import errors, text
 from ..mesh import mass_properties
 from ..mesh.files import SUFFIXES
 from ..records import DropScene
 from ..simulation.request import drop_request
-from ..text import FORMULAS
 
 
 @dataclass(frozen=True)
@@ -60,21 +59,21 @@ def find_parts(paths: Sequence[str | os.PathLike[str]]) -> list[PartFile]:
     """
     names = {_no_formula(str(name)) for path in paths for name in _files_of(Path(path))}
     if not names:
-        raise RequestError(f"files of parts ({', '.join(SUFFIXES)})",
-                           f"none in {', '.join(map(str, paths))}",
-                           "name a folder that holds some, or the files themselves")
+        raise errors.RequestError(f"files of parts ({', '.join(SUFFIXES)})",
+                                  f"none in {', '.join(map(str, paths))}",
+                                  "name a folder that holds some, or the files themselves")
     return [_looked_at(name) for name in sorted(names)]
 
 
 def _no_formula(name: str) -> str:
-    return f"./{name}" if name.startswith(FORMULAS) else name
+    return f"./{name}" if name.startswith(text.FORMULAS) else name
 
 
 def _files_of(path: Path) -> Iterator[Path]:
     if not path.is_dir():
         if not path.exists():
-            raise RequestError("files of parts, and folders of such", f"no file {path}",
-                               "check the path")
+            raise errors.RequestError("files of parts, and folders of such", f"no file {path}",
+                                      "check the path")
         yield path
         return
     for folder, files in _folders(path):
@@ -112,8 +111,9 @@ def _identity(folder: str) -> tuple[int, int]:
 
 
 def _refuse_folder(error: OSError) -> NoReturn:
-    raise RequestError("a folder that can be read", f"{error.filename} ({reason(error)})",
-                       "check its permissions") from error
+    raise errors.RequestError("a folder that can be read",
+                              f"{error.filename} ({errors.reason(error)})",
+                              "check its permissions") from error
 
 
 def _looked_at(name: str) -> PartFile:

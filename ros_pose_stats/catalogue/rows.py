@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import PoseStatsError
+from .. import errors, text
 from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
@@ -16,7 +16,6 @@ from ..plots.poses import pose_thumbnail
 from ..records import Array, Part, PoseStatistics, statistics
 from ..resting.poses import poses_in
 from ..statistics import feeding, pose_groups, pose_shares
-from ..text import serious_first
 from .request import CatalogueRequest
 
 Row = dict[str, Any]
@@ -35,7 +34,8 @@ class Described(NamedTuple):
     seconds: float  # that it took
 
 
-def describe_part(name: str, content: bytes | PoseStatsError | None, request: CatalogueRequest,
+def describe_part(name: str, content: bytes | errors.PoseStatsError | None,
+                  request: CatalogueRequest,
                   drop: bool, threads: int = 1) -> Described:
     """Look at one part. The answer depends on file and request alone, wherever it is made.
 
@@ -46,7 +46,7 @@ def describe_part(name: str, content: bytes | PoseStatsError | None, request: Ca
     begin = time.perf_counter()
     try:
         row, picture, open_ = _described(name, content, request, drop, threads)
-    except PoseStatsError as refusal:
+    except errors.PoseStatsError as refusal:
         row, picture, open_ = refused(name, str(refusal)), None, False
     except Exception as error:  # one part must not cost all others their rows
         row, picture, open_ = refused(
@@ -60,19 +60,19 @@ def refused(name: str, why: str) -> Row:
     return {"file": name, "refusal": " ".join(why.split())}
 
 
-def content_of(name: str) -> bytes | PoseStatsError:
+def content_of(name: str) -> bytes | errors.PoseStatsError:
     """What a file holds, or why it cannot be read."""
     try:
         return files.read_bytes(Path(name))
-    except PoseStatsError as refusal:
+    except errors.PoseStatsError as refusal:
         return refusal
 
 
-def _described(name: str, content: bytes | PoseStatsError | None, request: CatalogueRequest,
+def _described(name: str, content: bytes | errors.PoseStatsError | None, request: CatalogueRequest,
                drop: bool, threads: int) -> tuple[Row, bytes, bool]:
     path, scene = Path(name), request.scene
     held = content_of(name) if content is None else content
-    if isinstance(held, PoseStatsError):
+    if isinstance(held, errors.PoseStatsError):
         raise held
     mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
     given = mass_properties.check_given(None, None, None, request.density)
@@ -114,7 +114,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
         "entropy_bits": entropy([group.probability for group in groups]),
         "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
         "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
-        "warnings": serious_first(found.warnings),
+        "warnings": text.serious_first(found.warnings),
     }
 
 

@@ -4,9 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import BatchError, reason
-from ..files import write_whole
-from ..text import csv_lines
+from .. import errors, files, text
 from .rows import Row
 
 COLUMNS: dict[str, type] = {
@@ -64,12 +62,13 @@ def write_tables(folder: Path, rows: Callable[[], Iterable[Row]], parquet: bool)
                 _write_parquet(aside / f"{name}.parquet", columns, values)
 
     try:
-        written = write_whole(folder, write)
+        written = files.write_whole(folder, write)
         for name in set(TABLES) - {file.name for file in written}:
             (folder / name).unlink(missing_ok=True)
     except OSError as error:
-        raise BatchError("a disk that takes the tables", f"{folder} ({reason(error)})",
-                         "make room; the same command then goes on from here") from error
+        raise errors.BatchError("a disk that takes the tables",
+                                f"{folder} ({errors.reason(error)})",
+                                "make room; the same command then goes on from here") from error
     return written
 
 
@@ -92,7 +91,7 @@ def _pose_values(row: Row) -> Iterator[list[Any]]:
 def _write_csv(file: Path, columns: dict[str, type], rows: Iterable[Sequence[Any]]) -> None:
     # Names of files need not be UTF-8.
     with file.open("w", encoding="utf-8", errors="surrogateescape", newline="") as stream:
-        stream.writelines(csv_lines(columns, rows))
+        stream.writelines(text.csv_lines(columns, rows))
 
 
 def _write_parquet(file: Path, columns: dict[str, type],

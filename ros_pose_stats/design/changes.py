@@ -20,8 +20,7 @@ from ..kernels.mesh.measures import solid_moments
 from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
 from ..records import Part, scene as scenes
-from ..resting.convex_body import ConvexBody, keep_body, polyhedron
-from ..resting.poses import RestingPoses, resting_poses
+from ..resting import convex_body, poses
 from .features import EDGE, FACE, KINDS, Feature, find_features
 
 Array = NDArray[np.float64]
@@ -69,11 +68,12 @@ class DesignSpace:
                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> None:
         self.part = part
         self.cluster_tolerance, self.round_sides = cluster_tolerance, round_sides
-        self.resting: RestingPoses = resting_poses(part, cluster_tolerance, round_sides)
+        self.resting: poses.RestingPoses = poses.resting_poses(part, cluster_tolerance,
+                                                               round_sides)
         self.features: tuple[Feature, ...] = find_features(self.resting)
 
     @property
-    def body(self) -> ConvexBody:
+    def body(self) -> convex_body.ConvexBody:
         """Body of the part as it is."""
         return self.resting.body
 
@@ -160,21 +160,23 @@ class DesignSpace:
         return mass, center, np.trace(second) * np.eye(3) - second
 
     def _body(self, corners: Array, hull: tuple[Index, Index], center: Array, planes: Planes
-              ) -> tuple[ConvexBody, Index]:
+              ) -> tuple[convex_body.ConvexBody, Index]:
         """The body about its centre of mass, and the plane of each of its faces."""
         before = self.body
         points = corners - center
         farthest = float(lengths(points).max())
         points /= farthest
         points.flags.writeable = False
-        arrays, tolerance = polyhedron(points, *hull, self.part.rounding / before.radius)
+        arrays, tolerance = convex_body.polyhedron(points, *hull,
+                                                   self.part.rounding / before.radius)
         plane = plane_of_face(arrays, planes.normals)
         runs = tuple(replace(run, center=(run.center - center) / farthest,
                              radius=run.radius / farthest) for run in before.runs)
-        return ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
-                          planes.strip[plane], before.rounded), plane
+        return convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
+                                      planes.strip[plane], before.rounded), plane
 
-    def _part(self, corners: Array, body: ConvexBody, mass: float, center: Array, inertia: Array
+    def _part(self, corners: Array, body: convex_body.ConvexBody, mass: float, center: Array,
+              inertia: Array
               ) -> Part:
         """The hull as a part, with its body, which is not to be rounded once more."""
         before, radius = self.part, self.body.radius
@@ -183,7 +185,7 @@ class DesignSpace:
         part = Part(before.part_id, vertices, fans.astype(np.uint32), vertices, fans,
                     before.mass * mass, before.center_of_mass + radius * center,
                     inertia * (before.mass * radius * radius), before.warnings, before.rounding)
-        keep_body(part, body, self.round_sides)
+        convex_body.keep_body(part, body, self.round_sides)
         return part
 
 

@@ -15,10 +15,7 @@ from ..records import DropScene
 from ..simulation.request import DropRequest
 from ..statistics import feeding, paired_counts
 from ..version import VERSION
-from .changes import ChangedPart, DesignSpace
-from .features import Feature
-from .paired_drops import PairedDrops, begin_pairs, drop_more
-from .shares import WantedShare
+from . import changes, features, paired_drops, shares
 
 SCATTER = 0.005
 SCATTER_OF_CUT = 0.012
@@ -32,7 +29,7 @@ as a share of the change, and as a share of its unevenness (docs/measured/design
 class Effect:
     """What a change of one feature does to the share of the wanted poses."""
 
-    feature: Feature
+    feature: features.Feature
     number: int  # of the feature
     # numbers of the features that do the same by the part's symmetry, this one first
     alike: tuple[int, ...]
@@ -64,7 +61,7 @@ class Effect:
 class Sensitivity:
     """What changes of a part do to the share of its wanted poses."""
 
-    space: DesignSpace
+    space: changes.DesignSpace
     wanted: tuple[int, ...]
     scene: DropScene  # with the drop height in metres
     method: str  # the estimator
@@ -107,13 +104,14 @@ FEW, PATIENCE = 250, 4.0
 class CheckDrops(NamedTuple):
     """Drops of a part and of what was made of it."""
 
-    pairs: PairedDrops
+    pairs: paired_drops.PairedDrops
     # of the share of the wanted poses, from the first part to each of the others
     differences: list[paired_counts.PairedDifference]
     out_of_time: bool  # whether time ended them before the drops that were asked for
 
 
-def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: DropRequest,
+def drop_changed(changed: Sequence[changes.ChangedPart], model: shares.WantedShare,
+                 asked: DropRequest,
                  seconds: float | None, on_progress: Callable[[float], object],
                  should_stop: Callable[[], bool]) -> CheckDrops:
     """Drop a part and what was made of it from the same starts.
@@ -125,9 +123,10 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
     times that; None for no bound; `on_progress`: takes the share done.
     """
     parts, begin, late = [one.part for one in changed], time.perf_counter(), False
-    pairs = begin_pairs(parts, model.scene, asked.seed)
+    pairs = paired_drops.begin_pairs(parts, model.scene, asked.seed)
     for wanted in sorted({min(one, asked.drops) for one in (*LOOKS, asked.drops)}):
-        pairs = drop_more(pairs, parts, wanted, workers=asked.workers, should_stop=should_stop)
+        pairs = paired_drops.drop_more(pairs, parts, wanted, workers=asked.workers,
+                                       should_stop=should_stop)
         on_progress(wanted / asked.drops)
         # The next look takes as long again as all before. Few drops say little.
         patience = PATIENCE if pairs.drops < FEW else 1.0
@@ -139,7 +138,8 @@ def drop_changed(changed: Sequence[ChangedPart], model: WantedShare, asked: Drop
                       late and pairs.drops < asked.drops)
 
 
-def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], model: WantedShare,
+def check_effects(effects: Sequence[Effect], changed: Sequence[changes.ChangedPart],
+                  model: shares.WantedShare,
                   asked: DropRequest, seconds: float | None,
                   on_progress: Callable[[float], object], should_stop: Callable[[], bool]
                   ) -> tuple[tuple[Effect, ...], CheckDrops]:
@@ -152,7 +152,8 @@ def check_effects(effects: Sequence[Effect], changed: Sequence[ChangedPart], mod
                  for effect, one in zip(effects, found.differences, strict=True)), found
 
 
-def compare_with_first(pairs: PairedDrops, changed: Sequence[ChangedPart], model: WantedShare
+def compare_with_first(pairs: paired_drops.PairedDrops, changed: Sequence[changes.ChangedPart],
+                       model: shares.WantedShare
                        ) -> list[paired_counts.PairedDifference]:
     """Change of the wanted share from the first part to each of the others."""
     accepted = [np.flatnonzero(model.accepted(resting, one.origin)).tolist()

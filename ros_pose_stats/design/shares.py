@@ -9,8 +9,7 @@ from ..estimators import expected, registry
 from ..records import DropScene, Index, Mask
 from ..resting.poses import RestingPoses, bare_poses
 from ..statistics.feeding import check_wanted
-from .changes import ChangedPart, DesignSpace
-from .features import pose_of_faces
+from . import changes, features
 
 
 class WantedShare:
@@ -20,20 +19,21 @@ class WantedShare:
     from the height of the one before. Raises RequestError if there is no such pose.
     """
 
-    def __init__(self, space: DesignSpace, wanted: Sequence[int], scene: DropScene) -> None:
+    def __init__(self, space: changes.DesignSpace, wanted: Sequence[int],
+                 scene: DropScene) -> None:
         self.scene = replace(scene, drop_height=scene.release_height(space.body.radius))
         self._function = registry.ESTIMATORS[expected.best_method(scene.restitution)].function
         self.kept = check_wanted(wanted, len(space.resting.poses))
-        self._pose, self._rests = pose_of_faces(space.resting)
+        self._pose, self._rests = features.pose_of_faces(space.resting)
         self._downs = np.array([pose.down for pose in space.resting.poses])
 
-    def estimate(self, changed: ChangedPart) -> float:
+    def estimate(self, changed: changes.ChangedPart) -> float:
         """Share of the wanted poses of a changed part, 0 to 1."""
         resting = bare_poses(changed.part, self.scene)
         share = self._function(resting, self.scene)
         return float(share[self.accepted(resting, changed.origin)].sum())
 
-    def lost(self, changed: ChangedPart) -> tuple[int, ...]:
+    def lost(self, changed: changes.ChangedPart) -> tuple[int, ...]:
         """Wanted poses that a changed part has no more."""
         resting = bare_poses(changed.part, self.scene)
         there = self.poses_before(resting, changed.origin)

@@ -15,8 +15,7 @@ from ..records import Array, DropScene, Mask, Part, scene as scenes
 from ..simulation.request import SEEDS, DropRequest, drop_request
 from ..statistics import errors, feeding, paired_counts
 from ..version import VERSION
-from . import effects, features
-from .changes import ChangedPart, DesignSpace
+from . import changes, effects, features
 from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
 from .shares import WantedShare
 
@@ -32,14 +31,14 @@ GAIN_SECONDS = 5.0
 class Suggestion:
     """A change of a part that raises the share of its wanted poses."""
 
-    space: DesignSpace
+    space: changes.DesignSpace
     wanted: tuple[int, ...]
     scene: DropScene  # with the drop height in metres
     within: float  # bound of what is moved, metres
     steps: Array  # (n,); of each feature, metres or a fraction; all 0 where nothing was found
     # features that were changed, those tied together in one, the one that gains most first
     taken: tuple[tuple[int, ...], ...]
-    changed: ChangedPart  # the part after
+    changed: changes.ChangedPart  # the part after
     outline: float  # how far its outline and its centre of mass moved, metres
     center_shift: float
     before: float  # estimated shares
@@ -92,7 +91,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     begin = time.perf_counter()
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(GAIN_DROPS if drops is None else drops, seed, 0.0, workers, None)
-    space = DesignSpace(part, cluster_tolerance, round_sides)
+    space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = WantedShare(space, wanted, scene)
     check_within(within, space.body.radius)
     stop = should_stop or (lambda: False)
@@ -115,7 +114,7 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
         done.out_of_time, time.perf_counter() - begin)
 
 
-def _climbs(space: DesignSpace, model: WantedShare, within: float,
+def _climbs(space: changes.DesignSpace, model: WantedShare, within: float,
             progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Climb]:
     """The best by the estimator, and where that cuts edges the best that does not."""
     found = [Climb(space, model, within)]
@@ -126,7 +125,8 @@ def _climbs(space: DesignSpace, model: WantedShare, within: float,
     return found
 
 
-def _choose(climbs: list[Climb], space: DesignSpace, model: WantedShare, asked: DropRequest,
+def _choose(climbs: list[Climb], space: changes.DesignSpace, model: WantedShare,
+            asked: DropRequest,
             stop: Callable[[], bool]) -> Climb:
     """That which does better in drops, of a seed of their own; what cut edges do is least sure."""
     if len(climbs) == 1 or stop():

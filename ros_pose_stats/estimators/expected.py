@@ -17,12 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..records import Array, DropScene, Index
-from ..records.statistics import Shares
+from ..records import Array, DropScene, Index, statistics
 from ..resting.poses import RestingPoses
 from ..statistics.errors import DEFAULT_LEVEL, largest_error, root_mean_square
-from . import fitted
-from .published import normalized
+from . import fitted, published
 
 UNUSUAL = 2.0
 """Ratio of the expected error to the usual one from which on METHODS_DISAGREE warns."""
@@ -72,11 +70,13 @@ class ExpectedError(NamedTuple):
     # root mean square of what lopsided parts may gain by rolling; `here` has it
     rolled: float = 0.0
 
-    def shares(self, probability: Array) -> Shares:
+    def shares(self, probability: Array) -> statistics.Shares:
         """Probabilities (P,) with their errors, and 90 % intervals cut at 0 and 1."""
-        return Shares(probability, np.maximum(probability - self.reach * self.each, 0.0),
-                      np.minimum(probability + self.reach * self.each, 1.0), self.each,
-                      np.zeros(probability.shape, dtype=np.int64), self.here, self.largest)
+        return statistics.Shares(probability, np.maximum(probability - self.reach * self.each,
+                                                         0.0),
+                                 np.minimum(probability + self.reach * self.each, 1.0), self.each,
+                                 np.zeros(probability.shape, dtype=np.int64), self.here,
+                                 self.largest)
 
     @property
     def unknown(self) -> bool:
@@ -133,7 +133,7 @@ def rolling_errors(resting: RestingPoses, probability: Array) -> Array:
     if not offset.any():
         return np.zeros(probability.shape)
     gain = LOPSIDED * offset * np.sqrt(probability * np.maximum(probability, RARE))
-    return np.asarray(np.abs(normalized(probability + gain) - probability))
+    return np.asarray(np.abs(published.normalized(probability + gain) - probability))
 
 
 def largest_of(errors: Array, group: Index, fit: fitted.ErrorFit,

@@ -1,6 +1,5 @@
 """Estimators that weigh each stable face by its size (section 4.B)."""
 
-from typing import Final
 
 import numpy as np
 
@@ -45,10 +44,10 @@ def adre(resting: poses.RestingPoses) -> Array:
     return normalized(resting.gather(arrays.angle[found.faces] / arrays.distance[found.faces]))
 
 
-NQSE_COEFFICIENTS: Final = (-0.874, 8.03, -16.3, 7.70)
+NQSE_COEFFICIENTS = (-0.874, 8.03, -16.3, 7.70)
 """c0 … c3 of Eq. 6 as published (section 4.C)."""
 
-PQSE_SHARE: Final = 0.4
+PQSE_SHARE = 0.4
 """Redistributed share of PQSE: with it the estimator errs on the paper's kind of bodies as in the
 paper's Table I, and neither over- nor underestimates large faces (`python -m study table`)."""
 
@@ -156,7 +155,7 @@ def _arctangents(values: Array) -> Array:
     return np.asarray(8.0 * values * series)
 
 
-COMBINED_WEIGHT: Final = 0.75
+COMBINED_WEIGHT = 0.75
 """c of Eq. 9 as published: the weight of MEAE beside NQSE (section 4.E)."""
 
 

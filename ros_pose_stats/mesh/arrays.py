@@ -1,6 +1,6 @@
 """Checks of the numbers and triangle meshes that callers pass to the library."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError
 from ..kernels.mesh.measures import largest_used_extent
 
-NOT_NUMBERS: Final = (TypeError, ValueError, OverflowError)
+NOT_NUMBERS = (TypeError, ValueError, OverflowError)
 """Errors that the functions below raise for values that are no real numbers."""
 
 # Complex numbers, dates and durations convert to floats, but not without losing their meaning.
-_NOT_REAL: Final = "cMm"
+_NOT_REAL = "cMm"
 
 # Beyond these the fifth power of a length in the inertia leaves the range of float64.
 _SMALLEST_EXTENT = 1e-50

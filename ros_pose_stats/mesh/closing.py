@@ -8,10 +8,8 @@ Where caps would be a guess there are none: over a sheet, through the surface, o
 of a bore whose wall is lost.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,20 +19,20 @@ from .. import text, tolerances
 from ..kernels.mesh import connections, measures
 from . import overlap, vectors, winding
 
-LARGEST_SHARE: Final = 0.5
+LARGEST_SHARE = 0.5
 """Largest area of all caps, as a fraction of the other triangles'. A hemisphere lacks just that; a
 sheet would need caps as large as itself."""
 
-SAME_PLANE: Final = 1e-4
+SAME_PLANE = 1e-4
 """Most difference of components of the unit normals, and of distances in sizes, in one plane."""
 
-_FEWEST_AROUND: Final = 6
+_FEWEST_AROUND = 6
 """Fewest edges around a bore."""
 
-_SLIT: Final = 1e-18
+_SLIT = 1e-18
 """Square of the area, over the fourth power of the length, of a loop that has no width."""
 
-_MOST_OPEN_EDGES: Final = 1.0
+_MOST_OPEN_EDGES = 1.0
 """Open edges a triangle from which on a mesh is loose triangles rather than a surface."""
 
 
@@ -86,7 +84,7 @@ def close_holes(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> 
     return Closing(shells, "", len(loops), volume * size * size * size)
 
 
-def _wall_lost(points: NDArray[np.float64], edges: OpenEdges, rims: Sequence[NDArray[np.int64]]
+def _wall_lost(points: NDArray[np.float64], edges: "OpenEdges", rims: Sequence[NDArray[np.int64]]
                ) -> bool:
     """Whether two rims, each within a flat face of its own, have the same shape.
 

@@ -14,30 +14,29 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshFileError
 from ..files import NotAFileError, read_file
-from . import units, vectors
-from .step import STEP_SUFFIXES, Placed, declared_step_unit, tessellate_step, unpack_3mf
+from . import step, units, vectors
 
 if TYPE_CHECKING:
     from trimesh import Scene
 
-SUFFIXES: Final = (".stl", ".obj", ".ply", ".off", ".3mf", *STEP_SUFFIXES)
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".3mf", *step.STEP_SUFFIXES)
 
 # The six units of the 3MF core specification.
-_3MF_UNITS: Final = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
-                     "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+_3MF_UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2,
+              "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
 
 # Lines of an OBJ file that make trimesh cut it into pieces with a copy of all vertices each.
-_OBJ_GROUPS: Final = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
+_OBJ_GROUPS = re.compile(rb"^[ \t]*(?:usemtl|mtllib|o|g)(?:[ \t][^\r\n]*)?$", re.MULTILINE)
 
-_STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
-                                 ("attribute", "<u2")])
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
+                          ("attribute", "<u2")])
 
 
 class FileMesh(NamedTuple):
@@ -85,11 +84,11 @@ def parse_mesh(path: Path, content: bytes, unit: str | float | None = None, *,
     declared = None
     if suffix == ".stl" and _is_binary_stl(data):
         vertices, triangles = _binary_triangles(data)
-    elif suffix in STEP_SUFFIXES:
-        declared = declared_step_unit(data)
+    elif suffix in step.STEP_SUFFIXES:
+        declared = step.declared_step_unit(data)
         vertices, triangles = _tessellated(path, data, declared)
     elif suffix == ".3mf":
-        unit_name, placed = unpack_3mf(path, data)
+        unit_name, placed = step.unpack_3mf(path, data)
         declared = _3MF_UNITS.get(unit_name.strip().lower().rstrip("s"))
         vertices, triangles = _joined(placed)
     else:
@@ -135,7 +134,7 @@ def _binary_triangles(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int6
 def _tessellated(path: Path, data: bytes, unit: float
                  ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices, in the file's unit, and triangles of a STEP file."""
-    vertices, triangles = _joined(_placed(_parsed(path, ".glb", tessellate_step(path, data))))
+    vertices, triangles = _joined(_placed(_parsed(path, ".glb", step.tessellate_step(path, data))))
     # They came in float32, and it has to show: whoever asks for their rounding looks for it.
     return (vertices / unit).astype(np.float32).astype(np.float64), triangles
 
@@ -162,7 +161,7 @@ def _parsed(path: Path, suffix: str, data: bytes) -> Scene:
                             ) from error
 
 
-def _joined(objects: Iterable[Placed]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _joined(objects: Iterable[step.Placed]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Join objects, each in its place, and rewind those that are mirrored."""
     vertices: list[NDArray[np.float64]] = [np.zeros((0, 3))]
     triangles: list[NDArray[np.int64]] = [np.zeros((0, 3), dtype=np.int64)]
@@ -179,7 +178,7 @@ def _joined(objects: Iterable[Placed]) -> tuple[NDArray[np.float64], NDArray[np.
     return np.concatenate(vertices), np.concatenate(triangles)
 
 
-def _placed(scene: Scene) -> Iterator[Placed]:
+def _placed(scene: Scene) -> Iterator[step.Placed]:
     """The meshes of a scene."""
     for node in scene.graph.nodes_geometry:
         mesh = scene.geometry[scene.graph[node][1]]

@@ -8,29 +8,28 @@ ring of 1000 corners takes it 0.1 s, one of 25 000 minutes. Such a ring is seen 
 the points: many of the sample's corners share a face too.
 """
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from ..errors import MeshError
+from .. import errors, tolerances
 from ..kernels.mesh.measures import bounds, thinness
 from ..records.part import Part
-from ..tolerances import FLATTEST, SHAKEN
 
 Array = NDArray[np.float64]
 
-CROWD: Final = 1000
+CROWD = 1000
 """Corners of one face from which on Qhull takes longer for them than for as many other points."""
 
-_SAMPLE: Final = 512
-_FEW: Final = 6  # corners of a face in the sample that chance alone may put there
+_SAMPLE = 512
+_FEW = 6  # corners of a face in the sample that chance alone may put there
 
-CORNERS_SHAKEN: Final = 1e-10
+CORNERS_SHAKEN = 1e-10
 """By how much corners of a body that was made here are moved while their hull is found."""
 
-COUNTED: Final = 1e-10
+COUNTED = 1e-10
 """Points this close to a face, as a fraction of the size, are counted with it."""
 
 
@@ -70,16 +69,17 @@ def hull_of(points: Array) -> Hull:
     try:
         qhull = _facets((points - shift) / scale)
     except (QhullError, ValueError) as error:
-        raise MeshError("points that span a volume", f"{len(points)} points in a plane or line",
-                        "check that the mesh is a solid part") from error
+        raise errors.MeshError("points that span a volume",
+                               f"{len(points)} points in a plane or line",
+                               "check that the mesh is a solid part") from error
     return Hull(qhull, shift, scale)
 
 
 def _facets(points: Array) -> Facets:
     """Run Qhull; on slightly moved points where a face is crowded."""
     # Points in a plane are no part, but would seem to be one once they are moved.
-    if is_crowded(points) and thinness(points, *bounds(points)) >= FLATTEST:
-        for step in SHAKEN:
+    if is_crowded(points) and thinness(points, *bounds(points)) >= tolerances.FLATTEST:
+        for step in tolerances.SHAKEN:
             moves = np.random.default_rng(0).uniform(-step, step, points.shape)
             try:
                 return _copy_facets(points, ConvexHull(points + moves))
@@ -104,8 +104,9 @@ def hull_of_corners(points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]
     try:
         qhull = ConvexHull(points + moves)
     except QhullError as error:
-        raise MeshError("points that span a volume", f"{len(points)} points in a plane or line",
-                        "check that the mesh is a solid part") from error
+        raise errors.MeshError("points that span a volume",
+                               f"{len(points)} points in a plane or line",
+                               "check that the mesh is a solid part") from error
     return qhull.simplices.astype(np.int64), qhull.neighbors.astype(np.int64)
 
 

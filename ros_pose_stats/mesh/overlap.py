@@ -9,14 +9,12 @@ have it where they merely touch, a cross of two equal bars where they overlap. S
 counts when a point next to it, just inside the first body, is inside the second too.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,26 +23,26 @@ from ..tolerances import OVERLAP
 from .winding import crossings
 
 # Edge-triangle pairs tested at once: below this a division costs more than it saves.
-_AT_ONCE: Final = 40_000
+_AT_ONCE = 40_000
 
 # A division that leaves more than this share of the pairs is given up.
-_WORTHWHILE: Final = 0.7
+_WORTHWHILE = 0.7
 
 # Handling one element in a division takes about as long as testing this many pairs.
-_DIVISION_COST: Final = 15
+_DIVISION_COST = 15
 
 # Most pairs looked at for each triangle, of few triangles and of any number (a twentieth of a
 # microsecond each). Only meshes of long slivers that lie all along each other get there; what
 # is left then goes untested.
-_PAIRS_EACH: Final = 400
-_FEWEST_PAIRS: Final = 2_000_000
-_MOST_PAIRS: Final = 150_000_000
+_PAIRS_EACH = 400
+_FEWEST_PAIRS = 2_000_000
+_MOST_PAIRS = 150_000_000
 
 # A passage this far beyond the box around a triangle is not one through its rim.
-_BESIDE: Final = 4.0 * OVERLAP
+_BESIDE = 4.0 * OVERLAP
 
 # Most passages through rims that are examined; each takes a pass over the whole mesh.
-_MOST_RIMS: Final = 64
+_MOST_RIMS = 64
 
 
 class _Elements(NamedTuple):
@@ -56,7 +54,7 @@ class _Elements(NamedTuple):
     corners: NDArray[np.int64]
     body: NDArray[np.int64]  # (N,)
 
-    def pick(self, chosen: NDArray[np.bool_]) -> _Elements:
+    def pick(self, chosen: NDArray[np.bool_]) -> "_Elements":
         if chosen.all():
             return self
         return _Elements(self.low[chosen], self.high[chosen], self.corners[chosen],

@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +16,19 @@ from ..errors import MeshFileError
 Placed = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]
 """Vertices (V, 3) and triangles (T, 3) of an object, and the matrix (4, 4) that places it."""
 
-STEP_SUFFIXES: Final = (".step", ".stp")
+STEP_SUFFIXES = (".step", ".stp")
 
-_MOST_SECONDS: Final = 120.0
+_MOST_SECONDS = 120.0
 """A part of ten thousand faces takes some seconds; what takes longer is a whole machine."""
 
-_PROGRAM: Final = Path(__file__).with_name("reading_process.py")
+_PROGRAM = Path(__file__).with_name("reading_process.py")
 
-_SI_PREFIXES: Final = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
-                       b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
-_UNITS: Final = re.compile(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
-_SI_LENGTH: Final = re.compile(rb"SI_UNIT\s*\(\s*([^,\s]+)\s*,\s*\.METRE\.")
-_CONVERSION: Final = re.compile(rb"CONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*#(\d+)")
-_MEASURE: Final = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
+_SI_PREFIXES = {b"$": 1.0, b".KILO.": 1e3, b".HECTO.": 1e2, b".DECA.": 1e1, b".DECI.": 1e-1,
+                b".CENTI.": 1e-2, b".MILLI.": 1e-3, b".MICRO.": 1e-6, b".NANO.": 1e-9}
+_UNITS = re.compile(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
+_SI_LENGTH = re.compile(rb"SI_UNIT\s*\(\s*([^,\s]+)\s*,\s*\.METRE\.")
+_CONVERSION = re.compile(rb"CONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*#(\d+)")
+_MEASURE = re.compile(rb"LENGTH_MEASURE\s*\(\s*([-+.\dEe]+)\s*\)\s*,\s*#(\d+)")
 
 
 def tessellate_step(path: Path, data: bytes, most_seconds: float = _MOST_SECONDS) -> bytes:

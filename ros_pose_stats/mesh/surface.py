@@ -1,6 +1,6 @@
 """From a mesh to the surface of a solid: welded, closed, oriented and integrated."""
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from .closing import Closing, close_holes
 from .hull import Hull, hull_of
 from .shells import oriented_outward
 
-MOST_OPEN: Final = 1e-3
+MOST_OPEN = 1e-3
 """Largest volume that the caps of holes may be wrong by, as a fraction of the solid's. The centre
 of mass is then right to a thousandth of the radius."""
 

@@ -1,37 +1,36 @@
 """Units of mesh files: their names, which one counts, and doubts about it."""
 
 import math
-from typing import Final, Literal
+from typing import Literal
 
-from ..errors import RequestError
-from ..text import length_in_words
+from .. import errors, text
 from .arrays import NOT_NUMBERS, real_number
 
-AUTO: Final = "auto"
+AUTO: Literal["auto"] = "auto"
 """The unit that asks for a guess."""
 
 UnitSource = Literal["given", "declared", "guessed", "assumed"]
 
-METRES_PER_UNIT: Final = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+METRES_PER_UNIT = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 
-_SPELLINGS: Final = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
-                     "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
+_SPELLINGS = {"metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm",
+              "centimetre": "cm", "centimeter": "cm", "in": "inch", "inche": "inch"}
 """In lower case and without the plural's s."""
 
-_GUESSES: Final = ("mm", "m", "inch", "cm")
+_GUESSES = ("mm", "m", "inch", "cm")
 """Units to guess, in the order in which they are met: CAD systems export millimetres, ROS means
 metres."""
 
-_USUAL: Final = (2e-3, 0.5)
-_POSSIBLE: Final = (0.5e-3, 1.0)
+_USUAL = (2e-3, 0.5)
+_POSSIBLE = (0.5e-3, 1.0)
 """Lengths of parts on feeders in metres, of most and of nearly all."""
 
-_UNDOUBTED: Final = (0.2e-3, 2.0)
-_UNDOUBTED_ASSUMED: Final = (0.5e-3, 1.0)
+_UNDOUBTED = (0.2e-3, 2.0)
+_UNDOUBTED_ASSUMED = (0.5e-3, 1.0)
 """Lengths of parts in metres. Where nobody named the unit a part of a metre and a half is more
 likely to be one of a centimetre and a half or an inch and a half."""
 
-_SAME: Final = 1e-6
+_SAME = 1e-6
 """Relative difference up to which two units are one."""
 
 
@@ -63,8 +62,8 @@ def guess_unit(extent: float) -> str:
     """
     unit = likely_unit(extent)
     if unit is None:
-        raise RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
-                           f"one {extent:.3g} units long", "give its unit")
+        raise errors.RequestError("a mesh that in mm, m, inch or cm is 0.5 mm to 1 m long",
+                                  f"one {extent:.3g} units long", "give its unit")
     return unit
 
 
@@ -81,8 +80,8 @@ def metres_per_unit(unit: str | float) -> float:
     except NOT_NUMBERS:
         length = math.nan
     if not 0.0 < length < math.inf:
-        raise RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
-                           f"{unit!r}", "most CAD systems export millimetres: 'mm'")
+        raise errors.RequestError("a mesh unit of m, mm, cm, inch or a positive number of metres",
+                                  f"{unit!r}", "most CAD systems export millimetres: 'mm'")
     return length
 
 
@@ -116,7 +115,7 @@ def unit_warnings(extent: float, unit: float, source: UnitSource,
 
     `extent`: largest extent of the part, metres; `declared`: metres a unit as the file declares.
     """
-    size, likely = length_in_words(extent), likely_unit(extent / unit)
+    size, likely = text.length_in_words(extent), likely_unit(extent / unit)
     if source == "guessed":
         return (f"UNIT_GUESSED: the file names no unit; as its mesh is {extent / unit:.3g} units "
                 f"long, it was taken to be in {likely}, {size} long. Give the unit to be sure.",)
@@ -136,12 +135,12 @@ def _suspect(extent: float, unit: float, source: UnitSource,
     shortest, longest = _UNDOUBTED_ASSUMED if source == "assumed" else _UNDOUBTED
     if shortest <= extent <= longest:
         return ()
-    size = length_in_words(extent)
+    size = text.length_in_words(extent)
     why = ("since its file names no unit and metres are assumed" if source == "assumed"
            else "unusual for a fed part")
     if likely is None or METRES_PER_UNIT[likely] == unit:
         return (f"UNIT_SUSPECT: the part is {size} long, {why}; check the unit.",)
-    meant = length_in_words(extent / unit * METRES_PER_UNIT[likely])
+    meant = text.length_in_words(extent / unit * METRES_PER_UNIT[likely])
     return (f"UNIT_SUSPECT: the part is {size} long, {why}; in {likely} it would be {meant} "
             "long: check the unit.",)
 

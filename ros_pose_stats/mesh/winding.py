@@ -10,7 +10,7 @@ mesh, as connected components of its double cover: each triangle stands there tw
 and turned round, and two copies are linked when they agree along a shared edge.
 """
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from ..tolerances import WELD
 from .welding import without_repeated
 
 # Most patches of shells with crowded edges that are examined, widest first.
-_MOST_PATCHES: Final = 256
+_MOST_PATCHES = 256
 
 
 class Edges(NamedTuple):

@@ -6,7 +6,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,9 @@ from ..errors import RequestError
 from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..methods import OBSERVED
-from ..records import DropScene, PoseStatistics, StablePose, scene as scenes
-from ..records.statistics import with_shares
+from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
 from ..resting.poses import RestingPoses
-from ..statistics.errors import AT_A_LOOK, Judged, judge_counts
-from ..statistics.fitted_prior import FITTED_METHOD
+from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit
 from ..text import percent, ranges, several
 
@@ -49,7 +47,8 @@ class Estimated(Protocol):
     def expected_error(self) -> float: ...  # noqa: D102
 
 
-def pose_prior(resting: RestingPoses, scene: DropScene, method: str = FITTED_METHOD) -> PosePrior:
+def pose_prior(resting: RestingPoses, scene: DropScene,
+               method: str = fitted_prior.FITTED_METHOD) -> PosePrior:
     """What an estimate says before the first drop.
 
     A drop so low that the estimator does not know it leaves next to nothing of its worth, so
@@ -122,12 +121,12 @@ def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:
     return max(FIRST_LOOK, int(SOON * needed))
 
 
-def judge_drops(prior: PosePrior | None, counts: Counts) -> Judged:
+def judge_drops(prior: PosePrior | None, counts: Counts) -> errors.Judged:
     """What counts (P,) are worth with an estimate; alone without one, or where they refute it."""
     if prior is None or prior.contradicted(counts).any():
-        return judge_counts(counts)
+        return errors.judge_counts(counts)
     posterior = prior.updated(counts)
-    return Judged(posterior.expected_error, posterior.error_quantile(AT_A_LOOK))
+    return errors.Judged(posterior.expected_error, posterior.error_quantile(errors.AT_A_LOOK))
 
 
 def points(error: float) -> str:
@@ -152,8 +151,8 @@ def not_enough(what: str, bound: float, target_error: float) -> str:
 
 Index = NDArray[np.int64]
 
-ON_PLATES: Final = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
-                            unsure_share=0.5)
+ON_PLATES = PriorFit(center=0.0, spread=0.5, overrated=0.0, rare_below=0.0,
+                     unsure_share=0.5)
 """A plate contradicts the model of one part more than that of another: strengths scatter by a
 factor of 1.6 about what the plate's error implies, and rare poses are believed no more."""
 
@@ -186,8 +185,8 @@ def observe_counts(model: PoseStatistics, counts: ArrayLike) -> PoseStatistics:
         warnings = (*warnings, _describe_conflict(prior, counted, refuted))
         prior = plate_prior(replace(model, expected_error=math.nan))
     shares = prior.updated(counted).shares(counted)
-    return with_shares(model, OBSERVED, shares, plate_error=shares.expected_error, drops=0,
-                       unsettled=0, seed=0, observed=total, warnings=warnings)
+    return statistics.with_shares(model, OBSERVED, shares, plate_error=shares.expected_error,
+                                  drops=0, unsettled=0, seed=0, observed=total, warnings=warnings)
 
 
 def plate_prior(model: PoseStatistics) -> PosePrior:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from ..statistics.chi_square import goodness_of_fit
-from . import plate_fit, response, round_parts, scenes
-from .counts import CountedPart
+from . import counts, plate_fit, response, round_parts, scenes
 from .likelihood import REACH, SceneEstimate, averaged, most_likely
 
 Array = NDArray[np.float64]
@@ -25,7 +24,7 @@ AGREE = 0.05
 class ExplainedPart(NamedTuple):
     """A counted part: its expected shares and its likelihood (S, n) at the scenes of a grid."""
 
-    counted: CountedPart
+    counted: counts.CountedPart
     shares: response.Shares
     likelihood: Array
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import errors, text
-from . import counts, likelihood, plate_fit, round_parts, scenes
-from .evidence import Alternatives, ExplainedPart, conclude, weigh_scenes
+from . import counts, evidence, likelihood, plate_fit, round_parts, scenes
 from .response import Response
 
 Array = NDArray[np.float64]
@@ -61,7 +60,7 @@ def fit_plate(counted: Sequence[counts.CountedPart], *, seed: int = 0, workers: 
             for parts in standing.values() for number, one in enumerate(parts)}
     responses = {way: Response(one, within, (seed, way[0])) for way, one in ways.items()}
 
-    def explain_all() -> Alternatives:
+    def explain_all() -> evidence.Alternatives:
         explained = {way: explain(one, responses[way], grid) for way, one in ways.items()}
         return {sides: [explained[number, one.round_sides] for number, one in enumerate(parts)]
                 for sides, parts in standing.items()}
@@ -79,11 +78,12 @@ def fit_plate(counted: Sequence[counts.CountedPart], *, seed: int = 0, workers: 
                 on_progress((stage + number / len(responses)) / (ROUNDS + 1))
         if stage < ROUNDS:
             points = likely_points(grid, explain_all(), random, POINTS)
-    weights = weigh_scenes(explain_all()).max(axis=0)
+    weights = evidence.weigh_scenes(explain_all()).max(axis=0)
     grid = grid.refined(likelihood.plausible_bounds(grid, weights, FALL), FINER)
     explained = explain_all()
     refuse_undecided(grid, within, explained)
-    return replace(conclude(grid, explained), drops=sum(one.drops for one in responses.values()),
+    return replace(evidence.conclude(grid, explained),
+                   drops=sum(one.drops for one in responses.values()),
                    seconds=time.perf_counter() - begin)
 
 
@@ -92,7 +92,8 @@ def drops_for(counted: int) -> int:
     return min(max(counted // 12, FEWEST_DROPS), MOST_DROPS)
 
 
-def likely_points(grid: scenes.SceneGrid, alternatives: Alternatives, random: np.random.Generator,
+def likely_points(grid: scenes.SceneGrid, alternatives: evidence.Alternatives,
+                  random: np.random.Generator,
                   count: int) -> Array:
     """Scenes (count, 2) drawn from flattened likelihoods, anywhere in the cells of the grid.
 
@@ -101,11 +102,11 @@ def likely_points(grid: scenes.SceneGrid, alternatives: Alternatives, random: np
     """
     steps = [np.gradient(values) for values in (grid.restitution, grid.log_height)]
     area = np.outer(*steps).ravel()
-    weight = _flattened(weigh_scenes(alternatives).max(axis=0), area)
+    weight = _flattened(evidence.weigh_scenes(alternatives).max(axis=0), area)
     parts = len(next(iter(alternatives.values())))
     if parts > 1:
         weight = 0.5 * weight + 0.5 * np.mean(
-            [_flattened(weigh_scenes(alternatives, left_out).max(axis=0), area)
+            [_flattened(evidence.weigh_scenes(alternatives, left_out).max(axis=0), area)
              for left_out in range(parts)], axis=0)
     chosen = random.choice(weight.size, count, p=weight / weight.sum())
     row, column = np.divmod(chosen, grid.shape[1])
@@ -122,11 +123,12 @@ def _flattened(logarithm: Array, area: Array) -> Array:
 
 
 def explain(counted: counts.CountedPart, response: Response,
-            grid: scenes.SceneGrid) -> ExplainedPart:
+            grid: scenes.SceneGrid) -> evidence.ExplainedPart:
     """Expected shares of a part at all scenes of a grid, and how likely they make its counts."""
     shares = response.shares_at(grid.points)
-    return ExplainedPart(counted, shares,
-                         likelihood.scene_likelihood(counted.by_group.astype(np.float64), shares))
+    return evidence.ExplainedPart(counted, shares,
+                                  likelihood.scene_likelihood(counted.by_group.astype(np.float64),
+                                                              shares))
 
 
 def refuse_too_little(counted: Sequence[counts.CountedPart],
@@ -150,12 +152,12 @@ def refuse_too_little(counted: Sequence[counts.CountedPart],
 
 
 def refuse_undecided(grid: scenes.SceneGrid, within: scenes.SceneRange,
-                     alternatives: Alternatives) -> None:
+                     alternatives: evidence.Alternatives) -> None:
     """Refuse counts that leave restitution and drop height anywhere in their range.
 
     Raises RequestError.
     """
-    logarithm = weigh_scenes(alternatives).max(axis=0)
+    logarithm = evidence.weigh_scenes(alternatives).max(axis=0)
     found = likelihood.most_likely(grid, logarithm)
     (slow, low), (fast, high) = within.bounds
     open_restitution = found.restitution[1] <= slow and found.restitution[2] >= fast

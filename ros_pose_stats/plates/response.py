@@ -15,8 +15,7 @@ from scipy.linalg import solve_triangular
 
 from ..estimators.split import split
 from ..records import Array, DropScene
-from ..simulation.request import Watch, drop_request
-from ..simulation.simulate import count_drops
+from ..simulation import request, simulate
 from .counts import CountedPart
 from .scenes import SceneGrid, SceneRange
 
@@ -147,10 +146,11 @@ class Response:
         """
         for point in points:
             seed = np.random.SeedSequence((*self._seed, len(self._points)))
-            found = count_drops(
+            found = simulate.count_drops(
                 self._counted.part, self._scene(point),
-                drop_request(drops, int(seed.generate_state(1, np.uint64)[0]), workers=workers),
-                Watch.of(None, should_stop, None, background))
+                request.drop_request(drops, int(seed.generate_state(1, np.uint64)[0]),
+                                     workers=workers),
+                request.Watch.of(None, should_stop, None, background))
             if found.drops < drops:
                 break
             count = np.zeros(len(found.poses))

@@ -1,7 +1,5 @@
 """Restitutions and drop heights that a plate may stand for, as points and as grids of points."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -27,7 +25,7 @@ class SceneRange:
     highest: float
 
     @classmethod
-    def of_radii(cls, radii: Iterable[float]) -> SceneRange:
+    def of_radii(cls, radii: Iterable[float]) -> "SceneRange":
         """The range for parts of some radii, metres."""
         known = list(radii)
         return cls(LOWEST_RADII * min(known), HIGHEST_RADII * max(known))
@@ -54,11 +52,11 @@ class SceneGrid:
     log_height: Array  # (m,); logarithms of metres
 
     @classmethod
-    def over(cls, bounds: Array, count: int) -> SceneGrid:
+    def over(cls, bounds: Array, count: int) -> "SceneGrid":
         """An even grid of `count` × `count` points over bounds (2, 2)."""
         return cls(*np.linspace(bounds[0], bounds[1], count).T)
 
-    def refined(self, bounds: Array, count: int) -> SceneGrid:
+    def refined(self, bounds: Array, count: int) -> "SceneGrid":
         """The same with `count` more values of each coordinate within bounds (2, 2)."""
         more = np.linspace(bounds[0], bounds[1], count).T
         return SceneGrid(np.union1d(self.restitution, more[0]),

@@ -12,8 +12,7 @@ from ..design.effects import Effect, Sensitivity
 from ..mesh.decimation import visible_triangles
 from ..resting.convex_body import ConvexBody
 from ..text import name_poses
-from .rendering import View, rendered, view_axes
-from .style import INK, REFERENCE, new_figure
+from . import rendering, style
 
 Array = NDArray[np.float64]
 
@@ -45,7 +44,7 @@ def changes_figure(found: Sensitivity) -> Figure:
     are better cut; the stronger a face, the more a step gains. Effects within their error are left
     grey. The arrow leads the centre of mass to where it is better.
     """
-    figure = new_figure(9.0, 5.6)
+    figure = style.new_figure(9.0, 5.6)
     space, colors = found.space, _face_colors(found)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
@@ -53,23 +52,24 @@ def changes_figure(found: Sensitivity) -> Figure:
     strips = _strips(found)
     everything = np.concatenate((triangles, strips))
     paint = np.concatenate((shades, np.broadcast_to(TAKE, (len(strips), 3))))
-    view = View(np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0)
+    view = rendering.View(np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0)
     for place, (title, turned) in enumerate(SIDES):
         axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
-        axes.imshow(rendered(everything * turned, view, paint), interpolation="antialiased")
+        axes.imshow(rendering.rendered(everything * turned, view, paint),
+                    interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(title, fontsize=10, color=REFERENCE)
+        axes.set_title(title, fontsize=10, color=style.REFERENCE)
         _draw_arrow(axes, view, _gradient(found) * turned, body.radius)
     figure.suptitle(
         f"{space.part.part_id}: wanted {name_poses(found.wanted)}, "
-        f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=INK)
+        f"{100.0 * found.share:.1f} % by {found.method}", fontsize=12, color=style.INK)
     figure.legend(handles=[Patch(color=tuple(ADD), label="add here"),
                            Patch(color=tuple(TAKE), label="take away here")],
                   loc="lower left", bbox_to_anchor=(0.02, 0.02), frameon=False, fontsize=10)
-    figure.text(0.26, 0.025, SHADES, fontsize=8, color=REFERENCE)
+    figure.text(0.26, 0.025, SHADES, fontsize=8, color=style.REFERENCE)
     best = sorted((one for one in found.effects if one.helps), key=lambda one: -one.change)
     figure.text(0.26, 0.165, "\n".join(_line(found, one) for one in best[:LISTED]), fontsize=9,
-                color=INK, va="top")
+                color=style.INK, va="top")
     return figure
 
 
@@ -157,14 +157,14 @@ def _gradient(found: Sensitivity) -> Array:
     return slope / length if length else slope
 
 
-def _draw_arrow(axes: Axes, view: View, direction: Array, radius: float) -> None:
+def _draw_arrow(axes: Axes, view: rendering.View, direction: Array, radius: float) -> None:
     if not direction.any():
         return
-    right, up, _ = view_axes(view)
+    right, up, _ = rendering.view_axes(view)
     scale = view.pixels[0] / view.width
     tip = 0.45 * radius * scale * np.array([direction @ right, -direction @ up])
     middle = 0.5 * np.array(view.pixels)
     axes.annotate("", (middle + tip).tolist(), middle.tolist(),
-                  arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 2.0,
+                  arrowprops={"arrowstyle": "-|>", "color": style.INK, "linewidth": 2.0,
                               "mutation_scale": 16})
-    axes.plot(*middle, "o", color=INK, markersize=4)
+    axes.plot(*middle, "o", color=style.INK, markersize=4)

@@ -13,8 +13,7 @@ from ..planning.kick_sweep import KickSweep
 from ..records import Part, PoseStatistics
 from ..resting.splitting_graph import SplittingNode, with_shares
 from ..text import listed, shortened
-from . import files, splitting
-from .poses import poses_figure
+from . import files, poses, splitting
 from .style import BLUE, INK, REFERENCE, in_digits, new_figure, open_axes
 
 MOST = 8
@@ -92,7 +91,7 @@ def key_picture(part: Part, found: Sequence[PoseStatistics], root: SplittingNode
     the splitting graph with the same probabilities, where there is more than one pose.
     """
     first = found[0]
-    above = poses_figure(part, first)
+    above = poses.poses_figure(part, first)
     across, _ = above.get_size_inches()
     graph = (splitting.splitting_figure(with_shares(root, first.poses), first.poses)
              if root.level is not None else None)

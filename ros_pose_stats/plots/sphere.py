@@ -14,8 +14,7 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ..resting.pose_sphere import PoseSphere, on_map
-from ..resting.splitting_graph import SplittingNode
+from ..resting import pose_sphere, splitting_graph
 from .style import INK, REFERENCE, in_digits, new_figure
 
 Array = NDArray[np.float64]
@@ -30,8 +29,8 @@ MOST_BORDERS = 40
 """Most basins with borders; the many facets of a curve would be nothing but borders."""
 
 
-def sphere_figure(sphere: PoseSphere, function: Function = "R",
-                  root: SplittingNode | None = None) -> Figure:
+def sphere_figure(sphere: pose_sphere.PoseSphere, function: Function = "R",
+                  root: splitting_graph.SplittingNode | None = None) -> Figure:
     """Draw r or R over all poses, with basins, stable poses, saddles and peaks (Fig. 1C).
 
     `root`: splitting graph of the part, for the saddles where the reachable set splits. Returns
@@ -154,7 +153,8 @@ def across_disc(pixels: int) -> Array:
     return np.asarray((2.0 * np.arange(pixels) + 1.0) / pixels - 1.0)
 
 
-def mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) -> None:
+def mark(row: Sequence[Axes], sphere: pose_sphere.PoseSphere,
+         root: splitting_graph.SplittingNode | None) -> None:
     """Draw peaks, saddles of the splitting graph, and the poses with their numbers."""
     if root is not None:
         saddles = [node.saddle for node in root.walk() if node.saddle is not None]
@@ -171,7 +171,7 @@ def mark(row: Sequence[Axes], sphere: PoseSphere, root: SplittingNode | None) ->
 
 
 def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
-    hemisphere, place = on_map(directions)
+    hemisphere, place = pose_sphere.on_map(directions)
     for number, axes in enumerate(row):
         there = place[hemisphere == number]
         if kind == "x":
@@ -185,7 +185,7 @@ def _scatter(row: Sequence[Axes], directions: Array, kind: str) -> None:
 
 def _labels(downs: Array) -> Iterator[tuple[int, tuple[float, float], list[int]]]:
     """Places of the poses on the page; those that would cover each other share one."""
-    hemisphere, place = on_map(downs)
+    hemisphere, place = pose_sphere.on_map(downs)
     reach = NEAR if len(downs) <= FEW else FAR
     left = list(range(min(len(downs), MOST_LABELS)))
     while left:
@@ -208,7 +208,7 @@ SHADES = ("#74a9cf", "#fee0b6", "#a1d99b", "#cbc9e2", "#fcbba1", "#f0f0f0")
 UNREACHED = "#4d4d4d"
 
 
-def reachable_figure(sphere: PoseSphere, root: SplittingNode,
+def reachable_figure(sphere: pose_sphere.PoseSphere, root: splitting_graph.SplittingNode,
                      energies: Sequence[float]) -> Figure:
     """Draw the poses that can still be reached at some energies (Eq. 7, Figs. 3D-F).
 
@@ -244,7 +244,7 @@ def reachable_figure(sphere: PoseSphere, root: SplittingNode,
     return figure
 
 
-def components_at(root: SplittingNode, energy: float,
+def components_at(root: splitting_graph.SplittingNode, energy: float,
                   heights: NDArray[np.float64]) -> list[tuple[int, ...]]:
     """Poses of each connected component of the reachable set.
 
@@ -262,7 +262,7 @@ def components_at(root: SplittingNode, energy: float,
     return found
 
 
-def telling_energies(root: SplittingNode, most: int = 3) -> list[float]:
+def telling_energies(root: splitting_graph.SplittingNode, most: int = 3) -> list[float]:
     """Energies over weight, metres, just below the most important splits, from the top down.
 
     A split is important where even its less probable component is probable.

@@ -1,7 +1,5 @@
 """The splitting graph: which poses part from which, at which height (Fig. 3C)."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -50,7 +48,7 @@ def splitting_figure(root: SplittingNode, poses: Sequence[StablePose]) -> Figure
     return figure
 
 
-def _draw_lines(axes: Axes, branch: Branch) -> None:
+def _draw_lines(axes: Axes, branch: "Branch") -> None:
     """A bar at the level, and a line down to each part with its transition probability."""
     if not branch.parts:
         return
@@ -70,7 +68,7 @@ def _draw_lines(axes: Axes, branch: Branch) -> None:
                       va="top", fontsize=8.5, color=INK, zorder=4)
 
 
-def _thickness(branch: Branch) -> float:
+def _thickness(branch: "Branch") -> float:
     return 0.8 + 5.0 * branch.node.probability
 
 
@@ -88,7 +86,7 @@ def _told_apart(values: Sequence[float]) -> list[str]:
     return [in_digits(value, digits) for value in values]
 
 
-def _draw_node(axes: Axes, branch: Branch, heights: dict[int, float]) -> None:
+def _draw_node(axes: Axes, branch: "Branch", heights: dict[int, float]) -> None:
     names = branch.node.poses
     text = " ".join(map(str, names)) if len(names) <= NAMES else f"{len(names)} poses"
     if branch.parts:
@@ -135,11 +133,11 @@ class Branch:
 
     node: SplittingNode
     # what it falls apart into; empty at the lower end
-    parts: list[Branch] = field(default_factory=list)
+    parts: "list[Branch]" = field(default_factory=list)
     x: float = 0.0  # where it is drawn
     y: float = 0.0
 
-    def walk(self) -> Iterator[Branch]:
+    def walk(self) -> "Iterator[Branch]":
         """Go through the branch and all below it, from the top down."""
         yield self
         for part in self.parts:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Final, cast
+from typing import Any, BinaryIO, cast
 
 import zstandard
 from mcap import records as recorded
@@ -26,19 +26,19 @@ from mcap.stream_reader import breakup_chunk
 from ..files import open_file
 from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
 
-UNREADABLE: Final = (struct.error, McapError, UnicodeDecodeError)
+UNREADABLE = (struct.error, McapError, UnicodeDecodeError)
 """What reading a record out of the wrong bytes raises."""
 
-_READERS: Final[dict[int, Callable[[ReadDataStream], recorded.McapRecord]]] = {
+_READERS: dict[int, Callable[[ReadDataStream], recorded.McapRecord]] = {
     Opcode.SCHEMA: recorded.Schema.read,
     Opcode.CHANNEL: recorded.Channel.read,
     Opcode.CHUNK: recorded.Chunk.read,
     Opcode.METADATA: recorded.Metadata.read,
 }
-_BLOCK: Final = 1 << 20
-_STEP: Final = 1_000_000
-_FIRST_PRIVATE: Final = 0x80
-_PACKED: Final = ".zstd"
+_BLOCK = 1 << 20
+_STEP = 1_000_000
+_FIRST_PRIVATE = 0x80
+_PACKED = ".zstd"
 
 
 @dataclass(frozen=True)

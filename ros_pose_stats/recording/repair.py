@@ -9,7 +9,7 @@ import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import BinaryIO
 
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
@@ -21,12 +21,12 @@ from .reader import UNREADABLE, Frame, frames
 from .runs import METADATA, bag_files, remove_empty, runs
 from .writer import mcap_layout as layout
 
-_BLOCK: Final = 1 << 20
-_LEAST: Final = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
-_CHECK_SIZE: Final = 4 + len(layout.MAGIC)
+_BLOCK = 1 << 20
+_LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
+_CHECK_SIZE = 4 + len(layout.MAGIC)
 """Of the checksum of the summary, and what follows it."""
 
-_YOUNG: Final = 60.0
+_YOUNG = 60.0
 """Seconds for which a run without files is left to whoever is about to make the first."""
 
 _MESSAGE_COUNT = re.compile(r"^  message_count: (\d+)$", re.MULTILINE)

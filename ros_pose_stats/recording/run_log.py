@@ -7,16 +7,12 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
 
 from ..files import DirectoryLock, make_directories, replace_file, sync_directory
-from .repair import mend
-from .runs import METADATA, SpaceBound, bag_file, new_run_name, remove_empty
-from .writer.bag_file import BagFile
-from .writer.mcap_layout import Contents, message_size, metadata_yaml, opening
-from .writer.message_types import CdrLength, MessageType
+from . import repair, runs
+from .writer import bag_file, mcap_layout, message_types
 
-_FILES: Final = 8
+_FILES = 8
 """Files that the bound of a log directory has room for at least, so that the oldest can go."""
 
 
@@ -40,18 +36,18 @@ class RunLog:
     the bag is lost; `space`: the bound.
     """
 
-    def __init__(self, log_directory: Path, types: Mapping[str, MessageType], *,
+    def __init__(self, log_directory: Path, types: Mapping[str, message_types.MessageType], *,
                  max_bag_bytes: int, max_log_bytes: int = 0, node: str = "") -> None:
-        self.directory = log_directory / new_run_name(log_directory)
+        self.directory = log_directory / runs.new_run_name(log_directory)
         self._times_lost = 0
         self._types = dict(types)
         self._node = node
-        self._lengths = {topic: CdrLength(kind) for topic, kind in types.items()}
-        start = len(opening("", self._types, 0, node)[0])
+        self._lengths = {topic: message_types.CdrLength(kind) for topic, kind in types.items()}
+        start = len(mcap_layout.opening("", self._types, 0, node)[0])
         self._overhead = 3 * start
         self._max_bytes = min(max_bag_bytes, max(max_log_bytes // _FILES, 4 * start)
                               if max_log_bytes else max_bag_bytes)
-        self.space = SpaceBound(log_directory, max_log_bytes)
+        self.space = runs.SpaceBound(log_directory, max_log_bytes)
         self._lock = threading.Lock()
         self._bag: _Bag | None = None
         self._closed = False
@@ -65,7 +61,7 @@ class RunLog:
         """
         message = self._lengths[topic].trimmed(data)
         with self._refusals(), self._lock:
-            bag = self._bag_for(message_size(message))
+            bag = self._bag_for(mcap_layout.message_size(message))
             self._last_time = max(time.time_ns(), self._last_time + 1)
             bag.append(topic, message, self._last_time)
 
@@ -140,7 +136,7 @@ class RunLog:
                            lambda: self._bag.drop_oldest() if self._bag else None)
         if self._bag is None:
             if self.directory.exists():
-                self.directory = self.directory.with_name(new_run_name(self.directory.parent))
+                self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
             self._bag = _Bag(self.directory, self._types, self._max_bytes, self._node)
         return self._bag
 
@@ -149,7 +145,7 @@ class RunLog:
             self._bag.abandon()
             self._bag = None
             self._times_lost += 1
-            self.directory = self.directory.with_name(new_run_name(self.directory.parent))
+            self.directory = self.directory.with_name(runs.new_run_name(self.directory.parent))
 
 
 class _Bag:
@@ -159,15 +155,15 @@ class _Bag:
     Raises OSError: the directory cannot be made.
     """
 
-    def __init__(self, path: Path, types: Mapping[str, MessageType], max_bytes: int,
+    def __init__(self, path: Path, types: Mapping[str, message_types.MessageType], max_bytes: int,
                  node: str) -> None:
         self._path = path
         self._lock = _locked_directory(path)
         self._types, self._node, self._max_bytes = types, node, max_bytes
-        self.file: BagFile | None = None
+        self.file: bag_file.BagFile | None = None
         self.metadata_size = 0
         self._closed: dict[str, int] = {}  # bytes of the files before that one, oldest first
-        self._finished: dict[str, Contents] = {}  # what those hold that have a footer
+        self._finished: dict[str, mcap_layout.Contents] = {}  # what those hold that have a footer
         self._next_number = 0
         self._described = False
 
@@ -186,7 +182,7 @@ class _Bag:
         Raises OSError: it is not in the bag, or the bag is not described; the next call tries
         again.
         """
-        file = self._file_for(message_size(data))
+        file = self._file_for(mcap_layout.message_size(data))
         file.append(topic, data, log_time)
         if not self._described:
             self._describe()
@@ -214,7 +210,7 @@ class _Bag:
         try:
             if self.file is not None and not self._leave_broken(self.file):
                 self._finish_file(self.file)
-            mend(self._path)
+            repair.mend(self._path)
         finally:
             self.abandon()
 
@@ -227,24 +223,25 @@ class _Bag:
             self.file = None
         with suppress(OSError):
             if not self.is_gone():
-                remove_empty(self._path)
+                runs.remove_empty(self._path)
         self._lock.release()
 
-    def _file_for(self, record: int) -> BagFile:
+    def _file_for(self, record: int) -> bag_file.BagFile:
         """The file for a record of so many bytes."""
         file = self.file
         if file is not None and not self._leave_broken(file) and file.written and (
                 file.size_with(record) > self._max_bytes):
             self._finish_file(file)
         if self.file is None:
-            while bag_file(self._path, self._next_number).exists():
+            while runs.bag_file(self._path, self._next_number).exists():
                 self._next_number += 1
-            self.file = BagFile(bag_file(self._path, self._next_number), self._types, self._node)
+            self.file = bag_file.BagFile(runs.bag_file(self._path, self._next_number), self._types,
+                                         self._node)
             self._next_number += 1
             self._described = False
         return self.file
 
-    def _leave_broken(self, file: BagFile) -> bool:
+    def _leave_broken(self, file: bag_file.BagFile) -> bool:
         """Leave a file that cannot be gone on with; return whether it was that."""
         if not (file.broken or file.is_gone()):
             return False
@@ -252,12 +249,12 @@ class _Bag:
         self._leave(file)
         return True
 
-    def _finish_file(self, file: BagFile) -> None:
+    def _finish_file(self, file: bag_file.BagFile) -> None:
         file.finish()
         self._finished[file.path.name] = file.contents
         self._leave(file)
 
-    def _leave(self, file: BagFile) -> None:
+    def _leave(self, file: bag_file.BagFile) -> None:
         self.file = None
         self._closed[file.path.name] = file.size
 
@@ -266,8 +263,8 @@ class _Bag:
                  if (self._path / name).exists()}
         if self.file is not None:
             files[self.file.path.name] = self.file.contents
-        text = metadata_yaml(files).encode()
-        replace_file(self._path / METADATA, text)
+        text = mcap_layout.metadata_yaml(files).encode()
+        replace_file(self._path / runs.METADATA, text)
         self.metadata_size = len(text)
         self._described = True
 
@@ -291,7 +288,7 @@ def _locked_directory(path: Path) -> DirectoryLock:
         sync_directory(path.parent)
     except OSError:
         with suppress(OSError):
-            remove_empty(path)
+            runs.remove_empty(path)
         if lock is not None:
             lock.release()
         raise

@@ -7,16 +7,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
-from typing import Final
 
 from ..files import HALF, LOCK, DirectoryLock
 
-METADATA: Final = "metadata.yaml"
-RESCAN: Final = 10.0
+METADATA = "metadata.yaml"
+RESCAN = 10.0
 """Seconds after which the log directory is looked at again, for what other nodes have done."""
 
-_TIME: Final = "pose_stats_%Y%m%dT%H%M%S_%f"
-_TIMED: Final = len("pose_stats_YYYYmmddTHHMMSS_ffffff")
+_TIME = "pose_stats_%Y%m%dT%H%M%S_%f"
+_TIMED = len("pose_stats_YYYYmmddTHHMMSS_ffffff")
 _RUN = re.compile(r"pose_stats_\d{8}T\d{6}_\d{6}_\d+")
 
 

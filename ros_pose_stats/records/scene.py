@@ -1,7 +1,5 @@
 """The scene that a part is dropped into."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +37,7 @@ class Numbering(NamedTuple):
         shown = "unknown" if math.isnan(tolerance) else f"{tolerance:.12g}"
         return f"cluster_tolerance {shown} and round_sides {self.round_sides}"
 
-    def agrees(self, other: Numbering) -> bool:
+    def agrees(self, other: "Numbering") -> bool:
         """Whether both are known and equal."""
         return self == other and not math.isnan(self.cluster_tolerance)
 

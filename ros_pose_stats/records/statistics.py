@@ -1,12 +1,10 @@
 """Stable poses and their probabilities, as every method answers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,15 +18,15 @@ FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
 
 
-POSE_FIELDS: Final = (
+POSE_FIELDS = (
     "index", "group", "group_size", "height", "top", "margin", "barrier", "spread", "rolls",
     "yaw_symmetry", "probability", "probability_low", "probability_high", "standard_error",
     "count", "group_probability")
 """Single values of a pose; JSON and messages have them under the same names."""
 
-POSE_VECTORS: Final = ("down", "roll_axis", "orientation")
+POSE_VECTORS = ("down", "roll_axis", "orientation")
 
-STATISTICS_FIELDS: Final = (
+STATISTICS_FIELDS = (
     "part_id", "part_digest", "radius", "method", "restitution", "drop_height",
     "cluster_tolerance", "round_sides", "drops", "unsettled", "seed", "observed",
     "expected_error", "largest_error", "plate_error", "version")
@@ -130,14 +128,14 @@ class StablePose:
 
     def with_probability(self, probability: float, low: float = math.nan,
                          high: float = math.nan, standard_error: float = math.nan,
-                         count: int = 0) -> StablePose:
+                         count: int = 0) -> "StablePose":
         """The same pose with a probability, its interval, its standard error and its count."""
         pose = object.__new__(StablePose)
         pose.__dict__.update(self.__dict__, probability=probability, probability_low=low,
                              probability_high=high, standard_error=standard_error, count=count)
         return pose
 
-    def with_group(self, probability: float) -> StablePose:
+    def with_group(self, probability: float) -> "StablePose":
         """The same pose with the probability of its group."""
         pose = object.__new__(StablePose)
         pose.__dict__.update(self.__dict__, group_probability=probability)

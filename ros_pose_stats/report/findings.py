@@ -9,9 +9,8 @@ from ..design.sensitivity import CHECK_DROPS, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
-from ..planning.confidence import pose_prior
+from ..planning import confidence, kick_sweep
 from ..planning.hybrid import hybrid_statistics
-from ..planning.kick_sweep import KickFeeding, KickSweep, sweep_kicks, usual_kicks
 from ..records import DropScene, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
@@ -70,12 +69,12 @@ class Findings:
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
     afresh: feeding.Feeding | None  # what it gets if parts that lie wrong are dropped again
     # what it gets by kicking them, from several heights, with that of the feeder among them
-    sweep: KickSweep | None
+    sweep: kick_sweep.KickSweep | None
     target_error: float  # that the drops were to reach; 0 where their number was given
     sensitivity: Sensitivity | None = None  # what changes of the part do to the accepted share
 
     @property
-    def kicked(self) -> KickFeeding | None:
+    def kicked(self) -> kick_sweep.KickFeeding | None:
         """What the feeder gets by its own kick."""
         kicks = () if self.sweep is None else self.sweep.kicks
         return next((one for one in kicks if one.kick_height == self.feeder.kick_height), None)
@@ -124,7 +123,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     estimates = estimate_all(part, restitution=restitution, drop_height=drop_height,
                              cluster_tolerance=cluster_tolerance, round_sides=round_sides)
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
-    combined = hybrid_statistics(simulated, pose_prior(resting, scene))
+    combined = hybrid_statistics(simulated, confidence.pose_prior(resting, scene))
     graph = with_shares(splitting_graph(resting), simulated.poses)
     changes = None
     if asked.changes and not (should_stop is not None and should_stop()):
@@ -137,13 +136,14 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
 
 
 def _sweep(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,
-           should_stop: Callable[[], bool] | None) -> KickSweep | None:
+           should_stop: Callable[[], bool] | None) -> kick_sweep.KickSweep | None:
     """The feeder's own kick and those of several other heights; None where it has none."""
     if feeder.kick_height is None or feeder.rate is None:
         return None
     if simulated.drops == simulated.unsettled or (should_stop is not None and should_stop()):
         return None
-    heights = [feeder.kick_height, *usual_kicks(simulated.radius)]
-    found = sweep_kicks(part, simulated, feeder.wanted, feeder.rate, feeder.cycle_time, heights,
-                        seed=simulated.seed, workers=workers, should_stop=should_stop)
+    heights = [feeder.kick_height, *kick_sweep.usual_kicks(simulated.radius)]
+    found = kick_sweep.sweep_kicks(part, simulated, feeder.wanted, feeder.rate, feeder.cycle_time,
+                                   heights, seed=simulated.seed, workers=workers,
+                                   should_stop=should_stop)
     return found if found.kicks else None

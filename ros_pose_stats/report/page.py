@@ -13,8 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from ..design import comparison, describe
 from ..mesh.decimation import visible_triangles
-from ..plots import changes, files, shares, sphere, splitting
-from ..plots.poses import pictures_beside, pose_pictures
+from ..plots import changes, files, poses, shares, sphere, splitting
 from ..records import Array, Part, PoseStatistics, StablePose
 from ..statistics import feeding, pose_groups, pose_shares
 from ..text import listed, ranges, several
@@ -87,7 +86,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     groups = pose_groups.pose_groups(found)
     shown = groups[:MOST_SHOWN]
     first = [group.first for group in shown]
-    pictures = pose_pictures(part, first, found.radius)
+    pictures = poses.pose_pictures(part, first, found.radius)
     size = part.surface_vertices.max(axis=0) - part.surface_vertices.min(axis=0)
     return _template().render(
         part=part, found=found, target=findings.target_error,
@@ -234,8 +233,8 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
     pairs = [(_first(found.found[0], pose.poses.first),
               _first(found.found[one.second], pose.poses.second)) for pose in shown]
     radius = max(found.found[0].radius, found.found[one.second].radius)
-    pictures = pictures_beside((found.parts[0], found.parts[one.second]),
-                               one.correspondence.turn, pairs, radius)
+    pictures = poses.pictures_beside((found.parts[0], found.parts[one.second]),
+                                     one.correspondence.turn, pairs, radius)
     return {"other": describe.letter(one.second), "comparison": one,
             "verdict": describe.describe_verdict(found, one),
             "matching": describe.describe_matching(one),

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,20 +14,20 @@ from .poses import RestingPoses, resting_poses
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-DEFAULT_ANGLE: Final = math.radians(15.0)
+DEFAULT_ANGLE = math.radians(15.0)
 """Three standard deviations of a camera that measures tilts to 5 degrees."""
 
-DEVIATIONS: Final = 3.0
+DEVIATIONS = 3.0
 """Standard deviations of the camera's error within which an orientation is taken for a pose; of
 errors that are normal about both horizontal axes 1.1 % are larger."""
 
-SURELY: Final = 1e6
+SURELY = 1e6
 """How many times as likely as any other pose a part's pose must be."""
 
-UNIT_WITHIN: Final = 0.01
+UNIT_WITHIN = 0.01
 """Quaternions may be that far from unit length, for having been printed with two digits."""
 
-AT_ONCE: Final = 2**21
+AT_ONCE = 2**21
 """Angles between orientations and faces that are held at once."""
 
 

@@ -1,7 +1,5 @@
 """The stable poses of a part as records, before any probability."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
@@ -15,10 +13,9 @@ from ..kernels.levels.splits import split_probabilities
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import lengths, resting_quaternions, rotation_matrices
 from ..records import Array, DropScene, Index, Part, StablePose, scene as scenes
+from . import convex_body, symmetry
 from .clusters import Clusters, clusters, spread, tilt_margins
-from .convex_body import ConvexBody
 from .equilibria import Equilibria, equilibria
-from .symmetry import SurfaceTrial, symmetry_groups
 from .turns import axis_offsets, rolling_axes, yaw_symmetries
 
 CORNER_REACHES = np.array([0.05, 0.3125])
@@ -40,7 +37,7 @@ class RestingPoses:
     inertia: Array  # (3, 3); central inertia in part axes over the mass and the squared radius
 
     @property
-    def body(self) -> ConvexBody:
+    def body(self) -> convex_body.ConvexBody:
         """Convex body of the part."""
         return self.equilibria.body
 
@@ -95,7 +92,7 @@ class RestingPoses:
         return axis_offsets(self.body, self.clusters.pose[found.rank][found.arrays.basin],
                             len(self.poses))
 
-    def is_numbered_like(self, other: RestingPoses) -> bool:
+    def is_numbered_like(self, other: "RestingPoses") -> bool:
         """Whether poses of the same part, its round surfaces divided otherwise, have one number.
 
         They must come in the same groups, as high, and on the same side where they do not roll:
@@ -123,7 +120,7 @@ class RestingPoses:
 class PoseShape:
     """Contact polygon and outline of a body in one pose, computed on demand."""
 
-    body: ConvexBody
+    body: convex_body.ConvexBody
     face: int
     rotation: Array
 
@@ -208,8 +205,9 @@ def _records(part: Part, found: Equilibria, grouped: Clusters) -> tuple[StablePo
     positions[:, 2] += heights
     top = heights + tops(body.points, np.ascontiguousarray(downs)) * body.radius
     margins = tilt_margins(found, grouped)
-    surface = cache(partial(SurfaceTrial, part, body))
-    groups = symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1), surface)
+    surface = cache(partial(symmetry.SurfaceTrial, part, body))
+    groups = symmetry.symmetry_groups(part, found, np.where(grouped.near, grouped.pose, -1),
+                                      surface)
     rolls, axes = rolling_axes(body, downs, found.heights[grouped.lowest], grouped.tolerance)
     on_plate = _on_plate(axes, rotations)
     yaw = yaw_symmetries(part, found, grouped.lowest, surface)

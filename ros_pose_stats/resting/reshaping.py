@@ -7,13 +7,11 @@ two such are divided evenly.
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.body.circles import angles_about
-from ..kernels.body.convex_body import BodyArrays
+from ..kernels.body import circles, convex_body
 from ..kernels.elementary import sines_cosines
 from .rims import Chain, Group, Outline, Rim
 from .thinning import Whole, plan_sides
@@ -22,11 +20,12 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-SAME_ANGLE: Final = 0.1
+SAME_ANGLE = 0.1
 """Angles this close, in sides, are one in the list of a group."""
 
 
-def reshape(points: Array, arrays: BodyArrays, groups: Sequence[Group], sides: int) -> Outline:
+def reshape(points: Array, arrays: convex_body.BodyArrays, groups: Sequence[Group],
+            sides: int) -> Outline:
     """Refine or thin the round runs of a body.
 
     `points` (H, 3); `arrays`: the body as the file has it. Returns without the points that are no
@@ -115,7 +114,8 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
 
 def _within(points: Array, group: Group, numbers: Index, angle: Array) -> Index:
     """Those of some points that lie between the ends of a stretch."""
-    there = angles_about(points[numbers], group.center, group.frame[0], group.frame[1]) - angle[0]
+    there = circles.angles_about(points[numbers], group.center, group.frame[0],
+                                 group.frame[1]) - angle[0]
     turn = 2.0 * np.pi
     return np.asarray(numbers[there - turn * np.floor(there / turn) < angle[-1] - angle[0]])
 
@@ -146,7 +146,7 @@ def _pieces(points: Array, group: Group, rim: Rim, uses: Index) -> list[tuple[In
         fixed[:-1] |= stays
         fixed[1:] |= stays
         fixed[0] = fixed[-1] = True
-    angle = angles_about(points[corner], group.center, group.frame[0], group.frame[1])
+    angle = circles.angles_about(points[corner], group.center, group.frame[0], group.frame[1])
     step = np.diff(angle)
     step = step - 2.0 * np.pi * np.rint(step / (2.0 * np.pi))
     angle = np.append(angle[:1], angle[0] + np.cumsum(step))
@@ -185,7 +185,8 @@ def _regular(points: Array, group: Group, wholes: Sequence[Whole], sides: int) -
     if not wholes:
         return np.asarray(step * np.arange(sides), dtype=np.float64)
     widest = max(wholes, key=lambda one: one.rim.radius)
-    angle = angles_about(points[widest.rim.corner], group.center, group.frame[0], group.frame[1])
+    angle = circles.angles_about(points[widest.rim.corner], group.center, group.frame[0],
+                                 group.frame[1])
     rest = angle - step * np.floor(angle / step)
     return np.asarray(float(rest.min()) + step * np.arange(sides), dtype=np.float64)
 

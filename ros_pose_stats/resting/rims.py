@@ -6,7 +6,7 @@ found in the hull of the file (`round_surfaces`), and may get other corners (`re
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,13 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Kind = Literal["round", "toothed"]
 
-ROUND_SHARE: Final = 0.75
+ROUND_SHARE = 0.75
 """Share of a run that is surface of the mesh from which on it is round, and not toothed."""
 
-ON_AXIS: Final = 1e-5
+ON_AXIS = 1e-5
 """A corner this close to an axis, in radii, is the tip of a cone about it."""
 
-COAXIAL: Final = 5e-6
+COAXIAL = 5e-6
 """Corners this close to where a common axis puts them have that axis, in radii."""
 
 

@@ -5,7 +5,6 @@ a run: the surface of the mesh, or the gap from one tooth to the next. Runs abou
 together, for the facets between them are those of one cylinder, cone or toothed rim.
 """
 
-from typing import Final
 
 import numpy as np
 
@@ -19,23 +18,23 @@ from .rims import ROUND_SHARE, Group, Kind, Rim, group_by_axis, keep_turned
 Flags = Mask
 
 
-SEAM: Final = 2e-4
+SEAM = 2e-4
 """Corners this close to a circle, in radii, are on it where its ends do not quite meet.
 
 A mesh this close under an edge of the hull leaves no gap there.
 """
 
-LONG_EDGE: Final = 2.2
+LONG_EDGE = 2.2
 """An edge that is this much longer than most of its run is a flat, and stays."""
 
-FINE_ROUNDING: Final = 3e-7
+FINE_ROUNDING = 3e-7
 """Above it, in radii, corners of a fine circle may hide each other and be off its run."""
 
-FEWEST_DECIMALS: Final = 12
+FEWEST_DECIMALS = 12
 """Different coordinates that must end at the same digit for it to be the last one printed."""
 
-_POWERS: Final = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
-                  1e11, 1e12)
+_POWERS = (1e-3, 1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10,
+           1e11, 1e12)
 
 
 def find_groups(part: Part, points: Array, arrays: BodyArrays, scale: float, rounding: float,

@@ -1,7 +1,5 @@
 """The splitting graph of section 4.D: how the reachable set falls apart as energy is lost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -33,12 +31,12 @@ class SplittingNode:
     # (3,); direction, in the part frame, of the saddle where it falls apart
     saddle: Array | None = None
     # the two components that it falls into; empty for a single pose
-    parts: tuple[SplittingNode, ...] = ()
+    parts: "tuple[SplittingNode, ...]" = ()
     # their centroid solid angles at that level, steradians (Omega in Eq. 8)
     angles: tuple[float, ...] = ()
     transitions: tuple[float, ...] = ()  # their transition probabilities (Eq. 8)
 
-    def walk(self) -> Iterator[SplittingNode]:
+    def walk(self) -> "Iterator[SplittingNode]":
         """Yield the node and all nodes below it, from the top down."""
         waiting = [self]
         while waiting:

@@ -5,8 +5,6 @@ of equal height, corner to corner. Each candidate is tried on the full surface, 
 pockets and bores, and on the inertia. When in doubt, poses stay in separate groups.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -39,7 +37,7 @@ without symmetry few faces are alike, by chance only, and none of the pairs fits
 
 
 def symmetry_groups(part: Part, found: Equilibria, pose: Index,
-                    surface: Callable[[], SurfaceTrial]) -> Index:
+                    surface: "Callable[[], SurfaceTrial]") -> Index:
     """Group number of each pose.
 
     `pose` (S,): pose of each stable face, -1 for one that no pose rests on; `surface`: gives the
@@ -61,7 +59,7 @@ def symmetry_groups(part: Part, found: Equilibria, pose: Index,
 
 
 def _orbits(found: Equilibria, kind: Index, pose: Index, frames: Callable[[int], Frame],
-            trial: SurfaceTrial) -> Index:
+            trial: "SurfaceTrial") -> Index:
     """Number (S,) of each stable face's orbit under the rotations that the surface allows.
 
     A rotation is known by what it does to one face. So those that keep the first face of a kind

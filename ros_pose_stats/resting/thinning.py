@@ -2,29 +2,27 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.body.convex_body import BodyArrays
-from ..kernels.body.hull import outermost_corners
+from ..kernels.body import convex_body, hull
 from ..kernels.elementary import sines_cosines
 from ..kernels.principal_axes import principal_axes
 from ..mesh.vectors import scatter
 from .rims import Group, Outline, Rim
 
-FINE: Final = 1000
+FINE = 1000
 """Corners off all runs up to which a body stays as the file has it: it is quick enough."""
 
-GRID: Final = 7
+GRID = 7
 """Directions a turn for every five sides: so that the deepest corner left out is no deeper."""
 
-TIE: Final = 1e-7
+TIE = 1e-7
 """Corners this close to the farthest, in radii, are as far: the other end of a straight edge."""
 
 
-def thin_out(outline: Outline, arrays: BodyArrays, sides: int) -> None:
+def thin_out(outline: Outline, arrays: convex_body.BodyArrays, sides: int) -> None:
     """Leave out corners off all reshaped runs of a body that has very many, in place.
 
     What stays lies farthest out in one of many directions, as far apart as those of a polygon of
@@ -52,20 +50,21 @@ def thin_out(outline: Outline, arrays: BodyArrays, sides: int) -> None:
         if twelfths == 12:
             # Over a rim about the poles there are the fewest directions: a prism's axis is there.
             turned = [np.roll(axes, turn, axis=0) for turn in range(3)]
-            found = [outermost_corners(outline.points, first, beside, one, grid, TIE)
+            found = [hull.outermost_corners(outline.points, first, beside, one, grid, TIE)
                      for one in turned]
             counts = [int((one & free).sum()) for one in found]
             best = counts.index(min(counts))
             poles, chosen = turned[best], found[best]
         else:
-            chosen = outermost_corners(outline.points, first, beside, poles, grid, TIE)
+            chosen = hull.outermost_corners(outline.points, first, beside, poles, grid, TIE)
         if (chosen & free).sum() + others <= ENOUGH:
             break
     outline.changed |= bool((free & ~chosen).any())
     outline.keeps &= chosen | taken
 
 
-def _neighbours(arrays: BodyArrays, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _neighbours(
+        arrays: convex_body.BodyArrays, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Neighbours of each corner over the edges: where they begin, and their numbers."""
     first = np.zeros(count + 1, dtype=np.int64)
     np.cumsum(np.bincount(arrays.corner, minlength=count), out=first[1:])
@@ -73,16 +72,16 @@ def _neighbours(arrays: BodyArrays, count: int) -> tuple[NDArray[np.int64], NDAr
     return first, arrays.corner[arrays.twin[order]]
 
 
-ENOUGH: Final = 4000
+ENOUGH = 4000
 """Corners of a body that thinning aims at."""
 
-COARSEST: Final = 64
+COARSEST = 64
 """Fewest sides a turn that rims and free forms are thinned to for that."""
 
-FEWEST_ALONG: Final = 32
+FEWEST_ALONG = 32
 """Fewest sides a turn along the profile of a dome: with so few it still comes to rest alike."""
 
-FEWEST_FREE: Final = 1600
+FEWEST_FREE = 1600
 """Corners off all rims that thinning leaves of a free form, about."""
 
 

@@ -8,14 +8,13 @@ from scipy.spatial import cKDTree
 
 from .. import text, tolerances
 from ..records import Array, StablePose
-from . import clusters, convex_body
-from .poses import RestingPoses
+from . import clusters, convex_body, poses
 
 MOST_NAMED = 3
 """Most poses that a warning names; it counts the others."""
 
 
-def pose_warnings(resting: RestingPoses) -> list[str]:
+def pose_warnings(resting: poses.RestingPoses) -> list[str]:
     """Warnings about a part's poses that hold for every method.
 
     Returns `CODE: sentence`, none where nothing is near a change.
@@ -33,7 +32,7 @@ def _rounded(body: convex_body.ConvexBody) -> str:
             f"{max(run.sides for run in body.runs)} sides a turn, whatever the file has.")
 
 
-def _coarse(resting: RestingPoses) -> str:
+def _coarse(resting: poses.RestingPoses) -> str:
     """A polygon that rolls loses energy at every facet, and the more the fewer there are."""
     angles = [angle for angle in _facet_angles(resting) if angle > tolerances.COARSE_FACETS]
     if not angles:
@@ -44,7 +43,7 @@ def _coarse(resting: RestingPoses) -> str:
             f"them; export it with facets of at most {most:.2g} degrees.")
 
 
-def _clustered(resting: RestingPoses) -> str:
+def _clustered(resting: poses.RestingPoses) -> str:
     merged = sum(len(pose.members) > 1 for pose in resting.poses)
     if not merged:
         return ""
@@ -74,7 +73,7 @@ def _shallow(poses: Sequence[StablePose]) -> str:
             f"vibrating feeder empties {_verb(found, 'it', 'them')}.")
 
 
-def _near_tie(resting: RestingPoses) -> str:
+def _near_tie(resting: poses.RestingPoses) -> str:
     gap = _smallest_gap(resting)
     if not tolerances.EXACT_TIE < gap < tolerances.NEAR_TIE:
         return ""
@@ -84,7 +83,7 @@ def _near_tie(resting: RestingPoses) -> str:
             f"its shape.")
 
 
-def _smallest_gap(resting: RestingPoses) -> float:
+def _smallest_gap(resting: poses.RestingPoses) -> float:
     """Smallest difference in level of a split and the next one below it, in radii."""
     tree, wanted = resting.equilibria.arrays.tree, resting.clusters.split
     below = tree.child[wanted] - tree.level.shape[0] - 1
@@ -95,7 +94,7 @@ def _smallest_gap(resting: RestingPoses) -> float:
     return float(open_gaps.min(initial=math.inf))
 
 
-def _facet_angles(resting: RestingPoses) -> list[float]:
+def _facet_angles(resting: poses.RestingPoses) -> list[float]:
     """Typical angle between the facets of each curve that is no circle, radians.
 
     Facets of one curve are hardly parted, whether they are poses of their own or not.

@@ -9,32 +9,17 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
 from ..errors import PoseStatsError
 from ..mesh.overlap import TakesLongError
-from . import restore
-from .camera_counts import CountSubscription, ObservedSubscription
-from .jobs import Jobs
-from .jobs.job_reports import JobReports
-from .jobs.queue import flip_health, job_health
-from .jobs.refinement import Refinement
-from .jobs.run import FlipReports, run_flips
+from . import camera_counts, parameters, recorder, refusals, restore
+from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
-from .parameters import Parameters
-from .parts.announcer import Announcer
-from .parts.count_store import CountStore, count_health
-from .parts.known_part import KnownPart
-from .parts.mesh_queue import MeshQueue
+from .parts import announcer, count_store, known_part, mesh_queue, outlines, part_builder
 from .parts.mesh_subscriptions import MeshSubscriptions
-from .parts.outlines import Outlines
-from .parts.part_builder import LARGE_TRIANGLES, NotBuiltError, PartBuilder, is_large
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
-from .recorder import Recorder
-from .refusals import Diagnostics, Refusals
+from .services import goals, plate_fits, services
 from .services.feeding import FeedingService
-from .services.goals import SimulateDropsServer, SimulateFlipsServer
-from .services.plate_fits import PlateFits
 from .services.requests import Requests
-from .services.services import Services
 from .settings import Settings
 from .state import State
 from .transport.answering_node import AnsweringNode
@@ -54,7 +39,7 @@ MENDING_SECONDS = 1.0
 TRIES = 3
 """Of building a part of an earlier run, where something fails inside the program."""
 
-LARGE_BYTES = 36 * LARGE_TRIANGLES
+LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
 """Of a part that is not built yet; it may take longer than others should wait."""
 
 
@@ -68,39 +53,42 @@ class PoseStatsNode(AnsweringNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("pose_stats", **options)
         follow_clock(self.get_clock())
-        self.table = Parameters(self, self._on_change)
+        self.table = parameters.Parameters(self, self._on_change)
         settings, log, name = self._settings(), self.get_logger(), self.get_fully_qualified_name()
         self.state = State(settings.state_path(name), restore.definitions(),
                            restore.as_of_today, log.warning)
-        self.recorder = Recorder(settings, name, self.state, log.warning)
+        self.recorder = recorder.Recorder(settings, name, self.state, log.warning)
         tail = restore.tail_of(self.state, log.warning)
         restored = restore.restore_jobs(self.state, tail, settings)
-        self.refusals = Refusals(log.warning)
-        self.mesh_queue = MeshQueue(lambda: self._settings().max_mesh_bytes)
-        self.builder, self.outlines = PartBuilder(), Outlines()
+        self.refusals = refusals.Refusals(log.warning)
+        self.mesh_queue = mesh_queue.MeshQueue(lambda: self._settings().max_mesh_bytes)
+        self.builder, self.outlines = part_builder.PartBuilder(), outlines.Outlines()
         mesh_log = MeshLog(self.recorder, self.state)
-        self.announcer = Announcer(self, self.recorder, self.state, mesh_log.introduce,
-                                   self.refusals.floods)
+        self.announcer = announcer.Announcer(self, self.recorder, self.state, mesh_log.introduce,
+                                             self.refusals.floods)
         self.parts = PartStore(
             self.recorder, self.state, mesh_log.introduce, lambda request: self.builder.build(
                 request, self._settings().scene(), self.mesh_queue.is_quick()),
             self.announcer.withdraw_result)
-        self.learnt = CountStore(self._settings, self.parts, self.state)
+        self.learnt = count_store.CountStore(self._settings, self.parts, self.state)
         self.results = ResultStore(self._settings, self.parts, self.learnt, self.announcer,
                                    self.state)
-        self.reports = JobReports(self.results, self.parts, self.announcer, self.recorder,
-                                  self.state, log.info, restored.answers)
+        self.reports = job_reports.JobReports(self.results, self.parts, self.announcer,
+                                              self.recorder, self.state, log.info,
+                                              restored.answers)
         run_name = self.recorder.log.directory.name.removeprefix("pose_stats_")
         self.jobs = Jobs(run_name, self.reports, log.error)
         self.jobs.add_ended(restored.jobs)
         # Goals may flip for minutes; the answers of ~/feeding do not wait for them, nor for drops.
-        self.flip_reports = FlipReports(), FlipReports()
+        self.flip_reports = run.FlipReports(), run.FlipReports()
         flips, feeding = self.flip_reports
-        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run_flips),
-                          Jobs(f"{run_name}_feeding", feeding, log.error, run_flips))
-        self.refinement = Refinement(self._settings, self.results, self.jobs, self.announcer)
-        self.counts = CountSubscription(self, self.recorder, self.parts.current, self.refusals,
-                                        mesh_log.introduce, self.learnt.add_counts)
+        self.flip_jobs = (Jobs(f"{run_name}_flips", flips, log.error, run.run_flips),
+                          Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
+        self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
+                                                self.announcer)
+        self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
+                                                      self.refusals, mesh_log.introduce,
+                                                      self.learnt.add_counts)
         if settings.restore:
             self.parts.restore(settings.max_parts, settings.max_part_bytes)
             for known in self.parts.all():
@@ -127,24 +115,27 @@ class PoseStatsNode(AnsweringNode):
             self.refusals, self.builder.find_poses)
         MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
                           self.refusals)
-        self.observed = ObservedSubscription(self, self._settings, self.counts,
-                                             self.parts.current, self.recorder, self.refusals)
-        Services(self, self._settings, self.parts, self.results, self.announcer, requests,
-                 self.refinement, self.jobs, self.reports, self.outlines)
+        self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
+                                                           self.parts.current, self.recorder,
+                                                           self.refusals)
+        services.Services(self, self._settings, self.parts, self.results, self.announcer, requests,
+                          self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
-        self.fits = PlateFits(self, self._settings, self.parts, self.learnt, self.announcer,
-                              self.table.use_plate)
-        self.actions = [SimulateDropsServer(self, requests, self.jobs, self.reports),
-                        SimulateFlipsServer(self, self._settings, self.parts, *flips)]
-        steady_timer(self, SECONDS_BETWEEN, self._write_down, MutuallyExclusiveCallbackGroup())
-        Diagnostics(self, {
+        self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.learnt,
+                                         self.announcer,
+                                         self.table.use_plate)
+        self.actions = [goals.SimulateDropsServer(self, requests, self.jobs, self.reports),
+                        goals.SimulateFlipsServer(self, self._settings, self.parts, *flips)]
+        steady_timer(self, SECONDS_BETWEEN, self._write_down,
+                     MutuallyExclusiveCallbackGroup())
+        refusals.Diagnostics(self, {
             "parts": lambda: self.refusals.health(len(self.parts.all()),
                                                   self.mesh_queue.waiting()),
-            "counts": lambda: count_health({known.part_id: known.shown.counts
-                                            for known in self.parts.all()}),
-            "jobs": lambda: job_health(self.jobs, self._settings()),
-            "flips": lambda: flip_health(*self.flip_jobs),
+            "counts": lambda: count_store.count_health({known.part_id: known.shown.counts
+                                                        for known in self.parts.all()}),
+            "jobs": lambda: queue.job_health(self.jobs, self._settings()),
+            "flips": lambda: queue.flip_health(*self.flip_jobs),
             "recording": self.recorder.health})
 
     def start(self) -> None:
@@ -169,18 +160,19 @@ class PoseStatsNode(AnsweringNode):
         """Wait for results of parts that have none in the present scene; whether all are there."""
         return not wait(self._coming, timeout).not_done
 
-    def _build_later(self, known: KnownPart, to_show: bool, tries: int = TRIES) -> Future[None]:
+    def _build_later(self, known: known_part.KnownPart, to_show: bool,
+                     tries: int = TRIES) -> Future[None]:
         return self.mesh_queue.put_later(partial(self._build_again, known, to_show, tries),
                                          known.size > LARGE_BYTES)
 
-    def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
+    def _build_again(self, known: known_part.KnownPart, to_show: bool, tries: int) -> None:
         """Build a part of an earlier run when nothing else waits; one that is refused now goes."""
         log = self.get_logger()
         try:
             known.source.get()
             if to_show:
                 self._show_again(known)
-        except (TakesLongError, NotBuiltError):
+        except (TakesLongError, part_builder.NotBuiltError):
             raise
         except PoseStatsError as refusal:
             self.refusals.refuse(f"part of an earlier run{named(known.part_id)}", str(refusal))
@@ -197,12 +189,12 @@ class PoseStatsNode(AnsweringNode):
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
         for known in self.parts.all():
-            large = (is_large(known.part) if known.source.is_built
+            large = (part_builder.is_large(known.part) if known.source.is_built
                      else known.size > LARGE_BYTES)
             again = self.mesh_queue.put_later(partial(self._show_again, known), large)
             self.refusals.watch_mesh(lambda: "parameters", again)
 
-    def _show_again(self, known: KnownPart) -> None:
+    def _show_again(self, known: known_part.KnownPart) -> None:
         self.builder.find_poses(known.part, self._settings().scene())
         self.refinement.show_again(known)
 

@@ -11,11 +11,8 @@ from rclpy.signals import SignalHandlerOptions
 from ros_pose_stats_msgs.msg import PartMesh
 
 from ..errors import RequestError
-from ..mesh.files import read_mesh
-from ..mesh.mass_properties import check_given
-from ..mesh.parts import part_of_file
-from ..records import DropScene
-from ..records.scene import DEFAULT_RESTITUTION
+from ..mesh import files, mass_properties, parts
+from ..records import DropScene, scene as scenes
 from .messages.part_messages import part_message
 from .messages.part_requests import PartRequest, check_name, part_line
 from .messages.times import now
@@ -38,7 +35,7 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     # The node would refuse a scene that is out of range only once the part has arrived there.
-    DropScene(DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
+    DropScene(scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
     message, line, warnings = _message(file, unit, center_of_mass, mass, density, part_id)
     if restitution is not None:
         message.restitution = restitution
@@ -71,10 +68,10 @@ def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None
     """
     part_id = part_id or Path(file).stem
     check_name(part_id)
-    mesh = read_mesh(file, unit)
+    mesh = files.read_mesh(file, unit)
     center = None if center_of_mass is None else mesh.unit * np.asarray(center_of_mass)
-    properties = check_given(center, mass, None, density)
-    part = part_of_file(mesh, properties, part_id)
+    properties = mass_properties.check_given(center, mass, None, density)
+    part = parts.part_of_file(mesh, properties, part_id)
     known = any(value is not None for value in properties)
     given = (part.mass, part.center_of_mass) if known else ()
     request = PartRequest(part_id, np.asarray(mesh.vertices, dtype=np.float64),

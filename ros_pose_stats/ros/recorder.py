@@ -10,9 +10,8 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+from ..recording import run_log, runs
 from ..recording.repair import Repair, repair_bags
-from ..recording.run_log import RunLog
-from ..recording.runs import bag_file
 from ..recording.writer.message_types import MessageType, message_type
 from .refusals import Health
 from .settings import Settings
@@ -68,9 +67,9 @@ class Recorder:
     def __init__(self, settings: Settings, node: str, state: State,
                  say: Callable[[str], object]) -> None:
         self._state = state
-        self.log = RunLog(settings.directory(), bag_types(),
-                          max_bag_bytes=settings.max_bag_bytes,
-                          max_log_bytes=settings.max_log_bytes, node=node)
+        self.log = run_log.RunLog(settings.directory(), bag_types(),
+                                  max_bag_bytes=settings.max_bag_bytes,
+                                  max_log_bytes=settings.max_log_bytes, node=node)
         self._say = say
         self.step = threading.RLock()
         self._place: tuple[Path, int] | None = None
@@ -114,7 +113,7 @@ class Recorder:
 
     def begin_place(self) -> None:
         """Tell the state that it has all that counts of earlier bags, and nothing of this one."""
-        self._tell_place(bag_file(self.log.directory, 0), 0)
+        self._tell_place(runs.bag_file(self.log.directory, 0), 0)
 
     def note_place(self) -> None:
         """Tell the state that it has all that counts in the bag, as far as that goes now.

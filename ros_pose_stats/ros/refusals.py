@@ -5,7 +5,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -14,15 +14,15 @@ from rclpy.node import Node
 from ..errors import PoseStatsError
 from .messages.times import now, steady_timer, time_message
 
-MINUTE: Final = 60.0
+MINUTE = 60.0
 
-MOST_MESSAGES: Final = 600
+MOST_MESSAGES = 600
 """Of one topic in a minute; ten a second."""
 
-MOST_SWAPS: Final = 60
+MOST_SWAPS = 60
 """Meshes that take each other's place as one part in a minute."""
 
-MOST_SOURCES: Final = 1000
+MOST_SOURCES = 1000
 """Sources that are counted in one minute; a flood of new names is one of their topic."""
 
 

@@ -1,10 +1,8 @@
 """Drops of one prepared body: a call of the drop kernel in SI units, and the outcome of each."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,7 +31,7 @@ class DropOutcomes:
     # height
     touched: Mask
 
-    def first(self, count: int) -> DropOutcomes:
+    def first(self, count: int) -> "DropOutcomes":
         """Outcomes of the first `count` drops."""
         return DropOutcomes(*(getattr(self, entry.name)[:count] for entry in fields(self)))
 
@@ -93,11 +91,11 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
                         outcome[:, at.TOUCHED] == 1)
 
 
-_WORDS: Final = 4
+_WORDS = 4
 """64-bit words that Philox makes at each place of its stream."""
 
-_RANDOM_STREAM: Final = 1
-_FLIP_STREAM: Final = 3
+_RANDOM_STREAM = 1
+_FLIP_STREAM = 3
 """Second words of the key, so that drops and flips of one seed have nothing in common."""
 
 def random_starts(seed: int, first: int, count: int) -> Array:

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import RequestError
+from .. import errors, version
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
 from ..resting.trust import pose_warnings
 from ..statistics.errors import standard_errors
-from ..version import VERSION
-from . import chunks, drop_body
-from .drops import DropOutcomes, compute_motions, drop_rules, flip_draws, states_at_rest
+from . import chunks, drop_body, drops
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
 
 DEFAULT_FLIPS = 2000
@@ -91,7 +89,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     return FlipStatistics(
         part.part_id, part.digest, body.radius, scene.restitution, kick,
         scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
-        request.seed, time.perf_counter() - begin, tuple(warnings), VERSION)
+        request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION)
 
 
 def check_kick(kick_height: float) -> float:
@@ -101,8 +99,8 @@ def check_kick(kick_height: float) -> float:
     """
     kick = real_number("kick_height", kick_height)
     if not 0.0 <= kick < math.inf:
-        raise RequestError("a kick height of 0 m or more", f"{kick_height}",
-                           "half the part's radius flips most parts")
+        raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",
+                                  "half the part's radius flips most parts")
     return kick
 
 
@@ -110,11 +108,11 @@ def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request:
            watch: Watch, on_progress: Callable[[int, int], object] | None) -> Index:
     """Flips (K, 1 + K) out of each pose: given up, and into each pose."""
     poses = len(body.resting.poses)
-    rules = drop_rules(scene, body.radius)
+    rules = drops.drop_rules(scene, body.radius)
     kicks = kicks_of(body, kick / body.radius)
 
-    def flip(first: int, count: int) -> DropOutcomes:
-        return compute_motions(body, rules, kicks.states(request.seed, first, count))
+    def flip(first: int, count: int) -> drops.DropOutcomes:
+        return drops.compute_motions(body, rules, kicks.states(request.seed, first, count))
 
     workers = chunks.DropWorkers(flip, request.drops, request.workers, watch.should_stop,
                                  watch.background)
@@ -154,9 +152,9 @@ class Kicks:
         resting, moment = self.body.resting, self.body.arrays.moment
         pose = np.arange(first, first + count) % len(resting.poses)
         lowest = resting.clusters.lowest[pose]
-        states = states_at_rest(self.body, resting.equilibria.heights[lowest],
-                                resting.equilibria.downs[lowest])
-        x, y, z = self._points(pose, flip_draws(seed, first, count)).T
+        states = drops.states_at_rest(self.body, resting.equilibria.heights[lowest],
+                                      resting.equilibria.downs[lowest])
+        x, y, z = self._points(pose, drops.flip_draws(seed, first, count)).T
         p, q, r = states[:, P:P + 3].T
         arm = np.stack((y * r - z * q, z * p - x * r, x * q - y * p), axis=1)
         reach = arm * arm / moment

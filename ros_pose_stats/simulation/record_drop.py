@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RequestError
-from ..kernels.drops import layout as at
-from ..kernels.drops.evolve import sample_motion
+from ..kernels.drops import evolve, layout as at
 from ..mesh.vectors import lengths, resting_quaternions, turn_vectors
 from ..records import DropEvent, DropScene, Part, Trajectory, scene as scenes
 from . import drop_body, drops
@@ -145,9 +144,11 @@ def _samples(body: drop_body.PreparedBody, tape: Array, down: Array,
             np.minimum(inner, span, out=inner)
             state, orientation = np.empty((inner.size, at.STATE)), np.empty((inner.size, 4))
             mode = int(before[at.TAPE_MODE])
-            sample_motion(body.arrays.moment, body.axes, mode if mode <= at.EDGE else at.FLIGHT,
-                          _contact(body, before), before[STATE_ON_TAPE].copy(), turn, inner, state,
-                          orientation)
+            evolve.sample_motion(body.arrays.moment, body.axes,
+                                 mode if mode <= at.EDGE else at.FLIGHT,
+                                 _contact(body, before), before[STATE_ON_TAPE].copy(), turn, inner,
+                                 state,
+                                 orientation)
             turn = orientation[-1]
             # The sum may round up beyond the event.
             times.append(np.minimum(begin + inner, after[at.TAPE_TIME]))

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +12,13 @@ from ..errors import RequestError
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-LEAST_EXPECTED: Final = 5.0
+LEAST_EXPECTED = 5.0
 """Expected count below which a bin is pooled: the usual rule (Cochran 1954).
 
 Below it the statistic no longer follows the chi-square distribution.
 """
 
-ROUNDING: Final = 1e-9
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)

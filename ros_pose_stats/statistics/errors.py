@@ -6,7 +6,7 @@ so a little more than 90 % is asked for wherever a run may stop (`AT_A_LOOK`).
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,7 +67,7 @@ def root_mean_square(differences: ArrayLike) -> float:
     return expected_error(differences)
 
 
-DEFAULT_LEVEL: Final = 0.9
+DEFAULT_LEVEL = 0.9
 """Chance that `probability_low` and `probability_high` of the contract enclose the truth."""
 
 
@@ -99,11 +99,11 @@ def jeffreys_interval(count: ArrayLike, total: ArrayLike,
     return low, high
 
 
-WIDEST: Final = 1e6
+WIDEST = 1e6
 """A standard deviation beyond which nothing is known either; far outside of what was fitted it may
 be infinite."""
 
-NODES: Final = np.geomspace(0.01, 12.0, 64)
+NODES = np.geomspace(0.01, 12.0, 64)
 """Where a bound is looked for, in the largest standard deviation; between them it is straight."""
 
 
@@ -142,10 +142,10 @@ def largest_error(deviation: ArrayLike, level: float, *, weight: ArrayLike = (1.
 
 Index = NDArray[np.int64]
 
-AT_A_LOOK: Final = 0.92
+AT_A_LOOK = 0.92
 """Confidence asked for at each look, so that 90 % are left."""
 
-DEVIATE: Final = 1.4050715603096329
+DEVIATE = 1.4050715603096329
 """The normal deviate below which a share of `AT_A_LOOK` lies."""
 
 

@@ -1,10 +1,8 @@
 """Pose probabilities as they are known after drops: means, errors, intervals, a bound."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +14,10 @@ from .errors import DEFAULT_LEVEL, largest_error
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-HALVINGS: Final = 16
+HALVINGS = 16
 """Of the logarithm of the bound, from a factor of `FARTHEST` each way: to a hundredth of a per
 cent."""
-FARTHEST: Final = 8.0
+FARTHEST = 8.0
 
 
 class SquareError(NamedTuple):
@@ -84,8 +82,8 @@ def error_quantile(probability: ArrayLike, drops: float, level: float) -> float:
     return math.sqrt(found.quantile(level))
 
 
-WIDEST: Final = 1.0 - 1e-9
-NARROWEST: Final = 1e-12
+WIDEST = 1.0 - 1e-9
+NARROWEST = 1e-12
 """Variance of a unit over that of a single drop, where it is not certain."""
 
 
@@ -119,7 +117,7 @@ class Posterior:
 
     @classmethod
     def mixed(cls, weight: Array, mean: Array, variance: Array, unit: Index,
-              size: Index, kinds: Kinds) -> Posterior:
+              size: Index, kinds: Kinds) -> "Posterior":
         """From the moments of the units at each of some strengths.
 
         `weight` (M,): of the strengths, summing to 1; `mean, variance` (M, G); `unit` (P,) int:
@@ -202,15 +200,15 @@ def _bounds(share: Array, mean: Array, variance: Array, level: float) -> tuple[A
     return low, high
 
 
-SMALLEST: Final = 1e-300
+SMALLEST = 1e-300
 
-AROUND: Final = np.linspace(-4.0, 7.0, 67)
+AROUND = np.linspace(-4.0, 7.0, 67)
 """Where the distribution is looked at: standard deviations from the mean of each component."""
 
-NEAR_NOTHING: Final = 10.0 ** np.arange(-8.0, 0.0)
+NEAR_NOTHING = 10.0 ** np.arange(-8.0, 0.0)
 """And means of each component, for a rare pose whose density rises without bound towards 0."""
 
-CELL_HALVINGS: Final = 16
+CELL_HALVINGS = 16
 """Of the cell in which the upper end lies."""
 
 

@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +18,14 @@ from . import errors
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-FIRST_CHECKPOINT: Final = 100
+FIRST_CHECKPOINT = 100
 """Drops before the first look; fewer say little about their own error."""
 
-LEAST_STEPS: Final = (8, 0.1)
+LEAST_STEPS = (8, 0.1)
 """A look costs as much as a dozen drops: the next one is at least so many drops away, and such a
 share of those done."""
 
-AHEAD: Final = 1.1
+AHEAD = 1.1
 """Drops over those in which the target is reached by the root law: an error that an estimate has
 its share in falls slower."""
 

@@ -8,10 +8,8 @@ for a share of them that is not: drops tell which kind a pose is of. Poses that 
 equal are one unit.
 """
 
-from __future__ import annotations
-
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,23 +49,23 @@ def prior_fit(restitution: float) -> PriorFit:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-FLOOR: Final = 1e-4
+FLOOR = 1e-4
 """Least probability of a pose: far below the errors of all methods, but above 0, so that drops
 can contradict an estimate that rules a pose out."""
 
-FLOORS_TOGETHER: Final = 0.01
+FLOORS_TOGETHER = 0.01
 """Most probability that the floor may take where there are many poses."""
 
-LEAST_ERROR: Final = 1e-4
+LEAST_ERROR = 1e-4
 """No estimate is believed to be nearer than this: beyond 10 million drops."""
 
-LEAST_STRENGTH: Final = 1.0
+LEAST_STRENGTH = 1.0
 """Pseudo-drops of an estimate that is expected to be worthless."""
 
-TAIL: Final = 3.0
+TAIL = 3.0
 """Degrees of freedom of the scatter of the strength."""
 
-GRID: Final = np.linspace(-8.0, 5.0, 14)
+GRID = np.linspace(-8.0, 5.0, 14)
 """Strengths looked at, in spreads from the center of their logarithm."""
 
 
@@ -138,7 +136,7 @@ class PosePrior:
         strength = np.broadcast_to(self._strength, (self._share.size, *self._strength.shape[1:]))
         return contradicted_units(self._pooled(counts), self.mean, weight, strength)[self.unit]
 
-    def _updated(self, pooled: Array) -> tuple[ConnorMosimann, Array, float]:
+    def _updated(self, pooled: Array) -> "tuple[ConnorMosimann, Array, float]":
         """Breaks after the drops at each strength, the strengths' weights, log evidence."""
         order = self._order(pooled)
         before = ConnorMosimann.around(self.mean[order], self._strength[..., order], self._share)
@@ -178,11 +176,11 @@ def _probabilities(estimate: ArrayLike) -> Array:
     return given
 
 
-FALSE_ALARMS: Final = 0.002
+FALSE_ALARMS = 0.002
 """Chance at each look that some pose of a part is said to be contradicted though the estimate is
 as far off as it says, at most; Bonferroni's bound over the units and both sides."""
 
-LEAST_PARAMETER: Final = 1e-9
+LEAST_PARAMETER = 1e-9
 
 
 def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Array
@@ -209,8 +207,8 @@ def contradicted_units(counts: Array, mean: Array, weight: Array, strength: Arra
     return np.asarray(2.0 * tails * mean.size < FALSE_ALARMS)
 
 
-LEAST_WEIGHT: Final = 1e-300
-RULED_OUT: Final = 1e-12
+LEAST_WEIGHT = 1e-300
+RULED_OUT = 1e-12
 
 
 class ConnorMosimann(NamedTuple):
@@ -225,7 +223,7 @@ class ConnorMosimann(NamedTuple):
     log_share: Array  # (K, M, G - 1) logarithms of how likely each is, or (K, 1, 1) if all alike
 
     @classmethod
-    def around(cls, mean: Array, strength: Array, share: Array) -> ConnorMosimann:
+    def around(cls, mean: Array, strength: Array, share: Array) -> "ConnorMosimann":
         """With given means, and as sure of each unit as so many drops would make it.
 
         `mean` (G,): above 0, summing to 1; `strength` (K, M, G): pseudo-drops behind each unit,
@@ -236,7 +234,7 @@ class ConnorMosimann(NamedTuple):
         return cls(strength[..., :-1] * mean[:-1], strength[..., :-1] * beyond,
                    np.log(share)[:, None, None])
 
-    def updated(self, counts: Array) -> tuple[ConnorMosimann, Array]:
+    def updated(self, counts: Array) -> "tuple[ConnorMosimann, Array]":
         """After drops: counts (G,) of the units.
 
         Returns `log_evidence` (M,): logarithm of the probability of this very sequence of

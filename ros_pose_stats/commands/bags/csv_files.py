@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...files import replace_file
+from ... import files, text
 from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
-from ...text import SECOND, csv_lines
 
 Rows = Iterator[Sequence[Any]]
 
@@ -45,7 +44,7 @@ def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
     written = []
     for name, heads in HEADS.items():
         path = folder / f"{name}.csv"
-        replace_file(path, "".join(csv_lines(heads, ROWS[name](found))).encode())
+        files.replace_file(path, "".join(text.csv_lines(heads, ROWS[name](found))).encode())
         written.append(path)
     return written
 
@@ -53,8 +52,8 @@ def write_csv(found: BagAnalysis, folder: Path) -> list[Path]:
 def _utc(nanoseconds: int) -> str:
     if not nanoseconds:
         return ""
-    second = datetime.fromtimestamp(nanoseconds // SECOND, timezone.utc)
-    return f"{second:%Y-%m-%dT%H:%M:%S}.{nanoseconds % SECOND:09d}Z"
+    second = datetime.fromtimestamp(nanoseconds // text.SECOND, timezone.utc)
+    return f"{second:%Y-%m-%dT%H:%M:%S}.{nanoseconds % text.SECOND:09d}Z"
 
 
 def _columns(*columns: Any) -> Rows:

@@ -10,7 +10,7 @@ whole, so that a corner more or less on a straight edge changes nothing.
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,8 @@ SHORTEST = 1e-24
 """Square of the sine of an arc below which it is none: rounding would give its direction."""
 
 # columns of an arc's turn (2,)
-OVER_ANGLE: Final = 0
-OVER_LENGTH: Final = 1
+OVER_ANGLE = 0
+OVER_LENGTH = 1
 
 
 class Arcs(NamedTuple):

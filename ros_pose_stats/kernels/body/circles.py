@@ -1,7 +1,7 @@
 """Circles through corners of a chain of edges."""
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from ..compilation import entry_kernel, inlined, kernel
 from ..elementary import arctangent
 from ..vectors import Vec3, cross, divided, dot, length, minus, plus, point_at, read_vector, scaled
 
-ON_CIRCLE: Final = 1e-3
+ON_CIRCLE = 1e-3
 """Corners this close to a circle, as a fraction of the height of their arc, are a run on it.
 
 At most of its radius. Exports put them there to some 1e-6; an ellipse 1 : 1.002 is off by as much.
 """
 
-ROUNDINGS_OFF_CIRCLE: Final = 4.0
+ROUNDINGS_OFF_CIRCLE = 4.0
 """They may also be off by this many roundings of the coordinates."""
 
 

@@ -6,7 +6,7 @@ vector and an area-weighted centroid, so that a fan of slivers (the cap of a fin
 tessellated cylinder, rounded to float32) settles on the right plane while it grows.
 """
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,10 @@ from ..mesh.measures import area_vectors, centroid_of
 from ..sorting import falling_order
 
 # The plane (7,) of what is gathered: area vector, sum of centroids times area, sum of areas.
-NORMAL: Final = 0    # 0, 1, 2
-CENTROID: Final = 3  # 3, 4, 5
-AREA: Final = 6
-PLANE: Final = 7
+NORMAL = 0    # 0, 1, 2
+CENTROID = 3  # 3, 4, 5
+AREA = 6
+PLANE = 7
 
 
 class Surface(NamedTuple):

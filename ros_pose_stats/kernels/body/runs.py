@@ -6,7 +6,7 @@ for. A circle is laid through corners far apart and then held against all betwee
 neighbours of a fine tessellation say nothing about their circle but rounding.
 """
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,23 +16,23 @@ from ..vectors import Vec3, divided, dot, length, minus, point_at, write_row
 from .circles import Circle, circle_of, fitted_circle, off_circle, slack
 from .convex_body import BodyArrays
 
-STRAIGHTEST: Final = 0.9077774785329087
+STRAIGHTEST = 0.9077774785329087
 """Cosine of 24.8 degrees: the 15-gon turns by 24, the 14-gon by 25.7."""
 
-HALF_SPAN: Final = 0.2147353271670632
+HALF_SPAN = 0.2147353271670632
 """Sine of half of that."""
 
-FEWEST: Final = 4
+FEWEST = 4
 """Edges of a run."""
 
-MOST_AROUND: Final = 64
+MOST_AROUND = 64
 """Edges around a corner up to which one may go on straight there; an apex has more."""
 
 # columns of a circle (8,)
-CENTER: Final = 0     # 0, 1, 2
-AXIS: Final = 3       # 3, 4, 5
-RADIUS: Final = 6
-DEVIATION: Final = 7  # largest distance of a corner
+CENTER = 0     # 0, 1, 2
+AXIS = 3       # 3, 4, 5
+RADIUS = 6
+DEVIATION = 7  # largest distance of a corner
 
 
 class Runs(NamedTuple):

@@ -10,20 +10,9 @@ import math
 import numpy as np
 
 from ...tolerances import TRUNCATION
+from .. import vectors
 from ..array_types import Array, Array2, Fixed1, Fixed2
 from ..compilation import entry_kernel, inlined
-from ..vectors import (
-    dot,
-    dot_from,
-    length,
-    minus,
-    read_row,
-    read_vector,
-    scaled,
-    times,
-    turned,
-    write_vector,
-)
 from . import layout as at
 from .detect import NOTHING, Event
 from .free_rotation import rotate_freely
@@ -61,7 +50,7 @@ def prepare_step(body: at.DropBody, rules: at.DropRules, work: at.Work) -> int:
     the plate again.
     """
     state, clock = work.state, work.clock
-    turning = length(at.spin_of(state))
+    turning = vectors.length(at.spin_of(state))
     if work.tally[at.MODE] == at.FLIGHT:
         clear = _time_clear(state)
         if turning * clear > FAR and rotate_freely(state, body.moment, clear):
@@ -126,7 +115,7 @@ def advance(state: Array, series: Array, contact: Array, mode: int, last: int, s
     else:  # the contact stays where it is, so that its velocity gives the centre's
         state[at.Z] = value_at(series, at.ZS, last, fraction)
         state[at.V] = 0.0
-        state[at.V] = -vertex_velocity(state, read_vector(contact, at.CORNER))
+        state[at.V] = -vertex_velocity(state, vectors.read_vector(contact, at.CORNER))
 
 
 @inlined
@@ -141,13 +130,13 @@ def value_at(series: Array, column: int, last: int, x: float) -> float:
 @inlined
 def onto_invariants(state: Array, moment: Array) -> None:
     """Put the state back on |p| = 1 and p . I w = 0, from which rounding makes it drift."""
-    up, spin, inertia = at.up_of(state), at.spin_of(state), read_vector(moment, 0)
-    up = scaled(up, 1.5 - 0.5 * dot(up, up))
-    momentum = times(up, inertia)
+    up, spin, inertia = at.up_of(state), at.spin_of(state), vectors.read_vector(moment, 0)
+    up = vectors.scaled(up, 1.5 - 0.5 * vectors.dot(up, up))
+    momentum = vectors.times(up, inertia)
     # From 0, so that there is no negative zero where nothing turns.
-    excess = dot_from(0.0, momentum, spin) / dot(momentum, up)
-    write_vector(state, at.P, up)
-    write_vector(state, at.W, minus(spin, scaled(up, excess)))
+    excess = vectors.dot_from(0.0, momentum, spin) / vectors.dot(momentum, up)
+    vectors.write_vector(state, at.P, up)
+    vectors.write_vector(state, at.W, vectors.minus(spin, vectors.scaled(up, excess)))
 
 
 @entry_kernel
@@ -166,7 +155,7 @@ def sample_motion(moment: Fixed1, axes: Fixed2, mode: int, contact: Fixed1, star
     for i in range(times.shape[0]):
         while True:
             ahead = times[i] - now
-            rate = length(at.spin_of(state))
+            rate = vectors.length(at.spin_of(state))
             step = LONGEST if rate * LONGEST < TURN else TURN / rate
             step = max(min(step, ahead), 1e-12)
             if mode == at.FLIGHT:
@@ -200,7 +189,7 @@ def _turn_series(series: Array, axes: Array, turn: Array, last: int, out: Array)
         dx = dy = dz = dw = 0.0
         for i in range(n + 1):
             j = n - i
-            spin = turned(axes, read_row(series, j, at.WS))
+            spin = vectors.turned(axes, vectors.read_row(series, j, at.WS))
             x, y, z, w = out[i, 0], out[i, 1], out[i, 2], out[i, 3]
             dx += w * spin.x + y * spin.z - z * spin.y
             dy += w * spin.y + z * spin.x - x * spin.z

@@ -13,21 +13,10 @@ Dynamics, section 69),
 
 import math
 
+from .. import vectors
 from ..array_types import Array
 from ..compilation import inlined, kernel
 from ..elementary import arctangent, exponential, sine_cosine
-from ..vectors import (
-    Vec3,
-    cross,
-    divided,
-    dot,
-    length,
-    plus,
-    read_vector,
-    scaled,
-    times,
-    write_vector,
-)
 from . import layout as at
 
 NOME = 0.35
@@ -152,7 +141,7 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
     top3 = math.sqrt(w3 * w3 + i2 * (i2 - i1) / (i3 * (i3 - i1)) * w2 * w2)
     if w3 < 0.0:
         top3 = -top3
-    momentum = length(Vec3(i1 * w1, i2 * w2, i3 * w3))
+    momentum = vectors.length(vectors.Vec3(i1 * w1, i2 * w2, i3 * w3))
     sine, cosine = abs(i3 * top3) / momentum, i1 * top1 / momentum
     if not (cosine > STEEP and sine > 0.0):
         return False
@@ -186,25 +175,27 @@ def rotate_freely(state: Array, moment: Array, time: float) -> bool:
 @inlined
 def _frame_of(state: Array, moment: Array, three: int) -> tuple[float, float]:
     """Components of `up` along e3 x L and along L x (e3 x L), not normalised alike."""
-    momentum = times(read_vector(moment, 0), at.spin_of(state))
+    momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
     up = at.up_of(state)
-    return dot(aside, up), dot(cross(momentum, aside), up) / length(momentum)
+    return (vectors.dot(aside, up),
+            vectors.dot(vectors.cross(momentum, aside), up) / vectors.length(momentum))
 
 
 @inlined
 def _place_up(state: Array, moment: Array, three: int, along: float, across: float) -> None:
     """Set `up` in the frame of e3 x L and L x (e3 x L)."""
-    momentum = times(read_vector(moment, 0), at.spin_of(state))
+    momentum = vectors.times(vectors.read_vector(moment, 0), at.spin_of(state))
     aside = _aside(momentum, three)
-    normal = cross(momentum, aside)
-    write_vector(state, at.P, plus(divided(scaled(aside, along), length(aside)),
-                                divided(scaled(normal, across), length(normal))))
+    normal = vectors.cross(momentum, aside)
+    vectors.write_vector(state, at.P, vectors.plus(
+        vectors.divided(vectors.scaled(aside, along), vectors.length(aside)),
+        vectors.divided(vectors.scaled(normal, across), vectors.length(normal))))
 
 
 @inlined
-def _aside(momentum: Vec3, three: int) -> Vec3:
+def _aside(momentum: vectors.Vec3, three: int) -> vectors.Vec3:
     """The direction e3 x L, e3 being the first or the last axis."""
     if three == 0:
-        return Vec3(0.0, -momentum.z, momentum.y)
-    return Vec3(-momentum.y, momentum.x, 0.0)
+        return vectors.Vec3(0.0, -momentum.z, momentum.y)
+    return vectors.Vec3(-momentum.y, momentum.x, 0.0)

@@ -7,7 +7,7 @@ the k-th coefficients, the angular velocity multiplied by the step.
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,113 +16,113 @@ from ..compilation import inlined, kernel
 from ..vectors import Vec3, dot_from, read_vector
 
 # state (8,)
-Z: Final = 0
-V: Final = 1
-P: Final = 2  # 2, 3, 4
-W: Final = 5  # 5, 6, 7
-STATE: Final = 8
+Z = 0
+V = 1
+P = 2  # 2, 3, 4
+W = 5  # 5, 6, 7
+STATE = 8
 
 # columns of the series; those from FORCE on are filled while sliding only
-WS: Final = 0      # 0, 1, 2: angular velocity times the step
-PS: Final = 3      # 3, 4, 5: up
-ZS: Final = 6      # height
-FORCE: Final = 7   # sum of the contact forces times the step squared
-TORQUE: Final = 8  # the second force times the length of the edge, likewise
-COLUMNS: Final = 32
+WS = 0      # 0, 1, 2: angular velocity times the step
+PS = 3      # 3, 4, 5: up
+ZS = 6      # height
+FORCE = 7   # sum of the contact forces times the step squared
+TORQUE = 8  # the second force times the length of the edge, likewise
+COLUMNS = 32
 
-ORDER: Final = 16
+ORDER = 16
 """Highest power of the step; longer steps do not pay for the longer sums."""
 
 # contact modes
-FLIGHT: Final = 0
-VERTEX: Final = 1
-EDGE: Final = 2
-FACE: Final = 3
+FLIGHT = 0
+VERTEX = 1
+EDGE = 2
+FACE = 3
 
 # how a drop ended
-UNSETTLED: Final = 0
-TRAPPED: Final = 1
-RESTING: Final = 2
+UNSETTLED = 0
+TRAPPED = 1
+RESTING = 2
 
 # contact (7,)
-CORNER: Final = 0    # 0, 1, 2: a vertex
-ALONG: Final = 3     # 3, 4, 5: direction of the edge, 0 for none
-LENGTH: Final = 6    # of the edge, 1 for none
-CONTACT: Final = 7
+CORNER = 0    # 0, 1, 2: a vertex
+ALONG = 3     # 3, 4, 5: direction of the edge, 0 for none
+LENGTH = 6    # of the edge, 1 for none
+CONTACT = 7
 
 # tally (7,)
-MODE: Final = 0
-NEAR: Final = 1      # touching vertices in `near`
-IMPACTS: Final = 2
-STEPS: Final = 3     # impacts and steps
-LOWEST: Final = 4    # a low corner, where the last event was
-SEARCH: Final = 5    # number of the last search
-LIMIT: Final = 6     # of STEPS, where the drop is given up or granted more
-TALLY: Final = 7
+MODE = 0
+NEAR = 1      # touching vertices in `near`
+IMPACTS = 2
+STEPS = 3     # impacts and steps
+LOWEST = 4    # a low corner, where the last event was
+SEARCH = 5    # number of the last search
+LIMIT = 6     # of STEPS, where the drop is given up or granted more
+TALLY = 7
 
 # clock (5,)
-TIME: Final = 0
-STEP: Final = 1      # the step that the series is for
-EXPECTED_BOUNCE: Final = 2  # time in which the next impact is expected
-REACH: Final = 3     # length of the last sliding step
-SPARE: Final = 4     # energy above the pose below, when steps were last granted
-CLOCK: Final = 5
+TIME = 0
+STEP = 1      # the step that the series is for
+EXPECTED_BOUNCE = 2  # time in which the next impact is expected
+REACH = 3     # length of the last sliding step
+SPARE = 4     # energy above the pose below, when steps were last granted
+CLOCK = 5
 
 # columns of the load (C, 4) of a touching vertex
-ARM: Final = 0       # 0, 1, 2: a = r x p, the reach of a force there
-FALL: Final = 3      # its downward acceleration in free motion
-LOAD: Final = 4
+ARM = 0       # 0, 1, 2: a = r x p, the reach of a force there
+FALL = 3      # its downward acceleration in free motion
+LOAD = 4
 
 # columns of the frame (3, 4): velocities of the body, orthogonal in the metric of the energy
-RISE: Final = 0      # of the centre of mass
-SPIN: Final = 1      # 1, 2, 3: angular velocity
-FRAME: Final = 4
+RISE = 0      # of the centre of mass
+SPIN = 1      # 1, 2, 3: angular velocity
+FRAME = 4
 
 # columns of the balls (B, 5) and their ranges (B, 3)
-BALL_CENTRE: Final = 0  # 0, 1, 2
-BALL_RADIUS: Final = 3
-BALL_REACH: Final = 4   # distance of the centre from the origin
-BALL_BEGIN: Final = 0   # first corner
-BALL_END: Final = 1     # last corner + 1
-BALL_NEXT: Final = 2    # node that follows the subtree
+BALL_CENTRE = 0  # 0, 1, 2
+BALL_RADIUS = 3
+BALL_REACH = 4   # distance of the centre from the origin
+BALL_BEGIN = 0   # first corner
+BALL_END = 1     # last corner + 1
+BALL_NEXT = 2    # node that follows the subtree
 
 # columns of the rims (P, 5), zero for none
-AXLE: Final = 0      # 0, 1, 2: the square of its product with the spin is the spin's energy
-BUMPS: Final = 3     # share of a roll's energy that going on from facet to facet keeps free
-SINGLE: Final = 4    # share that one facet, and the centrifugal moment, can set free
-RIM: Final = 5
+AXLE = 0      # 0, 1, 2: the square of its product with the spin is the spin's energy
+BUMPS = 3     # share of a roll's energy that going on from facet to facet keeps free
+SINGLE = 4    # share that one facet, and the centrifugal moment, can set free
+RIM = 5
 
 # columns of an outcome (k, 5) and its measures (k, 2)
-POSE: Final = 0
-ENDING: Final = 1
-IMPACT_COUNT: Final = 2
-STEP_COUNT: Final = 3
-TOUCHED: Final = 4   # 1 where it was released touching the plate
-DURATION: Final = 0
-ENERGY: Final = 1
+POSE = 0
+ENDING = 1
+IMPACT_COUNT = 2
+STEP_COUNT = 3
+TOUCHED = 4   # 1 where it was released touching the plate
+DURATION = 0
+ENERGY = 1
 
 # columns of the outlook (C, 3): a lower bound of the height of a corner over the step
-HEIGHT: Final = 0
-SLOPE: Final = 1
-BEND: Final = 2
-OUTLOOK: Final = 3
+HEIGHT = 0
+SLOPE = 1
+BEND = 2
+OUTLOOK = 3
 
 # what a row of the tape says has just happened
-RELEASE: Final = 0
-ARRIVAL: Final = 1   # a vertex reaches the plate
-IMPACT: Final = 2
-STOP: Final = 3      # slow vertices have been brought to rest
-LIFT_OFF: Final = 4  # a contact force has come down to 0
-END: Final = 5
+RELEASE = 0
+ARRIVAL = 1   # a vertex reaches the plate
+IMPACT = 2
+STOP = 3      # slow vertices have been brought to rest
+LIFT_OFF = 4  # a contact force has come down to 0
+END = 5
 
 # columns of the tape (T, 14)
-TAPE_TIME: Final = 0
-TAPE_STATE: Final = 1  # 1 ... 8
-TAPE_EVENT: Final = 9
-TAPE_VERTEX: Final = 10
-TAPE_MODE: Final = 11
-TAPE_CONTACT: Final = 12  # 12, 13: the vertices in contact, -1 for none
-TAPE: Final = 14
+TAPE_TIME = 0
+TAPE_STATE = 1  # 1 ... 8
+TAPE_EVENT = 9
+TAPE_VERTEX = 10
+TAPE_MODE = 11
+TAPE_CONTACT = 12  # 12, 13: the vertices in contact, -1 for none
+TAPE = 14
 
 
 class DropBody(NamedTuple):

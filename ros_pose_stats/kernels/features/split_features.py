@@ -5,7 +5,7 @@ in two along a shallow ridge and where splits change their order.
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,31 +17,31 @@ from ..levels.merge_tree import MergeTree, faces_of
 from ..vectors import dot, inverse_of, point_at
 
 # columns of a component's additive measures (6,)
-AREA: Final = 0    # solid angle with r < level
-AROUND: Final = 1  # with R < level
-HELD: Final = 2    # of the faces that hold
-LEVER: Final = 3   # that times the log of the inertia about `down` over the mean one
-SWEPT: Final = 4   # turns of the edges' arcs over their angles; with `ROLLED` from `arc_sums`
-ROLLED: Final = 5  # over their lengths
-MEASURES: Final = 6
+AREA = 0    # solid angle with r < level
+AROUND = 1  # with R < level
+HELD = 2    # of the faces that hold
+LEVER = 3   # that times the log of the inertia about `down` over the mean one
+SWEPT = 4   # turns of the edges' arcs over their angles; with `ROLLED` from `arc_sums`
+ROLLED = 5  # over their lengths
+MEASURES = 6
 
 # features of a component at a level
-LOG_AREA: Final = 0       # log of the share of the sphere with r < level
-SHARE_R: Final = 1        # that of R over it
-LOG_SHARE_R: Final = 2    # and its log
-DEPTH: Final = 3          # depth over level
-LEVEL: Final = 4
-LOWEST: Final = 5         # lowest height
-INERTIA: Final = 6        # mean log of the inertia about `down` over the mean one
-LOG_HELD: Final = 7       # log of the solid angle of the faces that hold
-LOG_ROLLED: Final = 8     # log of the turns over the arcs' lengths, over the root of the area
-LOG_SWEPT: Final = 9      # the same over their angles
-LOG_DEPTH: Final = 10
-AREA_NEAR: Final = 11     # by `joined_soon`: of the area
-AREA_FAR: Final = 12
-HELD_NEAR: Final = 13     # and of the faces that hold
-HELD_FAR: Final = 14
-FEATURES: Final = 15
+LOG_AREA = 0       # log of the share of the sphere with r < level
+SHARE_R = 1        # that of R over it
+LOG_SHARE_R = 2    # and its log
+DEPTH = 3          # depth over level
+LEVEL = 4
+LOWEST = 5         # lowest height
+INERTIA = 6        # mean log of the inertia about `down` over the mean one
+LOG_HELD = 7       # log of the solid angle of the faces that hold
+LOG_ROLLED = 8     # log of the turns over the arcs' lengths, over the root of the area
+LOG_SWEPT = 9      # the same over their angles
+LOG_DEPTH = 10
+AREA_NEAR = 11     # by `joined_soon`: of the area
+AREA_FAR = 12
+HELD_NEAR = 13     # and of the faces that hold
+HELD_FAR = 14
+FEATURES = 15
 
 OUTSIDE = 0.3
 """Tilt, in radians, from which on a face whose foot lies outside of it holds nothing back."""

@@ -5,7 +5,6 @@ A sum of products of components is symmetric in them, so it is kept by monomials
 """
 
 import math
-from typing import Final
 
 import numpy as np
 
@@ -18,11 +17,11 @@ from ..sorting import falling_order
 from ..vectors import Vec3, divided, dot, plus, point_at, read_row, scaled, write_row
 
 # columns of the regions (G, 7) and of the sums that they are made of
-CENTROID: Final = 0  # 0, 1, 2; in a sum times the area
-NORMAL: Final = 3    # 3, 4, 5: times the size; in a sum times the area
-SIZE: Final = 6      # square root of the area; in a sum the area
-AREA: Final = 6
-REGION: Final = 7
+CENTROID = 0  # 0, 1, 2; in a sum times the area
+NORMAL = 3    # 3, 4, 5: times the size; in a sum times the area
+SIZE = 6      # square root of the area; in a sum the area
+AREA = 6
+REGION = 7
 
 
 @entry_kernel
@@ -109,16 +108,16 @@ def _meets_third(touched: Index, v: int, g: int) -> bool:
 
 
 # How many products of components are the same monomial, in the order of `_monomials`.
-_TIMES: Final = np.array(
+_TIMES = np.array(
     [1, 1, 1, 1, 1, 2, 2, 1, 2, 1, 1, 3, 3, 3, 6, 3, 1, 3, 3, 1,
      1, 4, 4, 6, 12, 6, 4, 12, 12, 4, 1, 4, 6, 4, 1], dtype=np.float64)
 
 # Where each degree begins in that order.
-_DEGREE: Final = (0, 1, 4, 10, 20, 35)
+_DEGREE = (0, 1, 4, 10, 20, 35)
 
 # columns of the moments (S, 7) along a direction u
-HEIGHTS: Final = 0  # 0, 1, 2: sums over the regions of A (c·u)^k for k = 2, 3, 4
-FLOWS: Final = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
+HEIGHTS = 0  # 0, 1, 2: sums over the regions of A (c·u)^k for k = 2, 3, 4
+FLOWS = 3    # 3 ... 6: of A² (n·u) (c·u)^k for k = 0, 1, 2, 3
 
 
 @entry_kernel

@@ -4,7 +4,6 @@ Directed edge 3 t + i runs from corner i of triangle t to the next one. Directed
 by the undirected edge that they run along.
 """
 
-from typing import Final
 
 import numpy as np
 
@@ -13,8 +12,8 @@ from ..compilation import entry_kernel, inlined, kernel
 from ..sorting import rising_order
 
 # columns of the sorted entries (3T, 2)
-HIGHER: Final = 0  # higher vertex
-EDGE: Final = 1    # twice the number of the directed edge, plus 1 where it runs from the lower one
+HIGHER = 0  # higher vertex
+EDGE = 1    # twice the number of the directed edge, plus 1 where it runs from the lower one
 
 FEW = 48
 """Edges at one vertex up to which sorting them one by one is quicker than counting digits."""

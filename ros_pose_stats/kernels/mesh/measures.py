@@ -1,7 +1,6 @@
 """Areas, centroids and moments of triangles and of what they enclose, and extents of points."""
 
 import math
-from typing import Final
 
 import numpy as np
 
@@ -10,11 +9,11 @@ from ..array_types import Array, Fixed1, Fixed2, FixedCorners2, FixedIndex2, Ind
 from ..compilation import entry_kernel, inlined, kernel
 
 # the moments (10,) of a solid: integrals of
-VOLUME: Final = 0   # 1
-FIRST: Final = 1    # x, y, z
-SQUARES: Final = 4  # xx, yy, zz
-MIXED: Final = 7    # xy, xz, yz
-MOMENTS: Final = 10
+VOLUME = 0   # 1
+FIRST = 1    # x, y, z
+SQUARES = 4  # xx, yy, zz
+MIXED = 7    # xy, xz, yz
+MOMENTS = 10
 
 
 @kernel

@@ -5,21 +5,20 @@ import re
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Final
 
 from ...errors import BagError
 from ...files import open_file
 from ..reader import RawMessage, files_of_bag, raw_messages
 from .decoding import CONVERT, is_ours
 
-SQLITE: Final = ".db3"
-PACKED_SQLITE: Final = ".db3.zstd"
-ENDINGS: Final = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
+SQLITE = ".db3"
+PACKED_SQLITE = ".db3.zstd"
+ENDINGS = (".mcap", ".mcap.zstd", SQLITE, PACKED_SQLITE)
 
-TOPICS: Final = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
-DEFINITIONS: Final = "SELECT topic_type, encoded_message_definition FROM message_definitions"
-MESSAGES: Final = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
-                  "ORDER BY timestamp, id"
+TOPICS = "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'"
+DEFINITIONS = "SELECT topic_type, encoded_message_definition FROM message_definitions"
+MESSAGES = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) " \
+           "ORDER BY timestamp, id"
 
 _STATE = re.compile(r"\.(sqlite3|meshes)\b")
 """In names of what lies beside bags and is the node's state: `bag DIR/*` names it too."""

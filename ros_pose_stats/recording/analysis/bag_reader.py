@@ -11,12 +11,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ...errors import BagError
-from ...records.scene import Numbering
-from ...records.statistics import FORGOTTEN
+from ...records import scene as scenes, statistics
 from ..reader import RawMessage
-from . import decoding
-from .bag_files import FileMessages, OnRead, find_bags
-from .camera_counts import CameraCounts, CountCollector
+from . import bag_files, camera_counts, decoding
 from .decoding import Decoders, is_ours, kind_of, numbering_of, read_field, stamp_of
 from .jobs import DropCollector, DropLog, Job, JobCollector
 from .results import ResultCollector, ResultHistory
@@ -66,7 +63,7 @@ class BagContents:
     begin: int  # times of recording of the first and the last of them, nanoseconds since 1970
     end: int
     parts: tuple[PartRecord, ...]  # in the order of first appearance
-    counts: tuple[CameraCounts, ...]
+    counts: tuple[camera_counts.CameraCounts, ...]
     notes: tuple[str, ...]  # what could not be read or used, one sentence each
 
     @property
@@ -83,7 +80,8 @@ def read_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagContent
     named file cannot be read, or no message of this package's types is in any of them.
     """
     named = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    return _BagReader().read(find_bags(map(Path, named)), on_progress or (lambda done, all: None))
+    bags = bag_files.find_bags(map(Path, named))
+    return _BagReader().read(bags, on_progress or (lambda done, all: None))
 
 
 class _BagReader:
@@ -95,9 +93,9 @@ class _BagReader:
         self._messages: Counter[str] = Counter()
         self._times: list[int] = []
         self._sources: dict[tuple[Path, str], int] = {}
-        self._results: dict[PartKey, dict[Numbering, ResultCollector]] = {}
+        self._results: dict[PartKey, dict[scenes.Numbering, ResultCollector]] = {}
         self._jobs = JobCollector()
-        self._counts = CountCollector()
+        self._counts = camera_counts.CountCollector()
         self._drops = DropCollector()
         self._notes: Counter[str] = Counter()
 
@@ -117,8 +115,8 @@ class _BagReader:
             _part_records(self._results, self._jobs, self._drops),
             tuple(self._counts.counts()), tuple(self._remarks()))
 
-    def _read_file(self, bag: Path, file: Path, on_read: OnRead) -> None:
-        messages, seen = FileMessages(file, on_read), 0
+    def _read_file(self, bag: Path, file: Path, on_read: bag_files.OnRead) -> None:
+        messages, seen = bag_files.FileMessages(file, on_read), 0
         for message in messages:
             if is_ours(message.type_name):
                 seen += 1
@@ -157,7 +155,8 @@ class _BagReader:
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
         if not read_field(message, "poses", ()):
-            if any(line.startswith(FORGOTTEN) for line in read_field(message, "warnings", ())):
+            if any(line.startswith(statistics.FORGOTTEN)
+                   for line in read_field(message, "warnings", ())):
                 self._jobs.note_forgotten(message, time)
                 return
             self._notes["{} left out, without poses: result"] += 1
@@ -209,7 +208,7 @@ def _tell(on_progress: OnProgress, done: int, size: int, total: int, share: floa
     on_progress(done + round(share * size), total)
 
 
-def _part_records(results: Mapping[PartKey, Mapping[Numbering, ResultCollector]],
+def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
                  jobs: JobCollector, drops: DropCollector) -> tuple[PartRecord, ...]:
     """A record a part, in the order of first appearance: in results, then in jobs."""
     jobs_of: dict[PartKey, list[Job]] = {}
@@ -244,9 +243,9 @@ def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]
     Raises BagError if there is no bag.
     """
     decoders = Decoders()
-    for files in find_bags(paths).values():
+    for files in bag_files.find_bags(paths).values():
         for file in files:
-            for message in FileMessages(file, lambda share: None):
+            for message in bag_files.FileMessages(file, lambda share: None):
                 if kind_of(message.type_name) == decoding.PART_MESH:
                     decoded = decoders.decode(message)
                     record = None if decoded is None else decoding.part_mesh_of(decoded)

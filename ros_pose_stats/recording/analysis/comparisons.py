@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ...statistics.chi_square import ChiSquare, goodness_of_fit, homogeneity
-from ...statistics.errors import jeffreys_interval, root_mean_square
-from .bag_reader import BagContents, OnProgress, PartRecord, Paths, read_bags
-from .camera_counts import CameraCounts
+from ...statistics import chi_square, errors
+from . import bag_reader, camera_counts
 from .results import Array, Index, PoseTable, Prediction, ResultHistory
 
 
@@ -27,8 +25,8 @@ class Comparison:
     largest_pose: int  # index of the pose with the largest difference
     # whether chance explains the differences: that of the counts, and that of the prediction,
     # which is a count itself or is as far off as it says
-    by_pose: ChiSquare
-    by_group: ChiSquare
+    by_pose: chi_square.ChiSquare
+    by_group: chi_square.ChiSquare
     unforeseen: int  # counts in poses whose predicted probability is 0
 
 
@@ -44,7 +42,7 @@ class SimulationComparison:
 class CountComparison:
     """What cameras counted, set against every prediction of the same poses."""
 
-    counts: CameraCounts
+    counts: camera_counts.CameraCounts
     problem: str  # why the counts cannot be compared; empty where they can
     # the results that number the poses alike; None where the counts cannot be compared
     history: ResultHistory | None = None
@@ -61,14 +59,14 @@ class CountComparison:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the 90 % interval of each share."""
-        return jeffreys_interval(self.count, self.count.sum())
+        return errors.jeffreys_interval(self.count, self.count.sum())
 
 
 @dataclass(frozen=True, eq=False)
 class PartAnalysis:
     """One part."""
 
-    record: PartRecord
+    record: bag_reader.PartRecord
     simulations: tuple[tuple[SimulationComparison, ...], ...]  # of each of the record's histories
     counts: tuple[CountComparison, ...]  # one a plate, drop height and numbering
 
@@ -77,12 +75,13 @@ class PartAnalysis:
 class BagAnalysis:
     """All parts."""
 
-    contents: BagContents
+    contents: bag_reader.BagContents
     parts: tuple[PartAnalysis, ...]
     strays: tuple[CountComparison, ...]  # camera counts of parts that no result is about
 
 
-def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnalysis:
+def analyse_bags(paths: bag_reader.Paths,
+                 on_progress: bag_reader.OnProgress | None = None) -> BagAnalysis:
     """Read bags and compare estimates, simulations and camera counts in them.
 
     Parameters
@@ -104,7 +103,7 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
         If there is no bag, a named file cannot be read, or no message of this package's types
         is in any of them.
     """
-    contents = read_bags(paths, on_progress)
+    contents = bag_reader.read_bags(paths, on_progress)
     compared: dict[int, list[CountComparison]] = {}
     for counts in contents.counts:
         place, comparison = _compared(counts, contents.parts)
@@ -117,8 +116,8 @@ def analyse_bags(paths: Paths, on_progress: OnProgress | None = None) -> BagAnal
     return BagAnalysis(contents, parts, tuple(compared.get(-1, ())))
 
 
-def _compared(counts: CameraCounts,
-              parts: tuple[PartRecord, ...]) -> tuple[int, CountComparison]:
+def _compared(counts: camera_counts.CameraCounts,
+              parts: tuple[bag_reader.PartRecord, ...]) -> tuple[int, CountComparison]:
     """Which part (-1: none) counts belong to, and what they are compared with."""
     fitting = _parts_of(counts, parts)
     if not fitting:
@@ -139,7 +138,8 @@ def _compared(counts: CameraCounts,
         "the same pose")
 
 
-def _parts_of(counts: CameraCounts, parts: tuple[PartRecord, ...]) -> list[int]:
+def _parts_of(counts: camera_counts.CameraCounts,
+              parts: tuple[bag_reader.PartRecord, ...]) -> list[int]:
     """Parts with the counts' digest, or without one their name; the same name first."""
     fitting = [place for place, part in enumerate(parts) if (
         part.part_digest == counts.part_digest if counts.part_digest
@@ -157,7 +157,7 @@ def _compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable
     by_pose = _test(prediction, counts, np.arange(counts.size), groups)
     by_group = _test(prediction, counts, groups, np.arange(counts.size))
     return Comparison(
-        prediction, share, root_mean_square(apart), float(apart.max()),
+        prediction, share, errors.root_mean_square(apart), float(apart.max()),
         int(poses.index[apart.argmax()]) if known else -1, by_pose, by_group,
         int(counts[prediction.probability == 0.0].sum()))
 
@@ -167,16 +167,16 @@ def _shares(counts: Index) -> Array:
     return counts / total if total else np.full(counts.shape, math.nan)
 
 
-def _test(prediction: Prediction, counts: Index, bins: Index, unit: Index) -> ChiSquare:
+def _test(prediction: Prediction, counts: Index, bins: Index, unit: Index) -> chi_square.ChiSquare:
     """Counts in bins against a prediction with its own scatter, which bins of a unit share."""
     observed = np.bincount(bins, counts)
     if prediction.counted:
-        return homogeneity(observed, np.bincount(bins, prediction.count))
+        return chi_square.homogeneity(observed, np.bincount(bins, prediction.count))
     probability = np.nan_to_num(np.bincount(bins, prediction.probability))
     if not probability.sum() > 0.0:
-        return goodness_of_fit(np.zeros(1), np.ones(1))  # nothing was predicted
-    return goodness_of_fit(observed, probability, np.bincount(bins, prediction.errors),
-                           unit[:observed.size])
+        return chi_square.goodness_of_fit(np.zeros(1), np.ones(1))  # nothing was predicted
+    return chi_square.goodness_of_fit(observed, probability, np.bincount(bins, prediction.errors),
+                                      unit[:observed.size])
 
 
 def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationComparison]:
@@ -188,7 +188,8 @@ def _simulation_comparisons(history: ResultHistory) -> Iterator[SimulationCompar
                 _compare(one, simulation.count, history.poses) for one in estimates))
 
 
-def _count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComparison:
+def _count_comparison(counts: camera_counts.CameraCounts,
+                      history: ResultHistory) -> CountComparison:
     """Counts beside every prediction of the poses that they number."""
     index = history.poses.index
     unknown = counts.index[~np.isin(counts.index, index)]
@@ -204,7 +205,7 @@ def _count_comparison(counts: CameraCounts, history: ResultHistory) -> CountComp
         tuple(_remarks(counts, history)))
 
 
-def _remarks(counts: CameraCounts, history: ResultHistory) -> Iterator[str]:
+def _remarks(counts: camera_counts.CameraCounts, history: ResultHistory) -> Iterator[str]:
     if np.unique(history.poses.group).size < history.poses.index.size:
         yield ("poses of one group look alike: a camera that cannot tell them apart is judged by "
                "group alone")

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from hashlib import blake2b
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from mcap.records import Schema
@@ -16,13 +16,13 @@ from ..reader import RawMessage
 
 Array = NDArray[np.float64]
 
-PACKAGE: Final = "ros_pose_stats_msgs"
+PACKAGE = "ros_pose_stats_msgs"
 PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS = (
     "PartMesh", "PoseStatistics", "JobEvent", "PoseCounts", "DropRecords")
-CONVERT: Final = "`ros2 bag convert` makes a plain MCAP bag of it"
-KINDS: Final = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
-SECOND: Final = 1_000_000_000
-PACKED: Final = b"\x28\xb5\x2f\xfd"
+CONVERT = "`ros2 bag convert` makes a plain MCAP bag of it"
+KINDS = frozenset((PART_MESH, POSE_STATISTICS, JOB_EVENT, POSE_COUNTS, DROP_RECORDS))
+SECOND = 1_000_000_000
+PACKED = b"\x28\xb5\x2f\xfd"
 """How data compressed by zstd begins; a message begins with a zero."""
 
 

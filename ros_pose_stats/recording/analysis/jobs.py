@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from .decoding import read_field
 
 FORGOTTEN, QUEUED, RUNNING, DONE, CANCELLED, FAILED = range(6)
-STATES: Final = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
-                 FAILED: "failed"}
-TERMINAL: Final = ("done", "cancelled", "failed")
-_OWN: Final = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
+STATES = {QUEUED: "queued", RUNNING: "running", DONE: "done", CANCELLED: "cancelled",
+          FAILED: "failed"}
+TERMINAL = ("done", "cancelled", "failed")
+_OWN = frozenset(("job_id", "state", "queued", "started", "ended", "latest"))
 """Fields of a job that are not those of its events."""
 
 

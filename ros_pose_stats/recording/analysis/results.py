@@ -1,7 +1,5 @@
 """The results that a bag holds for one part: what they said, and how it changed."""
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections.abc import Sequence
@@ -12,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...methods import OBSERVED, SIMULATION
-from ...records.scene import Numbering, describe_scene
-from ...records.statistics import POSE_FIELDS, STATISTICS_FIELDS
+from ...records import scene as scenes, statistics
 from .decoding import SECOND, fingerprint, read_field
 
 Array = NDArray[np.float64]
@@ -66,7 +63,7 @@ class Prediction:
     @property
     def scene(self) -> str:
         """How high and how bouncy, in one sentence."""
-        return describe_scene(self.restitution, self.drop_height)
+        return scenes.describe_scene(self.restitution, self.drop_height)
 
     @property
     def key(self) -> tuple[str, float | None, float | None]:
@@ -88,7 +85,7 @@ class Prediction:
             return self.standard_error
         return np.asarray(self.expected_error * np.sqrt(spread * spread.size / spread.sum()))
 
-    def knows_more_than(self, other: Prediction) -> bool:
+    def knows_more_than(self, other: "Prediction") -> bool:
         """Whether this one should stand for their common scene."""
         mine, others = self.drops - self.unsettled, other.drops - other.unsettled
         return (mine, self.time) >= (others, other.time)
@@ -98,7 +95,7 @@ class Prediction:
 class ResultHistory:
     """All results of a part in one numbering, by time."""
 
-    numbering: Numbering
+    numbering: scenes.Numbering
     poses: PoseTable
     time: Index  # (n,) int; nanoseconds since 1970
     method: NDArray[np.str_]  # (n,) str
@@ -126,7 +123,7 @@ class ResultHistory:
     @property
     def scene(self) -> list[str]:
         """Of each result, how high and how bouncy, in one sentence."""
-        return [describe_scene(*each) for each in zip(
+        return [scenes.describe_scene(*each) for each in zip(
             self.restitution.tolist(), self.drop_height.tolist(), strict=True)]
 
     @property
@@ -155,10 +152,10 @@ PREDICTED = tuple(field.name for field in fields(Prediction) if field.type in ("
 ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
 """Columns of the poses, of a prediction of each of them, and what is said of all at once."""
 
-_NUMBERS_OF_POSES = tuple(name for name in POSE_FIELDS if name in POSE[3:])
-_SHARES = tuple(name for name in POSE_FIELDS if name in PREDICTED and name != "count")
+_NUMBERS_OF_POSES = tuple(name for name in statistics.POSE_FIELDS if name in POSE[3:])
+_SHARES = tuple(name for name in statistics.POSE_FIELDS if name in PREDICTED and name != "count")
 _NUMBERS = tuple(field.name for field in fields(Prediction)
-                 if field.type == "float" and field.name in STATISTICS_FIELDS)
+                 if field.type == "float" and field.name in statistics.STATISTICS_FIELDS)
 _TEXTS = tuple(field.name for field in fields(Prediction) if field.type == "str")
 """What a message has under the same names."""
 
@@ -171,7 +168,7 @@ class ResultCollector:
     `first`: a decoded PoseStatistics, whose poses lay down the geometry.
     """
 
-    def __init__(self, first: Any, numbering: Numbering) -> None:
+    def __init__(self, first: Any, numbering: scenes.Numbering) -> None:
         self.numbering = numbering
         self.radius = float(read_field(first, "radius", math.nan))
         self.poses = _pose_table(_sorted(first.poses))
@@ -228,7 +225,7 @@ class ResultCollector:
                              predictions=tuple(self._predictions.values()))
 
 
-def _copy(column: array[Any] | bytearray, code: str) -> NDArray[Any]:
+def _copy(column: "array[Any] | bytearray", code: str) -> NDArray[Any]:
     return np.frombuffer(column, dtype=code).copy()
 
 

@@ -6,13 +6,11 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
 from ...files import is_file_at, sync_directory, write_all
-from .mcap_layout import closing, message_head, opening
-from .message_types import MessageType
+from . import mcap_layout, message_types
 
-_GROWTH: Final = 40
+_GROWTH = 40
 """Bytes by which a number that was 0 may grow in metadata and summary."""
 
 
@@ -27,14 +25,15 @@ class BagFile:
     gone on with.
     """
 
-    def __init__(self, path: Path, types: Mapping[str, MessageType], node: str = "") -> None:
+    def __init__(self, path: Path, types: Mapping[str, message_types.MessageType],
+                 node: str = "") -> None:
         self.path = path
         self.written = 0
         self.broken: OSError | None = None
-        start, self.contents = opening(path.name, types, time.time_ns(), node)
+        start, self.contents = mcap_layout.opening(path.name, types, time.time_ns(), node)
         self._channels = {channel.topic: number
                           for number, channel in self.contents.channels.items()}
-        self._closing_size = len(closing(path.name, self.contents, 0)) + _GROWTH * (
+        self._closing_size = len(mcap_layout.closing(path.name, self.contents, 0)) + _GROWTH * (
             len(self._channels) + 10)
         self._syncing = threading.Lock()
         self._number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
@@ -66,7 +65,7 @@ class BagFile:
         """
         channel = self._channels[topic]
         number = self.contents.counts.get(channel, 0)
-        end = self._write([message_head(channel, number, log_time, data), data])
+        end = self._write([mcap_layout.message_head(channel, number, log_time, data), data])
         self.contents.count(channel, log_time)
         self.size = end
         self.written += 1
@@ -96,7 +95,7 @@ class BagFile:
         with self._syncing:
             if self.broken is not None:
                 raise self.broken
-            end = self._write([closing(self.path.name, self.contents, self.size)])
+            end = self._write([mcap_layout.closing(self.path.name, self.contents, self.size)])
             try:
                 os.fsync(self._number)
             except OSError as error:

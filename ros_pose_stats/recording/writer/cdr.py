@@ -3,16 +3,14 @@
 Markers are written without an object for every corner of a mesh.
 """
 
-from __future__ import annotations
-
 import struct
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-SECOND: Final = 1_000_000_000
+SECOND = 1_000_000_000
 
 
 class CdrWriter:
@@ -24,7 +22,7 @@ class CdrWriter:
     def __init__(self) -> None:
         self._data = bytearray()
 
-    def number(self, kind: str, *values: float) -> CdrWriter:
+    def number(self, kind: str, *values: float) -> "CdrWriter":
         """Add numbers of one kind, named as in `struct`: `i`, `I`, `f`, `d`, `B` or `?`."""
         form = struct.Struct(f"<{kind}")
         for value in values:
@@ -32,18 +30,18 @@ class CdrWriter:
             self._data += form.pack(value)
         return self
 
-    def string(self, text: str) -> CdrWriter:
+    def string(self, text: str) -> "CdrWriter":
         """Add a string."""
         data = text.encode() + b"\0"
         self.number("I", len(data))
         self._data += data
         return self
 
-    def header(self, stamp: int, frame: str) -> CdrWriter:
+    def header(self, stamp: int, frame: str) -> "CdrWriter":
         """Add a std_msgs/Header; stamp in nanoseconds."""
         return self.number("i", stamp // SECOND).number("I", stamp % SECOND).string(frame)
 
-    def doubles(self, values: ArrayLike) -> CdrWriter:
+    def doubles(self, values: ArrayLike) -> "CdrWriter":
         """Add the float64 numbers of an array of any shape, row by row."""
         data = np.ascontiguousarray(values, dtype="<f8").tobytes()
         if data:

@@ -2,18 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh.decimation import visible_triangles
-from ...mesh.vectors import rotation_matrices
+from ...mesh import decimation, vectors
 from ...records import Part
 from ...simulation.frames import RATE, DropFrames
-from .bag_file import BagFile
+from . import bag_file, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
-from .message_types import MessageType, definition
 
 Array = NDArray[np.float64]
 
@@ -24,15 +21,15 @@ PLATE, FRAME = "plate", "part"
 FINEST = 10_000
 """Triangles of the marker."""
 
-START: Final = SECOND
+START = SECOND
 """Time [ns] of the release in the file; 0 has a meaning of its own in ROS."""
 
-EVERY: Final = SECOND // 4
+EVERY = SECOND // 4
 """Between two copies of the markers, for viewers that begin anywhere."""
 
 _TIME = "int32 sec\nuint32 nanosec\n"
 _VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
-_TEXTS: Final = {
+_TEXTS = {
     "builtin_interfaces/msg/Time": _TIME,
     "builtin_interfaces/msg/Duration": _TIME,
     "std_msgs/msg/Float64": "float64 data\n",
@@ -61,11 +58,12 @@ _TEXTS: Final = {
 }
 """Names, order and kinds of the fields are those of ROS 2 Jazzy, which need not be installed."""
 
-TYPES: Final = {topic: MessageType(name, definition(name, _TEXTS.__getitem__), "")
-                for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
-                                    (BODY, "visualization_msgs/msg/MarkerArray"),
-                                    (ENERGY, "std_msgs/msg/Float64"),
-                                    (REACH, "std_msgs/msg/String"))}
+TYPES = {topic: message_types.MessageType(name, message_types.definition(name, _TEXTS.__getitem__),
+                                          "")
+         for topic, name in ((TF, "tf2_msgs/msg/TFMessage"),
+                             (BODY, "visualization_msgs/msg/MarkerArray"),
+                             (ENERGY, "std_msgs/msg/Float64"),
+                             (REACH, "std_msgs/msg/String"))}
 
 
 def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:
@@ -79,8 +77,8 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
     Topics: `/tf` (`plate` to `part`), `/drop/markers` (the part, in its own frame, and the
     plate), `/drop/energy` [J] and `/drop/within_reach`.
     """
-    film = BagFile(file, TYPES)
-    places = -(rotation_matrices(frames.orientations) @ part.center_of_mass)
+    film = bag_file.BagFile(file, TYPES)
+    places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
     places[:, 2] += frames.heights
     still = np.maximum(np.arange(len(frames.times)) - frames.rest, 0) / RATE
     drawn = -EVERY
@@ -103,7 +101,7 @@ def _transform(place: Array, orientation: Array, stamp: int) -> bytes:
 
 def _markers(part: Part, stamp: int) -> bytes:
     """The part in its own frame, which the transforms move, and the plate below it."""
-    corners = visible_triangles(part, FINEST).reshape(-1, 3)
+    corners = decimation.visible_triangles(part, FINEST).reshape(-1, 3)
     about = corners - part.center_of_mass
     reach = float(np.sqrt((about * about).sum(axis=1).max()))
     thin = 0.02 * reach

@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from textwrap import indent
-from typing import Final
 
 from mcap import records as mcap
 from mcap.data_stream import RecordBuilder
@@ -20,32 +19,32 @@ from mcap.opcode import Opcode
 from ...version import VERSION
 from .message_types import MessageType
 
-MAGIC: Final = b"\x89MCAP0\r\n"
-PROFILE: Final = "ros2"
-LIBRARY: Final = f"ros_pose_stats {VERSION}"
+MAGIC = b"\x89MCAP0\r\n"
+PROFILE = "ros2"
+LIBRARY = f"ros_pose_stats {VERSION}"
 
-CHECK_OPCODE: Final = 0xC5
-CHECK: Final = struct.Struct("<BQI")
-CHECK_START: Final = struct.pack("<BQ", CHECK_OPCODE, 4)
+CHECK_OPCODE = 0xC5
+CHECK = struct.Struct("<BQI")
+CHECK_START = struct.pack("<BQ", CHECK_OPCODE, 4)
 """How a checksum record begins; looked for behind damage."""
 
-RECORD: Final = struct.Struct("<BQ")
+RECORD = struct.Struct("<BQ")
 """Opcode of a record and length of what follows."""
 
-MESSAGE: Final = struct.Struct("<HIQQ")
+MESSAGE = struct.Struct("<HIQQ")
 """Channel, number within the channel, log time and publish time [ns]; then the data."""
 
-FOOTER_LENGTH: Final = 20
+FOOTER_LENGTH = 20
 
-_METADATA_NAME: Final = "rosbag2"
-_WHOLE_HEAD: Final = CHECK.size + RECORD.size + MESSAGE.size
+_METADATA_NAME = "rosbag2"
+_WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
 
-LATCHED: Final = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
+LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
 """Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
 
-DEPTH: Final = 100
+DEPTH = 100
 
-NODE_KEY: Final = "node"
+NODE_KEY = "node"
 """In the metadata of a channel: the name of the node that recorded."""
 
 _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"

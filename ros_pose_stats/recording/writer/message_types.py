@@ -6,26 +6,25 @@ import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
-SEPARATOR: Final = "=" * 80
+SEPARATOR = "=" * 80
 """Stands between the definitions of a type and of those that it uses."""
 
-PRIMITIVES: Final = {
+PRIMITIVES = {
     "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4,
     "uint32": 4, "float32": 4, "int64": 8, "uint64": 8, "float64": 8,
 }
 """Bytes of the types of fixed size."""
 
-STRINGS: Final = frozenset(("string", "wstring"))
-SINGLE: Final = 0
-SEQUENCE: Final = -1
-HEADER: Final = b"\0\1"
+STRINGS = frozenset(("string", "wstring"))
+SINGLE = 0
+SEQUENCE = -1
+HEADER = b"\0\1"
 """Of plain CDR with the least significant byte first; other encodings are not looked into."""
 
 _FIELD = re.compile(r"\s*(?P<type>[A-Za-z][\w/]*)(<=\d+)?"
                     r"(?P<array>\[(?P<size>(<=)?\d*)\])?\s+[A-Za-z]\w*\s*(?P<constant>=)?")
-_HEADER_SIZE: Final = 4
+_HEADER_SIZE = 4
 _COUNT = struct.Struct("<I")
 
 

@@ -12,10 +12,8 @@ from ros_pose_stats_msgs.msg import DropRecords, JobEvent, PoseStatistics
 from ...records import PoseStatistics as Statistics
 from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
+from ..parts import known_part, part_store, result_store
 from ..parts.announcer import NOT_RECORDED, Announcer
-from ..parts.known_part import KnownPart, known_as
-from ..parts.part_store import PartStore
-from ..parts.result_store import ResultStore
 from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
 from .job import Job, JobListener, State as JobState
@@ -72,7 +70,8 @@ def job_change(event: JobEvent, answer: bytes = b"") -> Change:
 class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
-    def __init__(self, results: ResultStore, parts: PartStore, announcer: Announcer,
+    def __init__(self, results: result_store.ResultStore, parts: part_store.PartStore,
+                 announcer: Announcer,
                  recorder: Recorder, state: State, say: Callable[[str], object],
                  restored: Iterable[tuple[str, int]] = ()) -> None:
         self._results, self._parts, self._announcer = results, parts, announcer
@@ -137,7 +136,7 @@ class JobReports(JobListener):
                   + (f": {job.message}" if job.message else ""))
 
     def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
-                  known: KnownPart) -> None:
+                  known: known_part.KnownPart) -> None:
         with self._recorder.step:
             message = self._announcer.record_answer(known, message)
             recorded, change = self._report(event, serialize_message(message))
@@ -198,7 +197,7 @@ class JobReports(JobListener):
                 PoseStatistics())
         return PoseStatistics() if snapshot is None else self.interim(job, snapshot)
 
-    def _part_of(self, job: Job) -> KnownPart | None:
+    def _part_of(self, job: Job) -> known_part.KnownPart | None:
         """The known part, as long as it is the part that the job drops."""
         part = job.built()
         if part is None:
@@ -206,10 +205,10 @@ class JobReports(JobListener):
         known = self._parts.current(part.part_id)
         return known if known is not None and known.digest == part.digest else None
 
-    def _known_or_own(self, job: Job) -> KnownPart | None:
+    def _known_or_own(self, job: Job) -> known_part.KnownPart | None:
         part = job.built()
         known = self._part_of(job)
-        return known_as(part) if known is None and part is not None else known
+        return known_part.known_as(part) if known is None and part is not None else known
 
     def _warnings(self, job: Job) -> tuple[str, ...]:
         return () if job.recorded else (NOT_RECORDED.format("its acceptance could not be"),)

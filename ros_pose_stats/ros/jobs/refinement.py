@@ -11,11 +11,9 @@ from ...methods import AUTO, HYBRID
 from ...planning import confidence
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
-from ..messages.part_requests import PartRequest
-from ..messages.statistics_messages import refutes, with_warning
+from ..messages import part_requests, statistics_messages
+from ..parts import known_part, result_store
 from ..parts.announcer import Announcer
-from ..parts.known_part import KnownPart, at_hand
-from ..parts.result_store import ResultStore
 from ..settings import Settings
 from .job import JobRequest
 from .queue import Jobs
@@ -36,26 +34,27 @@ def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> flo
 class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
-    def __init__(self, settings: Callable[[], Settings], results: ResultStore, jobs: Jobs,
+    def __init__(self, settings: Callable[[], Settings], results: result_store.ResultStore,
+                 jobs: Jobs,
                  announcer: Announcer) -> None:
         self._settings = settings
         self._results = results
         self._jobs = jobs
         self._announcer = announcer
 
-    def take_part(self, request: PartRequest) -> KnownPart:
+    def take_part(self, request: part_requests.PartRequest) -> known_part.KnownPart:
         """Make a received mesh a known part, and refine what it shows if that is wanted."""
         known, new = self._results.take_part(request)
         if new:
             self.refine(known)
         return known
 
-    def show_again(self, known: KnownPart) -> None:
+    def show_again(self, known: known_part.KnownPart) -> None:
         """Show the best of a part after a parameter has changed, and refine that."""
         self._results.show_best(known)
         self.refine(known)
 
-    def refine(self, known: KnownPart) -> None:
+    def refine(self, known: known_part.KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
         settings = self._settings()
         drops = min(settings.refine_drops or settings.drops, settings.max_drops)
@@ -68,9 +67,9 @@ class Refinement:
                                      but=request)
         wanted = settings.refine_drops or settings.target_error
         if wanted and not _fine_enough(known, request, target):
-            self._jobs.submit(request, at_hand(known.part), settings)
+            self._jobs.submit(request, known_part.at_hand(known.part), settings)
 
-    def answer(self, known: KnownPart, target_error: float,
+    def answer(self, known: known_part.KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target.
 
@@ -79,7 +78,7 @@ class Refinement:
         best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
         choice = explain_best(best.method)
-        if dropped is not None and refutes(dropped):
+        if dropped is not None and statistics_messages.refutes(dropped):
             choice, best = f"Drops already made contradict {best.method}.", dropped
         if not target_error:
             return best, choice
@@ -102,21 +101,21 @@ class Refinement:
         settings = self._settings()
         return min(settings.drops, settings.max_drops)
 
-    def _aim(self, known: KnownPart, target_error: float, scene: DropScene) -> float:
+    def _aim(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> float:
         """The bound at which drops may end; with a higher one they might not be latched.
 
         A larger expected error than the estimate's own never takes its place.
         """
         return min(target_error, self._results.estimate(known, AUTO, scene).expected_error)
 
-    def _start(self, known: KnownPart, target_error: float, scene: DropScene) -> str:
+    def _start(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> str:
         """Begin to drop; what there is to say about it."""
         settings = self._settings()
         request = JobRequest(known.part_id, known.content, scene, self._most_drops(), 0,
                              self._aim(known, target_error, scene), settings.max_job_seconds,
                              hybrid=True)
         try:
-            job = self._jobs.submit(request, at_hand(known.part), settings)
+            job = self._jobs.submit(request, known_part.at_hand(known.part), settings)
         except RequestError as refusal:  # the estimate is an answer all the same
             return f"drops cannot refine it now: {refusal}"
         promise = (f"at most {request.drops} drops in the background will refine it, job "
@@ -132,10 +131,10 @@ def _means(message: PoseStatistics) -> str:
 
 
 def _missed(message: PoseStatistics, choice: str) -> tuple[PoseStatistics, str]:
-    return with_warning(message, f"TARGET_MISSED: {choice}"), choice
+    return statistics_messages.with_warning(message, f"TARGET_MISSED: {choice}"), choice
 
 
-def _fine_enough(known: KnownPart, request: JobRequest, target_error: float) -> bool:
+def _fine_enough(known: known_part.KnownPart, request: JobRequest, target_error: float) -> bool:
     """Whether the model is as good as a refinement would make it."""
     model = known.shown.model
     if model is None or known.shown.scene != request.scene:

@@ -10,13 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import RequestError
-from ...planning.confidence import first_look, judge_drops, pose_prior
-from ...planning.hybrid import combined_progress, hybrid_statistics
+from ...planning import confidence, hybrid
 from ...records import DropProgress, DropScene, FlipStatistics, Part, PoseStatistics
 from ...resting.poses import poses_in
-from ...simulation.flips import count_flips
+from ...simulation import flips, simulate
 from ...simulation.request import Watch, drop_request
-from ...simulation.simulate import count_drops
 from ...statistics.prefix import Judge, target_reached
 from ..parts.memory import Memory
 from .job import COMBINED_SECONDS, FlipRequest, Job, JobListener, State
@@ -66,22 +64,25 @@ def run_drops(job: Job, part: Part, listener: JobListener,
         job.tell_followers()
         listener.progressed(job)
 
-    prior = pose_prior(poses_in(part, request.scene), request.scene) if request.hybrid else None
+    prior = confidence.pose_prior(poses_in(part, request.scene),
+                                  request.scene) if request.hybrid else None
     judge = None
     if prior is not None and request.target_error:
-        judge = Judge(partial(judge_drops, prior),
-                      first_look(prior, request.target_error, helped=True), COMBINED_SECONDS)
+        judge = Judge(partial(confidence.judge_drops, prior),
+                      confidence.first_look(prior, request.target_error, helped=True),
+                      COMBINED_SECONDS)
     on_drops = partial(listener.dropped, job) if job.settings.log_drops else None
-    counted = count_drops(
+    counted = simulate.count_drops(
         part, request.scene,
         drop_request(request.drops, job.seed, request.target_error, job.settings.threads()),
-        Watch(on_progress if prior is None else combined_progress(prior, on_progress),
+        Watch(on_progress if prior is None else hybrid.combined_progress(prior, on_progress),
               stop.is_due, on_drops, background=True), judge)
     poses = sorted(counted.poses, key=lambda pose: pose.index)
     complete = counted.drops == request.drops or target_reached(
-        judge_drops(prior, np.array([pose.count for pose in poses])).bound, request.target_error)
+        confidence.judge_drops(prior, np.array([pose.count for pose in poses])).bound,
+        request.target_error)
     if prior is not None:
-        counted = hybrid_statistics(counted, prior)
+        counted = hybrid.hybrid_statistics(counted, prior)
     if complete:
         return counted, Ending.COMPLETE
     if stop.ending is Ending.OUT_OF_TIME:
@@ -171,7 +172,7 @@ def run_flips(job: Job, part: Part, listener: JobListener,
         job.tell_followers()
         listener.progressed(job)
 
-    counted = count_flips(
+    counted = flips.count_flips(
         part, scene, request.kick_height,
         drop_request(total // poses, job.seed, 0.0, job.settings.threads()),
         Watch(None, stop.is_due, background=True), on_progress)

@@ -11,9 +11,7 @@ from ros_pose_stats_msgs.msg import PartMesh
 from shape_msgs.msg import Mesh
 
 from ...errors import MeshError, RequestError
-from .mesh_views import NotPlainCdrError, Numbers, mesh_numbers, part_mesh_numbers
-from .part_requests import PartRequest
-from .times import time_message
+from . import mesh_views, part_requests, times
 
 T = TypeVar("T")
 
@@ -25,18 +23,18 @@ MOST_DESERIALIZED = 4 * 2**20
 times as many and take a third of a second for each of them [MiB]."""
 
 
-def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> PartRequest:
+def request_of_mesh_bytes(data: bytes, part_id: str, unit: float) -> part_requests.PartRequest:
     """Take a serialised `shape_msgs/Mesh`; raises MeshError."""
-    vertices, triangles = _see(data, Mesh, mesh_numbers)
-    return PartRequest(part_id, vertices, triangles, unit)
+    vertices, triangles = _see(data, Mesh, mesh_views.mesh_numbers)
+    return part_requests.PartRequest(part_id, vertices, triangles, unit)
 
 
-def request_of_part_bytes(data: bytes) -> PartRequest:
+def request_of_part_bytes(data: bytes) -> part_requests.PartRequest:
     """Take a serialised `PartMesh`; raises MeshError, RequestError."""
-    return _request(_see(data, PartMesh, part_mesh_numbers))
+    return _request(_see(data, PartMesh, mesh_views.part_mesh_numbers))
 
 
-def taken_request(message: PartMesh) -> PartRequest:
+def taken_request(message: PartMesh) -> part_requests.PartRequest:
     """Take a `PartMesh` that came in a request, and let go of what it holds."""
     try:
         for name, most in (("triangles", MOST_NESTED), ("vertices", 3 * MOST_NESTED)):
@@ -66,10 +64,10 @@ def is_given(message: PartMesh) -> bool:
                 or len(message.vertices) or len(message.triangles))
 
 
-def part_message(request: PartRequest, part_id: str, stamp: int) -> PartMesh:
+def part_message(request: part_requests.PartRequest, part_id: str, stamp: int) -> PartMesh:
     """What goes to the bag: flat arrays as received, under the part's final name."""
     message = PartMesh()
-    message.header.stamp = time_message(stamp)
+    message.header.stamp = times.time_message(stamp)
     message.part_id = part_id
     message.vertices = _flat(request.vertices, "d", np.float64)
     message.triangles = _flat(request.triangles, "I", np.uint32)
@@ -93,7 +91,7 @@ def _flat(values: NDArray[Any], code: str, kind: type) -> Any:
     return flat
 
 
-def _request(numbers: Numbers) -> PartRequest:
+def _request(numbers: mesh_views.Numbers) -> part_requests.PartRequest:
     nested = numbers.mesh_vertices.size + numbers.mesh_triangles.size > 0
     flat = numbers.vertices.size + numbers.triangles.size > 0
     if nested == flat:
@@ -109,9 +107,11 @@ def _request(numbers: Numbers) -> PartRequest:
     inertia = np.array([[tensor[0], tensor[1], tensor[2]],
                         [tensor[1], tensor[3], tensor[4]],
                         [tensor[2], tensor[4], tensor[5]]])
-    return PartRequest(numbers.part_id, vertices, triangles, float(values[0]), float(values[1]),
-                       np.array(values[2:5]), inertia, float(values[11]), float(values[12]),
-                       numbers.stamp)
+    return part_requests.PartRequest(numbers.part_id, vertices, triangles, float(values[0]),
+                                     float(values[1]),
+                                     np.array(values[2:5]), inertia, float(values[11]),
+                                     float(values[12]),
+                                     numbers.stamp)
 
 
 def _rows(values: NDArray[Any], name: str) -> NDArray[Any]:
@@ -125,7 +125,7 @@ def _see(data: bytes, kind: type, view: Callable[[bytes], T]) -> T:
     """What a message holds, seen in place if it is in plain CDR, else once rclpy has read it."""
     try:
         return view(data)
-    except NotPlainCdrError:
+    except mesh_views.NotPlainCdrError:
         return view(serialize_message(_deserialized(data, kind)))
 
 

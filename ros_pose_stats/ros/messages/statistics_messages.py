@@ -1,7 +1,5 @@
 """From pose statistics to their messages, and which of two results is the better one."""
 
-from __future__ import annotations
-
 import math
 from array import array
 from dataclasses import dataclass
@@ -99,11 +97,11 @@ def _pose(part_id: str, pose: records.StablePose) -> StablePoseMessage:
     return message
 
 
-_DRAWN: WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]] = (
+_DRAWN: "WeakKeyDictionary[records.RestingShape, tuple[array[float], array[float]]]" = (
     WeakKeyDictionary())
 
 
-def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
+def _drawn(pose: records.StablePose) -> "tuple[array[float], array[float]]":
     """Support polygon and outline; all messages of a pose share them, as nobody writes to them."""
     drawn = _DRAWN.get(pose.shape)
     if drawn is None:
@@ -112,7 +110,7 @@ def _drawn(pose: records.StablePose) -> tuple[array[float], array[float]]:
     return drawn
 
 
-def _flat(points: NDArray[np.float64]) -> array[float]:
+def _flat(points: NDArray[np.float64]) -> "array[float]":
     """An `array.array`, which rclpy takes as it is."""
     return array("d", np.ascontiguousarray(points, dtype=np.float64).tobytes())
 

@@ -23,9 +23,8 @@ from visualization_msgs.msg import MarkerArray
 
 from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
+from ..messages import statistics_messages, times
 from ..messages.part_requests import part_line, shown
-from ..messages.statistics_messages import farewell_message, with_warning
-from ..messages.times import steady_timer
 from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
 from ..refusals import MOST_SWAPS, Floods
 from ..state import State
@@ -154,8 +153,8 @@ class Announcer:
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._markers = node.create_publisher(MarkerArray, "~/markers", LATCHED)
-        steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
-                     MutuallyExclusiveCallbackGroup())
+        times.steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
+                           MutuallyExclusiveCallbackGroup())
 
     def announce_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
@@ -202,8 +201,9 @@ class Announcer:
             shown = self._shown.pop(part_id, None)
         if shown is None:
             return
-        data = serialize_message(farewell_message(shown.message, stamp, known.numbers.next(),
-                                                  reason))
+        data = serialize_message(statistics_messages.farewell_message(shown.message, stamp,
+                                                                      known.numbers.next(),
+                                                                      reason))
         self._recorder.record(POSE_STATISTICS, data)
         with self._lock:
             shown.publisher.publish(data)
@@ -244,7 +244,7 @@ class Announcer:
         """The same with the warning that it is not on record, which it has once."""
         if any(warning.startswith("NOT_RECORDED:") for warning in message.warnings):
             return message
-        return with_warning(message, self.not_recorded())
+        return statistics_messages.with_warning(message, self.not_recorded())
 
     def not_recorded(self) -> str:
         """The warning of an answer that is not in the bag, or not in the state."""

@@ -5,7 +5,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +24,14 @@ from ..messages.statistics_messages import statistics_of_message
 from ..refusals import Health
 from ..settings import Settings
 from ..state import Change, State
-from .known_part import KnownPart
-from .part_store import PartStore
+from . import known_part, part_store
 
 Index = NDArray[np.int64]
 
-RECENT: Final = 400
+RECENT = 400
 """Parts that are compared with all those before."""
 
-CHANCE: Final = 1e-4
+CHANCE = 1e-4
 """Below it, a change is more than chance: a cell that does not change alarms once in some
 hundred thousand parts."""
 
@@ -43,7 +42,7 @@ class Ground(NamedTuple):
     numbering: Numbering
     plate: str
 
-    def goes_on_as(self, other: "Ground", known: KnownPart) -> bool:
+    def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
         """Whether only `round_sides` is new, and the poses of the part keep their numbers.
 
         A plate that was fitted may bring sides of its own; what it was fitted to still counts.
@@ -126,11 +125,12 @@ def count_health(parts: Mapping[str, CellCounts | None]) -> Health:
 class CountStore:
     """Learns counts of known parts on the node's plate."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore, state: State) -> None:
+    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
+                 state: State) -> None:
         self._settings, self._parts, self._state = settings, parts, state
-        self._new: dict[str, KnownPart] = {}
+        self._new: dict[str, known_part.KnownPart] = {}
 
-    def restore(self, known: KnownPart) -> None:
+    def restore(self, known: known_part.KnownPart) -> None:
         """Give a part what the state has of its counts."""
         counted = self._state.get("counts", known.part_id)
         if counted is not None and counted[1] == known.digest:
@@ -138,11 +138,11 @@ class CountStore:
             known.shown.counts = CellCounts(Ground(Numbering(tolerance, sides), plate),
                                             np.frombuffer(total, np.int64), series)
 
-    def take_new(self) -> list[KnownPart]:
+    def take_new(self) -> list[known_part.KnownPart]:
         """Parts of which more was counted since this was last asked."""
         return [self._new.pop(part_id) for part_id in list(self._new)]
 
-    def add_counts(self, known: KnownPart, counts: PoseCounts) -> bool:
+    def add_counts(self, known: known_part.KnownPart, counts: PoseCounts) -> bool:
         """Learn from what a camera counted on this plate; false for what came before."""
         if counts.plate not in ("", self._settings().plate):
             return True
@@ -175,7 +175,7 @@ class CountStore:
                     changes.append(self._counts_row(known, counts))
         return self._state.commit(self._state.put(*changes))
 
-    def _counts_row(self, known: KnownPart, counts: CellCounts) -> Change:
+    def _counts_row(self, known: known_part.KnownPart, counts: CellCounts) -> Change:
         tolerance, sides = counts.ground.numbering
         return Change("counts", known.part_id, (
             known.part_id, known.digest, float(tolerance), int(sides), counts.ground.plate,
@@ -184,13 +184,13 @@ class CountStore:
     def _ground(self, message: PoseCounts | PoseStatistics) -> Ground:
         return Ground(numbering_of(message), self._settings().plate)
 
-    def counted_as(self, known: KnownPart, message: PoseStatistics) -> int:
+    def counted_as(self, known: known_part.KnownPart, message: PoseStatistics) -> int:
         """Parts that were counted on the ground of a result."""
         counts = known.shown.counts
         return 0 if counts is None or counts.ground != self._ground(message) else int(
             counts.total.sum())
 
-    def observe(self, known: KnownPart,
+    def observe(self, known: known_part.KnownPart,
                 message: PoseStatistics) -> records.PoseStatistics | None:
         """A result combined with what was counted; None where nothing was that fits it."""
         counts = known.shown.counts

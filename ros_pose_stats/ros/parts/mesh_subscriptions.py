@@ -17,9 +17,8 @@ from ..messages.part_requests import PartRequest, named
 from ..refusals import Refusals
 from ..settings import Settings, mesh_topics
 from ..transport.batches import SequenceGaps
-from .known_part import KnownPart
+from . import known_part, part_builder
 from .mesh_queue import MeshQueue
-from .part_builder import is_large
 
 DEPTH = 100
 """Messages that wait in the middleware."""
@@ -36,7 +35,7 @@ class MeshSubscriptions:
     """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and queues what comes."""
 
     def __init__(self, node: Node, settings: Callable[[], Settings],
-                 take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue,
+                 take_part: Callable[[PartRequest], known_part.KnownPart], mesh_queue: MeshQueue,
                  refusals: Refusals) -> None:
         self._node = node
         self._settings = settings
@@ -60,7 +59,7 @@ class MeshSubscriptions:
                 self._refusals.watch_mesh(lambda: topic, failed(error))
                 return
             coming = self._mesh_queue.put(partial(self._take_part, request), len(data),
-                                          request.part_id, is_large(request))
+                                          request.part_id, part_builder.is_large(request))
             self._refusals.watch_mesh(lambda: topic + named(request.part_id), coming)
 
         gaps = SequenceGaps()

@@ -3,13 +3,12 @@
 import os
 from typing import Any, NamedTuple
 
+from ... import errors, methods
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
-from ...errors import BatchError, MeshError, PoseStatsError, RequestError
 from ...estimators.estimate import estimate_in
 from ...kernels.compilation import all_kernels, prepare_kernels
 from ...mesh.decimation import visible_triangles
 from ...mesh.overlap import TakesLongError, within
-from ...methods import AUTO
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from ..messages.part_requests import PartRequest, part_of
@@ -30,7 +29,7 @@ NICENESS = 10
 """Drops and answers come first."""
 
 
-class NotBuiltError(RequestError):
+class NotBuiltError(errors.RequestError):
     """A part that was not built for a reason that is not the mesh's."""
 
 
@@ -58,14 +57,14 @@ def prepare() -> None:
     prepare_kernels()
 
 
-def build(request: PartRequest | Part, scene: DropScene) -> _Built | PoseStatsError | str:
+def build(request: PartRequest | Part, scene: DropScene) -> _Built | errors.PoseStatsError | str:
     """Build a part with its first estimate and picture, in that process; or what went wrong."""
     try:
         part = request if isinstance(request, Part) else part_of(request)
-        estimate_in(part, scene, AUTO)
+        estimate_in(part, scene, methods.AUTO)
         visible_triangles(part)  # for its markers
         return _Built(part, part.all_prepared())
-    except PoseStatsError as refusal:
+    except errors.PoseStatsError as refusal:
         return refusal
     except Exception as error:  # belongs to whoever asked
         return f"{type(error).__name__}: {error}"
@@ -99,15 +98,15 @@ class PartBuilder:
         try:
             answer = self._worker.call_within(BUDGET_SECONDS, build, request, scene)
         except TookLongError as late:
-            raise MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
-                            f"{len(request.triangles)} triangles", "decimate it") from late
-        except (ProcessDiedError, BatchError) as error:
+            raise errors.MeshError(f"a mesh that is checked within {BUDGET_SECONDS:g} s",
+                                   f"{len(request.triangles)} triangles", "decimate it") from late
+        except (ProcessDiedError, errors.BatchError) as error:
             if self._worker.closed:
                 raise NotBuiltError("a running node", "one that is ending",
                                     "start it again") from error
             raise NotBuiltError("a process that builds the part to its end", f"one that {error}",
                                 "send the mesh again; decimate it if memory is short") from error
-        if isinstance(answer, PoseStatsError):
+        if isinstance(answer, errors.PoseStatsError):
             raise answer
         if isinstance(answer, str):
             raise RuntimeError(answer)

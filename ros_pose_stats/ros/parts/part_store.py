@@ -10,17 +10,13 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs.msg import JobEvent
 
 from ...errors import MeshError, PoseStatsError, RequestError
-from ...records import Part
-from ...records.part import array_bytes, digest_name
-from ..messages.part_messages import part_message, request_of_part_bytes
-from ..messages.part_requests import PartRequest, shown
-from ..messages.times import now, time_message
+from ...records import Part, part
+from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
 from ..state.tables import Row
+from . import memory, part_builder
 from .known_part import KnownPart, Numbers, PartSource, memory_of_parts
-from .memory import Memory
-from .part_builder import NotBuiltError
 
 REFUSED = 1024
 """Refused meshes kept for when they come again."""
@@ -38,7 +34,7 @@ class MeshLog:
     def __init__(self, recorder: Recorder, state: State) -> None:
         self._recorder, self._state = recorder, state
         self._bag = -1
-        self._recorded: Memory[tuple[str, str], bool] = Memory(RECORDED)
+        self._recorded: memory.Memory[tuple[str, str], bool] = memory.Memory(RECORDED)
         self._lock = threading.RLock()
 
     def introduce(self, known: KnownPart) -> None:
@@ -68,7 +64,7 @@ class PartStore:
 
     def __init__(self, recorder: Recorder, state: State,
                  introduce: Callable[[KnownPart], object],
-                 build: Callable[[PartRequest], Part],
+                 build: Callable[[part_requests.PartRequest], Part],
                  on_forgotten: Callable[[KnownPart, int, str], object]) -> None:
         self._recorder, self._state, self._introduce = recorder, state, introduce
         self._build_part, self._on_forgotten = build, on_forgotten
@@ -76,10 +72,10 @@ class PartStore:
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
+        self._refused: memory.Memory[tuple[str, bytes], PoseStatsError] = memory.Memory(REFUSED)
         # also after another mesh of the same name has come
-        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
+        self._built: memory.Memory[tuple[str, bytes], Part] = memory_of_parts()
+        self._numbers: memory.Memory[str, Numbers] = memory.Memory(NUMBERED)
 
     def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
         """Know the parts of the state again, the last used ones; each is built when asked for."""
@@ -97,15 +93,15 @@ class PartStore:
         """Build a part of an earlier run; raises PoseStatsError."""
         message = self._state.mesh(part_id)
         if message is None:
-            raise MeshError(f"the mesh of {shown(part_id)} beside the state file", "none that is "
-                            "as it was written", "send the part again")
-        part = self._build(request_of_part_bytes(message))
+            raise MeshError(f"the mesh of {part_requests.shown(part_id)} beside the state file",
+                            "none that is as it was written", "send the part again")
+        part = self._build(part_messages.request_of_part_bytes(message))
         if part.digest != digest:
-            raise MeshError(f"the mesh of {shown(part_id)} as it was kept",
+            raise MeshError(f"the mesh of {part_requests.shown(part_id)} as it was kept",
                             "another one", "send the part again")
         return part
 
-    def resolve(self, request: PartRequest) -> tuple[KnownPart, bool]:
+    def resolve(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """The part that a mesh is, and whether it is new: not known yet, and here by `put` only.
 
         Raises PoseStatsError with one line that says what is wrong; at once where the mesh was
@@ -133,11 +129,11 @@ class PartStore:
             known = self.find(part_id)
             return known if known is not None and known.content == content else None
         for known in self.all():
-            if known.content == content and known.part_id == digest_name(known.digest):
+            if known.content == content and known.part_id == part.digest_name(known.digest):
                 return self.find(known.part_id)
         return None
 
-    def _build(self, request: PartRequest) -> Part:
+    def _build(self, request: part_requests.PartRequest) -> Part:
         key = request.part_id, request.content
         refusal = self._refused.get(key)
         if refusal is not None:
@@ -146,7 +142,7 @@ class PartStore:
         if part is None:
             try:
                 part = self._build_part(request)
-            except NotBuiltError:  # the mesh may be good
+            except part_builder.NotBuiltError:  # the mesh may be good
                 raise
             except PoseStatsError as error:
                 self._refused.put(key, error)
@@ -154,19 +150,21 @@ class PartStore:
             self._built.put(key, part)
         return part
 
-    def put(self, known: KnownPart, request: PartRequest, most: int, most_bytes: int) -> None:
+    def put(self, known: KnownPart, request: part_requests.PartRequest, most: int,
+            most_bytes: int) -> None:
         """Keep, record and remember a part, with no result of the same name between the two.
 
         It takes the place of one of the same id, and of the oldest beyond `most` parts and
         `most_bytes` of them all. Raises MeshError if the part alone takes more.
         """
-        known.size = array_bytes(known.part, request)
+        known.size = part.array_bytes(known.part, request)
         if known.size > most_bytes:
             raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "
                             f"max_part_bytes)", f"{known.size} bytes, "
                             f"{len(known.part.triangles)} triangles",
                             "decimate the mesh, or raise the parameter")
-        message = serialize_message(part_message(request, known.part_id, request.stamp or now()))
+        message = serialize_message(part_messages.part_message(request, known.part_id,
+                                                               request.stamp or times.now()))
         with known.numbers.lock:
             other = self.current(known.part_id)
             if other is not None:
@@ -216,8 +214,9 @@ class PartStore:
                 names = sorted(self._parts)
             some = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
             raise RequestError("the part_id of a known part" + (f" ({some})" if some else ""),
-                               shown(part_id), "publish its mesh on ~/part_mesh, or send the part "
-                               "with the request")
+                               part_requests.shown(part_id),
+                               "publish its mesh on ~/part_mesh, or send the part with the "
+                               "request")
         return known
 
     def all(self) -> list[KnownPart]:
@@ -251,14 +250,14 @@ class PartStore:
         While its name is locked nothing is recorded of that: neither a result of it after the
         word that it is forgotten, nor that word after the same part has come again.
         """
-        part_id, stamp = known.part_id, now()
+        part_id, stamp = known.part_id, times.now()
         with known.numbers.lock:
             if self.current(part_id) is not known:
                 return None
             self._on_forgotten(known, stamp, why)
             event = JobEvent(event=JobEvent.PART_FORGOTTEN, part_id=part_id,
                              part_digest=known.digest)
-            event.header.stamp = time_message(stamp)
+            event.header.stamp = times.time_message(stamp)
             self._recorder.record(JOB_EVENTS, serialize_message(event))
             known.numbers.shown = known.numbers.newest
             self._numbers.put(part_id, known.numbers)

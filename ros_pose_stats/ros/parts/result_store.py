@@ -14,16 +14,12 @@ from ... import records
 from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
 from ...records import DropScene
-from ..messages import statistics_messages as messages
-from ..messages.part_requests import PartRequest, check_request, estimator_name
-from ..messages.times import now
+from ..messages import part_requests, statistics_messages as messages, times
 from ..settings import Settings
 from ..state import Change, State
+from . import count_store, memory, part_store
 from .announcer import Announcer
-from .count_store import CountStore
 from .known_part import KnownPart
-from .memory import Memory
-from .part_store import PartStore
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
@@ -53,7 +49,8 @@ class Key(NamedTuple):
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore, counts: CountStore,
+    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
+                 counts: count_store.CountStore,
                  announcer: Announcer, state: State) -> None:
         self._settings = settings
         self._parts = parts
@@ -61,17 +58,17 @@ class ResultStore:
         self._announcer = announcer
         self._state = state
         self._waiting: dict[str, KnownPart] = {}
-        self._results: Memory[Key, PoseStatistics] = Memory(
+        self._results: memory.Memory[Key, PoseStatistics] = memory.Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def take_part(self, request: PartRequest) -> tuple[KnownPart, bool]:
+    def take_part(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """Make a received mesh a known part, estimated and latched; whether it is a new one.
 
         A copy of what is known is ignored; one that was refused is refused again at once. Raises
         PoseStatsError with one line that says what is wrong.
         """
         settings = self._settings()
-        check_request(request, settings.max_mesh_bytes)
+        part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
         known, new = self._parts.resolve(request)
         if new:
@@ -153,13 +150,14 @@ class ResultStore:
 
     def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
         """Whether an analytic result is at hand; raises as `estimate`."""
-        name = estimator_name(method or self._settings().default_method, scene.restitution)
+        name = part_requests.estimator_name(method or self._settings().default_method,
+                                            scene.restitution)
         return self._results.get(self._key(name, known, scene)) is not None
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before; raises PoseStatsError."""
         settings = self._settings()
-        name = estimator_name(method or settings.default_method, scene.restitution)
+        name = part_requests.estimator_name(method or settings.default_method, scene.restitution)
         key = self._key(name, known, scene)
         message = self._results.get(key)
         if message is None:
@@ -189,7 +187,7 @@ class ResultStore:
         if statistics.method != OBSERVED:
             statistics = replace(statistics, plate_error=settings.plate_error)
         return messages.statistics_message(statistics, messages.Answer(
-            now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
+            times.now(), settings.plate_frame, settings.plate, known.numbers.next(), job_id, final,
             warnings))
 
     def is_due(self, known: KnownPart, scene: DropScene) -> bool:

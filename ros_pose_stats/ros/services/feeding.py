@@ -14,15 +14,11 @@ from ...statistics import feeding
 from ...statistics.pose_shares import pose_shares
 from ..jobs import FlipRequest, Job, Jobs
 from ..jobs.run import FlipReports, flip_key, flips_in_all
-from ..messages.part_requests import shown
-from ..messages.statistics_messages import statistics_of_message
-from ..parts.known_part import KnownPart, at_hand
-from ..parts.part_store import PartStore
+from ..messages import part_requests, statistics_messages
+from ..parts import known_part, part_store
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
-from .goals import flat
-from .requests import ending
-from .services import Later, refusing
+from . import goals, requests, services
 
 FLIP_SECONDS = 10.0
 """Longest that an answer flips for; the fewer flips, the wider its intervals."""
@@ -38,7 +34,8 @@ class FeedingService:
     flips that goals asked for, which serve here too if there are enough.
     """
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: part_store.PartStore,
                  jobs: Jobs, reports: FlipReports, goals: FlipReports) -> None:
         self._settings = settings
         self._parts = parts
@@ -48,14 +45,15 @@ class FeedingService:
         self.say_failure = node.get_logger().error
         node.serve(FeedingAnswer, "~/feeding", self.answer)
 
-    @refusing
-    def answer(self, request: Any, response: Any) -> Later | None:
+    @services.refusing
+    def answer(self, request: Any, response: Any) -> services.Later | None:
         """What a feeder gets, from the result that is latched now."""
         known = self._parts.known(request.part_id)
         with known.numbers.lock:  # both of one result
             latched, scene = known.shown.latched, known.shown.scene
         if latched is None or scene is None:
-            raise RequestError("a part with a result", f"{shown(request.part_id)} without one yet",
+            raise RequestError("a part with a result",
+                               f"{part_requests.shown(request.part_id)} without one yet",
                                "ask again in a moment")
         kick = self._settings().kick(request.kick_height)
         feeding.check_wanted(request.wanted, len(latched.poses))
@@ -72,10 +70,10 @@ class FeedingService:
         seconds = min(FLIP_SECONDS, settings.max_job_seconds)
         job = self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, 0, SEED, 0.0, seconds,
-                        kick_height=kick), at_hand(known.part), settings)
-        return Later(job.finished, partial(self._go_on, request, response, latched, job))
+                        kick_height=kick), known_part.at_hand(known.part), settings)
+        return services.Later(job.finished, partial(self._go_on, request, response, latched, job))
 
-    def _remembered(self, known: KnownPart, scene: DropScene, kick: float,
+    def _remembered(self, known: known_part.KnownPart, scene: DropScene, kick: float,
                     poses: int) -> FlipStatistics | None:
         """Flips as many as an answer takes, of goals too, or what there was time for."""
         key = flip_key(known.digest, scene, kick)
@@ -87,7 +85,7 @@ class FeedingService:
         """Answer once the flips are there."""
         flips = self._reports.of_job(job.job_id)
         if job.cancel_reason:  # nobody but the node itself cancels
-            raise ending()
+            raise requests.ending()
         if flips is None:
             response.success, response.message = False, job.message
             return
@@ -97,7 +95,7 @@ class FeedingService:
 def _answer(request: Any, response: Any, latched: PoseStatistics,
             flips: FlipStatistics | None) -> None:
     """Fill in what a feeder gets that kicks wrong parts; without flips, drops them afresh."""
-    dropped = pose_shares(statistics_of_message(latched))
+    dropped = pose_shares(statistics_messages.statistics_of_message(latched))
     basis = f"{latched.drops} drops" if latched.drops else "an estimate"
     if latched.observed:
         basis = f"{latched.observed} parts seen"
@@ -107,7 +105,7 @@ def _answer(request: Any, response: Any, latched: PoseStatistics,
     else:
         gain = feeding.flip_wrong_ones(dropped, flips.counts, request.wanted, request.rate,
                                 request.cycle_time)
-        response.transition = flat(flips.transition)
+        response.transition = goals.flat(flips.transition)
         basis += f" and {flips.flips} flips"
     fill_response(response, gain)
     if math.isnan(dropped.drops):

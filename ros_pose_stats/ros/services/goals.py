@@ -1,7 +1,5 @@
 """The actions `~/simulate_drops` and `~/simulate_flips`: goals that are jobs."""
 
-from __future__ import annotations
-
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -19,12 +17,8 @@ from ros_pose_stats_msgs.msg import PartMesh
 
 from ...errors import PoseStatsError, RequestError
 from ...resting.poses import are_found
-from ..jobs import FlipRequest, Job, Jobs, State
-from ..jobs.job_reports import JobReports
-from ..jobs.run import FlipReports, flips_in_all, pose_count
-from ..parts.known_part import at_hand
-from ..parts.part_builder import is_large
-from ..parts.part_store import PartStore
+from ..jobs import FlipRequest, Job, Jobs, State, job_reports, run
+from ..parts import known_part, part_builder, part_store
 from ..settings import Settings
 from ..transport.answering_node import SERVICE_QUALITY, AnsweringNode
 from .requests import Requests
@@ -214,7 +208,7 @@ class SimulateDropsServer(GoalServer):
     """Goals that are drop simulations."""
 
     def __init__(self, node: AnsweringNode, requests: Requests, jobs: Jobs,
-                 reports: JobReports) -> None:
+                 reports: job_reports.JobReports) -> None:
         self._requests = requests
         self._reports = reports
         super().__init__(node, SimulateDrops, "simulate_drops", jobs)
@@ -243,8 +237,9 @@ class SimulateDropsServer(GoalServer):
 class SimulateFlipsServer(GoalServer):
     """Goals that are flips."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
-                 jobs: Jobs, reports: FlipReports) -> None:
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: part_store.PartStore,
+                 jobs: Jobs, reports: run.FlipReports) -> None:
         self._settings = settings
         self._parts = parts
         self._reports = reports
@@ -259,18 +254,18 @@ class SimulateFlipsServer(GoalServer):
                                f"{request.kick_height:g}", "half the part's radius flips most "
                                "parts")
         scene = settings.scene(known.scene_override)
-        if not is_large(known.part) or are_found(known.part, scene):
-            flips_in_all(pose_count(known.part, scene), request.drops, settings)
+        if not part_builder.is_large(known.part) or are_found(known.part, scene):
+            run.flips_in_all(run.pose_count(known.part, scene), request.drops, settings)
         return self._jobs.submit(
             FlipRequest(known.part_id, known.content, scene, request.drops, request.seed,
                         0.0, settings.max_job_seconds, kick_height=kick),
-            at_hand(known.part), settings)
+            known_part.at_hand(known.part), settings)
 
     def feedback(self, job: Job) -> Any:
         """How far the flips are."""
         feedback, part = SimulateFlips.Feedback(flips_done=job.drops_done), job.built()
         if part is not None:
-            feedback.flips_total = flips_in_all(pose_count(part, job.request.scene),
+            feedback.flips_total = run.flips_in_all(run.pose_count(part, job.request.scene),
                                              job.request.drops, job.settings)
         return feedback
 
@@ -289,10 +284,10 @@ class SimulateFlipsServer(GoalServer):
         return result
 
 
-def flat(matrix: NDArray[np.float64]) -> array[float]:
+def flat(matrix: NDArray[np.float64]) -> "array[float]":
     """A matrix row by row, as rclpy takes it as it is."""
     return array("d", np.ascontiguousarray(matrix).tobytes())
 
 
-def _whole(numbers: NDArray[np.int64]) -> array[int]:
+def _whole(numbers: NDArray[np.int64]) -> "array[int]":
     return array("Q", numbers.astype(np.uint64).tobytes())

@@ -12,17 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from ros_pose_stats_msgs.srv import FitPlate
 
-from ...errors import RequestError
-from ...text import several
+from ... import errors, text
 from ..messages.part_requests import shown
+from ..parts import count_store, known_part, part_store
 from ..parts.announcer import Announcer
-from ..parts.count_store import CellCounts, CountStore
-from ..parts.known_part import KnownPart
-from ..parts.part_store import PartStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
-from .requests import ending
-from .services import Later, refusing
+from . import requests, services
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PlateFit
@@ -35,7 +31,7 @@ class PlateFits:
     """Fits one plate at a time, in a thread of its own."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: PartStore, counts: CountStore, announcer: Announcer,
+                 parts: part_store.PartStore, counts: count_store.CountStore, announcer: Announcer,
                  use_plate: Callable[[str], object]) -> None:
         self._settings = settings
         self._parts, self._counts = parts, counts
@@ -49,8 +45,8 @@ class PlateFits:
         self._thread = threading.Thread()
         node.serve(FitPlate, "~/fit_plate", self.answer)
 
-    @refusing
-    def answer(self, request: Any, response: Any) -> Later:
+    @services.refusing
+    def answer(self, request: Any, response: Any) -> services.Later:
         """Begin to fit; the answer comes when that is done."""
         settings = self._settings()
         plate = request.plate or settings.plate
@@ -60,15 +56,15 @@ class PlateFits:
         coming: Future[PlateFit] = Future()
         with self._lock:
             if self._closed:
-                raise ending()
+                raise requests.ending()
             if self._done is not None:
-                raise RequestError("one fit at a time", "a request while another one is "
-                                   f"{100.0 * self._done:.0f} % done", "ask again later")
+                raise errors.RequestError("one fit at a time", "a request while another one is "
+                                          f"{100.0 * self._done:.0f} % done", "ask again later")
             self._done = 0.0
             self._thread = threading.Thread(target=self._run, args=(counts, settings, coming),
                                             name="fit of a plate", daemon=True)
             self._thread.start()
-        return Later(coming, partial(self._go_on, request, response, plate, coming))
+        return services.Later(coming, partial(self._go_on, request, response, plate, coming))
 
     def close(self, seconds: float) -> bool:
         """Give the fit up; whether nothing is computed any more after that time."""
@@ -78,7 +74,8 @@ class PlateFits:
             self._thread.join(seconds)
         return not self._thread.is_alive()
 
-    def _run(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings,
+    def _run(self, counts: list[tuple[known_part.KnownPart, count_store.CellCounts]],
+             settings: Settings,
              coming: Future[PlateFit]) -> None:
         try:
             fit = self._fit(counts, settings)
@@ -87,7 +84,8 @@ class PlateFits:
         else:
             coming.set_result(fit)
 
-    def _fit(self, counts: list[tuple[KnownPart, CellCounts]], settings: Settings) -> PlateFit:
+    def _fit(self, counts: list[tuple[known_part.KnownPart, count_store.CellCounts]],
+             settings: Settings) -> PlateFit:
         from ...plates import count_part, fit_plate
 
         until = time.monotonic() + settings.max_job_seconds
@@ -100,9 +98,9 @@ class PlateFits:
                           should_stop=lambda: self._closed or time.monotonic() > until,
                           background=True)
         if self._closed:
-            raise ending()
+            raise requests.ending()
         if fit is None:
-            raise RequestError(
+            raise errors.RequestError(
                 f"a fit within {settings.max_job_seconds:g} s (parameter max_job_seconds)",
                 f"one that is {100.0 * (self._done or 0.0):.0f} % done by then",
                 "raise the parameter, or fit the bags by the command fit")
@@ -116,9 +114,9 @@ class PlateFits:
         try:
             fit = coming.result()
             fill_response(response, fit)
-            response.message = (f"From {several(fit.counted, 'count')} of "
-                                f"{several(len(fit.parts), 'part')}, and "
-                                f"{several(fit.drops, 'drop')} in {fit.seconds:.1f} s")
+            response.message = (f"From {text.several(fit.counted, 'count')} of "
+                                f"{text.several(len(fit.parts), 'part')}, and "
+                                f"{text.several(fit.drops, 'drop')} in {fit.seconds:.1f} s")
             if request.apply:
                 file, kept = self._apply(plate, fit)
                 response.message += f"; written to {file} as {plate}, and used from now on"
@@ -140,9 +138,9 @@ class PlateFits:
         try:
             write_profile(file, profile_of(plate, fit))
         except OSError as error:
-            raise RequestError("a file of plates that can be written (parameter plates)",
-                               f"{file} ({error.strerror or error})",
-                               "name another one") from error
+            raise errors.RequestError("a file of plates that can be written (parameter plates)",
+                                      f"{file} ({error.strerror or error})",
+                                      "name another one") from error
         kept = self._counts.name_plate(plate)
         self._use_plate(plate)
         return file, kept
@@ -153,13 +151,14 @@ def check_applicable(plate: str, settings: Settings) -> None:
     from ...plates import refuse_name
 
     if not settings.plates:
-        raise RequestError("a file to write the plate into (parameter plates)", "none",
-                           "set the parameter, or ask without apply")
+        raise errors.RequestError("a file to write the plate into (parameter plates)", "none",
+                                  "set the parameter, or ask without apply")
     refuse_name(plate)
 
 
 def counts_on(plate: str, present: str,
-              parts: Iterable[KnownPart]) -> list[tuple[KnownPart, CellCounts]]:
+              parts: Iterable[known_part.KnownPart]
+              ) -> list[tuple[known_part.KnownPart, count_store.CellCounts]]:
     """Known parts that were counted on a plate; what was counted without a name is of any."""
     counted = [(known, counts) for known in parts
                if (counts := known.shown.counts) is not None and counts.total.any()]
@@ -167,7 +166,7 @@ def counts_on(plate: str, present: str,
     chosen = [(known, seen) for known, seen in counted if seen.ground.plate in names]
     if not chosen:
         others = sorted({seen.ground.plate for _, seen in counted})
-        raise RequestError(
+        raise errors.RequestError(
             f"counts of known parts on plate {shown(plate)}",
             f"only those on {', '.join(map(shown, others))}" if others else "none",
             "publish what cameras count there on ~/pose_counts, or what they see on "
@@ -185,8 +184,8 @@ def choose_counts(counted: Iterable[CountedPart]) -> list[CountedPart]:
             chosen.append(part)
             left -= groups
     if not chosen:
-        raise RequestError(f"a part with at most {MOST_GROUPS} groups of poses", "none",
-                           "count a part of a simpler shape on this plate")
+        raise errors.RequestError(f"a part with at most {MOST_GROUPS} groups of poses", "none",
+                                  "count a part of a simpler shape on this plate")
     return chosen
 
 

@@ -10,8 +10,7 @@ from ...errors import PoseStatsError, RequestError
 from ...records import DropScene, Part
 from ...resting.poses import are_found
 from ..jobs import Job, JobRequest, Jobs
-from ..messages.part_messages import is_given, let_go, mesh_size, taken_request
-from ..messages.part_requests import PartRequest, check_request, shown
+from ..messages import part_messages, part_requests
 from ..parts.known_part import KnownPart, at_hand
 from ..parts.mesh_queue import MeshQueue
 from ..parts.part_builder import are_many, is_large
@@ -46,7 +45,8 @@ class Requests:
     """Resolves parts and starts jobs, for services and the action."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore,
-                 take_part: Callable[[PartRequest], KnownPart], mesh_queue: MeshQueue, jobs: Jobs,
+                 take_part: Callable[[part_requests.PartRequest], KnownPart],
+                 mesh_queue: MeshQueue, jobs: Jobs,
                  refusals: Refusals, find_poses: Callable[[Part, DropScene], object]) -> None:
         self._settings = settings
         self._parts = parts
@@ -72,12 +72,13 @@ class Requests:
         """
         if self._closed:
             raise ending()
-        carried = is_given(message)
+        carried = part_messages.is_given(message)
         if part_id and message.part_id and part_id != message.part_id:
             wanted, got = (
                 ("the same part_id in the request and in its part", "{} and {}") if carried
                 else ("one part", "part_id {} and part {}"))
-            raise RequestError(wanted, got.format(shown(part_id), shown(message.part_id)),
+            raise RequestError(wanted, got.format(part_requests.shown(part_id),
+                                                  part_requests.shown(message.part_id)),
                                "fill one of the two")
         message.part_id = message.part_id or part_id
         if not carried:
@@ -94,19 +95,19 @@ class Requests:
 
     def _check_room(self, message: Any) -> None:
         """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
-        triangles, vertices = mesh_size(message)
+        triangles, vertices = part_messages.mesh_size(message)
         try:
             self._mesh_queue.check_room(12 * triangles + 24 * vertices, message.part_id,
                                         are_many(triangles, vertices))
         except RequestError:
-            let_go(message)
+            part_messages.let_go(message)
             raise
 
-    def _checked(self, message: Any) -> tuple[PartRequest, tuple[float, float]]:
+    def _checked(self, message: Any) -> tuple[part_requests.PartRequest, tuple[float, float]]:
         """A carried part and its own scene, as far as that is quickly looked at."""
         try:
-            request = taken_request(message)
-            check_request(request, self._settings().max_mesh_bytes)
+            request = part_messages.taken_request(message)
+            part_requests.check_request(request, self._settings().max_mesh_bytes)
             override = (request.restitution, request.drop_height)
             self._settings().scene(override)
         except PoseStatsError as refusal:
@@ -114,7 +115,8 @@ class Requests:
             raise
         return request, override
 
-    def _take(self, request: PartRequest, accepted: threading.Event | None) -> Future[KnownPart]:
+    def _take(self, request: part_requests.PartRequest,
+              accepted: threading.Event | None) -> Future[KnownPart]:
         def take_part() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
@@ -166,7 +168,7 @@ class Requests:
 
 def _source(part_id: str) -> str:
     """Where a refused mesh came from, as a terminal can show it."""
-    return f"request for {shown(part_id)}"
+    return f"request for {part_requests.shown(part_id)}"
 
 
 def check_target(value: float) -> None:

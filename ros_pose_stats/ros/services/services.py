@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import PoseStatistics
 
-from ...errors import PoseStatsError, RequestError
+from ... import errors, methods
 from ...mesh.mass_properties import check_offset
-from ...methods import AUTO
 from ...planning.confidence import not_enough
 from ...records import DropScene
 from ..jobs import Job, Jobs, State
@@ -23,11 +22,9 @@ from ..jobs.refinement import Refinement, credible_bound
 from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
+from ..parts import known_part, part_store, result_store
 from ..parts.announcer import Announcer
-from ..parts.known_part import KnownPart, ShiftedParts, shift_warning
 from ..parts.outlines import Outlines, outline_messages
-from ..parts.part_store import PartStore
-from ..parts.result_store import ResultStore
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
@@ -71,7 +68,7 @@ def refusing(callback: Callback) -> Callback:
         try:
             response.success = True
             return act()
-        except PoseStatsError as refusal:
+        except errors.PoseStatsError as refusal:
             response.success, response.message = False, str(refusal)
         except Exception as error:  # the client gets an answer in any case
             response.success = False
@@ -96,8 +93,9 @@ def refusing(callback: Callback) -> Callback:
 class Services:
     """All services of the node."""
 
-    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings], parts: PartStore,
-                 results: ResultStore, announcer: Announcer, requests: Requests,
+    def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
+                 parts: part_store.PartStore,
+                 results: result_store.ResultStore, announcer: Announcer, requests: Requests,
                  refinement: Refinement, jobs: Jobs, reports: JobReports,
                  outlines: Outlines) -> None:
         self._settings = settings
@@ -109,7 +107,7 @@ class Services:
         self._jobs = jobs
         self._reports = reports
         self._outlines = outlines
-        self._shifted = ShiftedParts()
+        self._shifted = known_part.ShiftedParts()
         self.say_failure = node.get_logger().error
         for kind, name, callback in (
                 (srv.EstimatePoses, "estimate", self.estimate),
@@ -131,7 +129,7 @@ class Services:
         step = request.com_offset
         offset = check_offset((step.x, step.y, step.z))
 
-        def is_enough(known: KnownPart) -> bool:
+        def is_enough(known: known_part.KnownPart) -> bool:
             """Whether the answer is remembered since before the part was built in this run."""
             scene = self._settings().scene((request.restitution, request.drop_height),
                                            known.scene_override)
@@ -152,14 +150,15 @@ class Services:
         go_on = partial(self._answer, request, response, received, known, scene, prepared, offset)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
-    def _answer(self, request: Any, response: Any, received: KnownPart, known: KnownPart,
+    def _answer(self, request: Any, response: Any, received: known_part.KnownPart,
+                known: known_part.KnownPart,
                 scene: DropScene, prepared: Future[Any], offset: Array) -> None:
         """Answer for a part as it is asked about, once the state has it as it was received."""
         wait_for(prepared)
         if offset.any():  # drops in the background would be of the part as it is known
             message = with_warning(self._named(known, request, scene, AS_ITSELF),
-                                 shift_warning(offset))
-        elif (request.method or self._settings().default_method) == AUTO:
+                                 known_part.shift_warning(offset))
+        elif (request.method or self._settings().default_method) == methods.AUTO:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
         else:
             message = self._named(known, request, scene, BY_DROPS)
@@ -167,7 +166,7 @@ class Services:
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record_answer(received, message)
 
-    def _named(self, known: KnownPart, request: Any, scene: DropScene,
+    def _named(self, known: known_part.KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         message = self._results.estimate(known, request.method, scene)
@@ -192,7 +191,8 @@ class Services:
         """What is latched, with outlines of one part where they are asked for."""
         parts = self._parts
         if request.heights and not request.part_id:
-            raise RequestError("a part_id with heights", "none", "ask for one part's outlines")
+            raise errors.RequestError("a part_id with heights", "none",
+                                      "ask for one part's outlines")
         chosen = [parts.known(request.part_id)] if request.part_id else parts.all()
         latched = [(known, found) for known in chosen
                    if (found := known.shown.latched) is not None]
@@ -249,6 +249,6 @@ class Services:
     def _job(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)
         if job is None:
-            raise RequestError("the job_id of a drop simulation", shown(job_id),
-                               "list_drop_simulations lists those that the node knows")
+            raise errors.RequestError("the job_id of a drop simulation", shown(job_id),
+                                      "list_drop_simulations lists those that the node knows")
         return job

@@ -6,17 +6,15 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
-from ... import files
-from ...errors import RequestError
+from ... import errors, files
 from . import tables
 from .tables import Change, Row
 
-LARGE: Final = 64 * 2**10
+LARGE = 64 * 2**10
 """Bytes of a mesh that lies in a file of its own: SQLite would write it twice."""
 
-SECONDS: Final = 1.0
+SECONDS = 1.0
 """Changes that nobody waits for are written within that time; what failed is tried again then."""
 
 
@@ -57,12 +55,12 @@ class State:
             files.refuse_irregular(file)
             self._open()
         except (files.NotAFileError, IsADirectoryError) as error:
-            raise RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
-                               "name another one") from error
+            raise errors.RequestError("state_file to be a file", f"'{file}' ({error.strerror})",
+                                      "name another one") from error
         except (sqlite3.Error, OSError) as error:
             self.problem = tables.problem_of(file, error)
             say(f"NOT_RECORDED: {self.problem}")
-        except RequestError:
+        except errors.RequestError:
             self._let_go()
             raise
         self._thread = threading.Thread(target=self._run, name="state", daemon=True)

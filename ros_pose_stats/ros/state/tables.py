@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from ...errors import PoseStatsError, RequestError, reason
 
-VERSION: Final = 1
-APPLICATION: Final = 0x52505353
+VERSION = 1
+APPLICATION = 0x52505353
 """What the file's header says of its kind."""
 
-COLUMNS: Final = {
+COLUMNS = {
     "parts": "part_id TEXT, digest TEXT, content BLOB, restitution REAL, drop_height REAL, "
     "size INTEGER, used INTEGER",
     "meshes": "part_id TEXT, message BLOB, file TEXT",  # a large message lies in the file
@@ -33,20 +33,20 @@ COLUMNS: Final = {
 }
 """Columns by table; the first one is the key, and each row has a checksum behind the others."""
 
-MESSAGES: Final = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
-                   ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
-                   ("jobs", 3): "PoseStatistics"}
+MESSAGES = {("meshes", 1): "PartMesh", ("results", 1): "PoseStatistics",
+            ("results", 2): "PoseStatistics", ("jobs", 2): "JobEvent",
+            ("jobs", 3): "PoseStatistics"}
 """Which columns hold serialised messages, and of which type."""
 
-MOST_COUNTED: Final = 1_000_000
+MOST_COUNTED = 1_000_000
 """Messages of counts whose identity is kept, the newest ones."""
 
-LOCK_SECONDS: Final = 5.0
-GLANCE: Final = 0.05
-BUSY_SECONDS: Final = 2.0
+LOCK_SECONDS = 5.0
+GLANCE = 0.05
+BUSY_SECONDS = 2.0
 """Another program that looks into the file may hold a commit up for so long."""
 
-_TROUBLE: Final = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
+_TROUBLE = ("unable to open", "readonly", "disk i/o", "is full", "is locked")
 """What SQLite says of a place that cannot be used now; everything else is of the file itself."""
 
 Row = tuple[Any, ...]
