@@ -148,15 +148,15 @@ class ResultHistory:
 
 
 POSE = tuple(field.name for field in fields(PoseTable))
-PREDICTED = tuple(field.name for field in fields(Prediction) if field.type in ("Array", "Index"))
+PREDICTED = tuple(field.name for field in fields(Prediction) if field.type in (Array, Index))
 ABOUT = tuple(field.name for field in fields(Prediction) if field.name not in PREDICTED)
 """Columns of the poses, of a prediction of each of them, and what is said of all at once."""
 
 _NUMBERS_OF_POSES = tuple(name for name in statistics.POSE_FIELDS if name in POSE[3:])
 _SHARES = tuple(name for name in statistics.POSE_FIELDS if name in PREDICTED and name != "count")
 _NUMBERS = tuple(field.name for field in fields(Prediction)
-                 if field.type == "float" and field.name in statistics.STATISTICS_FIELDS)
-_TEXTS = tuple(field.name for field in fields(Prediction) if field.type == "str")
+                 if field.type is float and field.name in statistics.STATISTICS_FIELDS)
+_TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 """What a message has under the same names."""
 
 
