@@ -44,6 +44,7 @@ def test_the_table_begins_with_the_parts_and_the_verdict(boxes):
     assert "1250 drops of each from the same starts, 0 unsettled, seed 5" in lines
 
 
+@pytest.mark.long
 def test_the_unit_is_for_files_that_declare_none(tmp_path):
     files = [tmp_path / "box.3mf", tmp_path / "box.stl"]
     for file, length in zip(files, (80.0, 8.0), strict=True):

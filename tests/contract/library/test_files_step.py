@@ -101,6 +101,7 @@ def assert_refused(path, data):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.long
 def test_what_is_no_step_file_is_refused_in_one_line(tmp_path, capfd):
     for data in (WHOLE.encode()[:len(WHOLE) // 2], np.random.default_rng(3).bytes(100_000)):
         assert_refused(tmp_path / "damaged.step", data)

@@ -108,6 +108,7 @@ def test_a_given_unit_wins_over_a_declared_one_and_the_contradiction_is_told(tmp
     assert load_part(path, 1.0000000001e-3).warnings == ()
 
 
+@pytest.mark.long
 def test_a_declared_unit_goes_first_where_another_is_given_for_several_files(tmp_path):
     part = load_part(block_of(80.0, tmp_path, "3mf"), "cm", unless_declared=True)
     assert (length_of(part), part.warnings) == (pytest.approx(0.08), ())

@@ -151,7 +151,8 @@ def catches(process, number):
     return bool(caught >> (number - 1) & 1)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [
+    signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_before_it_is_ready(node_of, number):
     node = node_of()
     until(lambda: catches(node.process, signal.SIGTERM), "the handlers")

@@ -121,6 +121,7 @@ def test_random_requests_goals_and_cancels_from_several_clients(tuned, tuned_cel
     assert len(assert_each_ended_once(tuned, tuned_cell[0], part_id)) > 20
 
 
+@pytest.mark.long
 def test_a_goal_whose_client_was_killed_is_done_all_the_same(domain, cell):
     """The next client is served."""
     part_id = known_part(cell)
