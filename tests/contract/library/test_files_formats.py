@@ -45,7 +45,8 @@ def test_every_format_gives_the_mesh_back(tmp_path, block, kind):
     assert answer_json("estimate", path, "--unit", "mm", "--method", "area")["part_id"] == "a"
 
 
-@pytest.mark.parametrize("suffix", ["obj", "3mf", "stl", "ply"])
+@pytest.mark.parametrize("suffix", [
+    "obj", pytest.param("3mf", marks=pytest.mark.long), "stl", "ply"])
 def test_the_objects_of_a_scene_are_put_in_place(tmp_path, block, suffix):
     scene, path = trimesh.Scene(), tmp_path / f"two.{suffix}"
     scene.add_geometry(block, node_name="one", geom_name="block")
@@ -147,7 +148,7 @@ def refused(path):
     ("a.obj", b"hello", "a.obj"),
     ("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "readable OFF file"),
     ("a.ply", b"hello", "readable PLY file"),
-    ("a.3mf", b"PK\x03\x04broken", "readable 3MF file"),
+    pytest.param("a.3mf", b"PK\x03\x04broken", "readable 3MF file", marks=pytest.mark.long),
 ])
 def test_what_is_no_mesh_is_refused_in_one_line(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)

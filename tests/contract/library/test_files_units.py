@@ -86,7 +86,8 @@ def test_what_no_unit_makes_a_part_is_not_guessed(tmp_path):
             load_part(block_of(extent, tmp_path), "auto")
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), (None, 1e-3)])
+@pytest.mark.parametrize(("unit", "metres"), [
+    ("inch", 0.0254), pytest.param(None, 1e-3, marks=pytest.mark.long)])
 def test_a_3mf_declares_its_unit(tmp_path, unit, metres):
     target = tmp_path / "target.3mf"
     with (zipfile.ZipFile(block_of(30.0, tmp_path, "3mf")) as old,
