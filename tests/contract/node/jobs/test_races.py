@@ -149,8 +149,6 @@ def test_flips_and_fits_end_with_the_node(node_of, client_of):
     node.send(signal.SIGINT)
     status, result = goal.result()
     assert status == GoalStatus.STATUS_ABORTED and "the node ended" in result.message
-    # Within the two seconds that the node may take to end, a starved machine may count none.
-    assert min(result.flips, default=0) >= 0 and sum(result.flips) <= 500_000
     assert "expected a running node" in wait_for(fit).message
     goals.close()
     assert node.ended() == 0
