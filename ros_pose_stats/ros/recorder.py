@@ -72,6 +72,7 @@ class Recorder:
                                   max_log_bytes=settings.max_log_bytes, node=node)
         self._say = say
         self.step = threading.RLock()
+        self._placing = threading.Lock()
         self._place: tuple[Path, int] | None = None
         self._directory = self.log.directory
         self.counts_lost = 0
@@ -113,7 +114,7 @@ class Recorder:
 
     def begin_place(self) -> None:
         """Tell the state that it has all that counts of earlier bags, and nothing of this one."""
-        self._tell_place(runs.bag_file(self.log.directory, 0), 0)
+        self._put_place((runs.bag_file(self.log.directory, 0), 0))
 
     def note_place(self) -> None:
         """Tell the state that it has all that counts in the bag, as far as that goes now.
@@ -124,14 +125,11 @@ class Recorder:
             self._put_place(self.log.place or (self.log.directory, 0))
 
     def _put_place(self, place: tuple[Path, int]) -> None:
-        with self.step:
+        with self._placing:  # not `step`: who records may hold what the holder of `step` waits for
             if place != self._place:
                 self._place = place
-                self._tell_place(*place)
-
-    def _tell_place(self, file: Path, size: int) -> None:
-        fact = json.dumps([str(file), size])
-        self._state.put(Change("facts", PLACE, (PLACE, fact)))
+                fact = json.dumps([str(place[0]), place[1]])
+                self._state.put(Change("facts", PLACE, (PLACE, fact)))
 
     def close(self) -> None:
         """Finish the bag."""

@@ -35,9 +35,6 @@ SORTING_SECONDS = 0.02
 MOST_NUMBERS, MOST_ALIKE = 1000, 16
 """Numbers by which clients are told apart, and clients of one number; beyond, the last ones."""
 
-UNREACHED_SECONDS = 0.1
-"""For so long the middleware waits for a client; an answer that arrives takes a thousandth."""
-
 PAUSE, AGAIN, MOST_TRIES = 0.3, 10.0, 5
 """Seconds before a client is tried again, and between all such tries; but a few may be made at
 once, for clients that are only slow to be discovered."""
@@ -48,8 +45,9 @@ MOST_UNSENT, FEW_UNSENT, GIVE_UP = 1000, 20, 30.0
 QUIET = 60.0
 """Seconds between two warnings of a kind."""
 
-warnings.filterwarnings("ignore", message="failed to send response", category=RuntimeWarning)
-"""rclpy says so of each; `Answers` says it once in a while."""
+warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
+"""rclpy warns so of each answer that was thrown away, and that is what tells which ones were. Time
+would not: on a machine with too much to do an answer that arrives may take as long."""
 
 
 @dataclass(eq=False)
@@ -191,7 +189,7 @@ class Answers:
             client.keep(begin, send)
             self._unreached = [one for one in self._unreached if one not in asked] + [client]
         for _, one in late:
-            one()
+            self._reaches(one)
 
     def _flush(self, client: Client, sent: Callable[[], object]) -> None:
         """Send what else is kept for a client that was reached."""
@@ -200,14 +198,19 @@ class Answers:
             client.unsent.clear()
             client.tries = 0
         for one in waiting:
-            one()
+            self._reaches(one)
 
     def _reaches(self, send: Callable[[], object]) -> bool:
         """Send an answer; whether its client could be reached."""
-        begin = self.last = time.monotonic()
-        with suppress(InvalidHandle):  # the service has ended, and the node with it
-            send()
-        return time.monotonic() - begin < UNREACHED_SECONDS
+        self.last = time.monotonic()
+        try:
+            with suppress(InvalidHandle):  # the service has ended, and the node with it
+                send()
+        except (RuntimeWarning, SystemError) as error:
+            if not isinstance(error.__cause__ or error, RuntimeWarning):  # as which it comes out
+                raise
+            return False
+        return True
 
     @staticmethod
     def _put_off(client: Client) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from rclpy.serialization import serialize_message
@@ -41,3 +42,18 @@ def test_counts_of_a_bag_that_was_never_synced(tmp_path, deleted):
     assert [counts.count[0] for counts in tail_of(again, pytest.fail).counts] == [2, 3]
     again.close()
     recorder.close()
+
+
+def test_a_record_after_a_deleted_bag_waits_for_no_step(tmp_path):
+    """Who records may hold a part's name, for which the holder of the step waits."""
+    state = State(tmp_path / "pose_stats.sqlite3")
+    recorder = Recorder(settings_of({"log_directory": str(tmp_path / "log")}), "/pose_stats",
+                        state, lambda line: None)
+    data = serialize_message(PoseCounts(part_id="clamp"))
+    assert recorder.record(POSE_COUNTS, data)
+    shutil.rmtree(recorder.log.directory)
+    with ThreadPoolExecutor(1) as other:
+        with recorder.step:
+            assert other.submit(recorder.record, POSE_COUNTS, data).result(timeout=60.0)
+    recorder.close()
+    state.close()
