@@ -40,7 +40,7 @@ more than twice the expected error."""
 
 ROCKING = 0.8
 """The same of a part that rocks on a curve: how estimates err there differs from family to family,
-and they err by three times what they expect on the average (docs/measured/checked.md)."""
+and they err by three times what they expect on the average (docs/measured/benchmarks.md)."""
 
 FACET = 0.01
 """Solid angle, as a share of the sphere, below which a face is a facet of a curve or a bevel."""
