@@ -40,8 +40,8 @@ ABOUT = (
     "noise taken off, of {} bodies a family at restitution 0.2, 0.5 and 0.8. `split`, `told`: "
     "that estimate alone, and what it expects. `drops`: those of the checked estimate by "
     "themselves. `checked`, `its told`: `auto(part)` and what it expects. `largest`: share of "
-    "the cases in which every pose is within `largest_error`, widened by the reference's noise, in %; "
-    "`5/3/2`: in which `auto` keeps a target of so many points. Not times.")
+    "the cases in which every pose is within `largest_error`, widened by the reference's noise, "
+    "in %; `5/3/2`: in which `auto` keeps a target of so many points. Not times.")
 
 
 class Case(NamedTuple):
