@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from .design.sensitivity import sensitivity
     from .design.suggest import suggest
     from .errors import PoseStatsError
-    from .estimators.estimate import estimate, estimate_all
+    from .estimators.estimate import estimate_all
     from .mesh.parts import load_part, part_from_mesh, shift_center
-    from .planning.auto import auto
+    from .planning.auto import auto, estimate
     from .planning.hybrid import hybrid
     from .recording.analysis import analyse_bags
     from .records import (
@@ -64,7 +64,7 @@ _HOMES = {
     "auto": "planning.auto",
     "classify_orientations": "resting.observed_orientations",
     "compare": "design.compare",
-    "estimate": "estimators",
+    "estimate": "planning.auto",
     "estimate_all": "estimators",
     "hybrid": "planning.hybrid",
     "load_part": "mesh.parts",

@@ -55,14 +55,14 @@ METHODS = (
     Method(HYBRID, "hybrid", "an estimate combined with drops until its expected error is down "
            "to the target", knows_scene=True, drops="some"),
     Method(AUTO, "auto", "the cheapest method whose error is within the target with 90 % "
-           "confidence, and without a target the most accurate estimator",
+           "confidence, and without a target the most accurate estimator checked by drops",
            knows_scene=True, drops="some"),
     Method(SIMULATION, "simulation", "drops alone, counted", "section 3",
            knows_scene=True, drops="all"),
 )
 
 AT_ONCE = (*(one.name for one in METHODS if one.module), AUTO)
-"""Names of the estimators, and `auto`, which picks one where no error is asked for."""
+"""Names of the estimators, and `auto`, whose answer is the best of them checked by drops."""
 
 BESIDE_DROPS = tuple(one.name for one in METHODS if one.drops == "some")
 """Names of the methods that combine an estimate with drops."""

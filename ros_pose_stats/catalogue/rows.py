@@ -79,7 +79,7 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     part = parts.part_of_file(mesh, given, path.stem)
     # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
     found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
-                 int(part.digest[:16], 16), scene.drop_height, workers=threads,
+                 part.seed, scene.drop_height, workers=threads,
                  cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     groups = pose_groups.pose_groups(found)
     row = {"file": name, "unit_declared": mesh.declared is not None,

@@ -40,7 +40,7 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
-    if options.method in BESIDE_DROPS and (options.method != AUTO or options.target_error):
+    if options.method in BESIDE_DROPS:
         return _estimate_with_drops(options)
     with running.announce_slow_start():
         from ..estimators.estimate import estimate_in
@@ -75,12 +75,7 @@ def _estimate_with_drops(options: argparse.Namespace) -> int:
 
 
 def _check_drops(options: argparse.Namespace) -> None:
-    """Refuse options of drops to a method that makes none; `auto` may make some."""
-    if options.method == AUTO:
-        from ..simulation.request import drop_request
-
-        drop_request(options.drops, options.seed, workers=options.workers)
-        return
+    """Refuse options of drops to a method that makes none."""
     for name in ("drops", "target_error", "seed", "workers"):
         if getattr(options, name) is not None:
             raise RequestError(f"--{name.replace('_', '-')} with a method that drops the part",

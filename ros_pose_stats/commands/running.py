@@ -219,7 +219,7 @@ def load_part_and_kernels(options: argparse.Namespace, *, drops: bool = True) ->
     `drops`: whether the part is to be dropped.
     """
     with announce_slow_start(), end_on_interrupt():
-        from ..estimators import estimate  # noqa: F401 - imported for their kernels
+        from .. import estimators  # noqa: F401 - imported for their kernels
         from ..kernels.compilation import prepare_kernels
         from ..resting import poses  # noqa: F401
 

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ..errors import MeshError, RequestError
-from ..estimators import estimate
+from ..estimators import estimate_in
 from ..methods import AUTO
 from ..records import DropScene, Part, scene as scenes
 from ..simulation.request import drop_request
@@ -76,8 +76,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
     space = changes.DesignSpace(part, cluster_tolerance, round_sides)
     model = shares.WantedShare(space, wanted, scene)
     reach = check_step(STEP * space.body.radius if step is None else step, space.body.radius)
-    told = estimate(part, AUTO, restitution=restitution, drop_height=model.scene.drop_height,
-                    cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    told = estimate_in(part, model.scene, AUTO)
     stop, progress = should_stop or (lambda: False), on_progress or (lambda done: None)
     effects = _effects(space, model, reach, asked.workers,
                        lambda share: progress(0.5 * share), stop)

@@ -4,54 +4,19 @@ import math
 import time
 from dataclasses import replace
 
-from ..methods import AUTO, DEFAULT_METHOD
+from ..methods import AUTO
 from ..records import DropScene, Part, PoseStatistics, scene as scenes, statistics
 from ..resting import poses, trust
 from .expected import ExpectedError, best_method, expected_error, explain_best
 from .registry import ESTIMATORS, Estimator, estimator
 
 
-def estimate(part: Part, method: str = DEFAULT_METHOD, *,
-             restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
-             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
-             round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
-    """Estimate the resting probabilities of a part's stable poses.
+def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatistics:
+    """Estimate the probabilities of a part in a scene, without drops.
 
-    Parameters
-    ----------
-    part : Part
-        As from `load_part` or `part_from_mesh`.
-    method : str
-        One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the one that errs least
-        at the restitution.
-    restitution : float
-        Coefficient of restitution, 0 <= restitution < 1. Few methods know it (`knows_scene`).
-    drop_height : float, optional
-        Height of the centre of mass at release, metres; known to the same methods. Default: 20
-        part radii.
-    cluster_tolerance : float
-        Least rise out of a pose as a share of its height there; 0 merges nothing.
-    round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
-
-    Returns
-    -------
-    PoseStatistics
-        All stable poses, most probable first.
-
-    Raises
-    ------
-    RequestError
-        If the method is unknown or a value is out of its range.
-    MeshError
-        If the part's hull does not enclose its centre of mass.
+    `method`: an estimator by its name, or `auto` for the one that errs least. Raises RequestError
+    if it is unknown, MeshError if the hull does not enclose the centre of mass.
     """
-    return estimate_in(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
-                       method)
-
-
-def estimate_in(part: Part, scene: DropScene, method: str = DEFAULT_METHOD) -> PoseStatistics:
-    """Estimate the probabilities of a part in a scene; see `estimate`."""
     begin = time.perf_counter()
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
     resting = poses.poses_in(part, scene)
@@ -68,7 +33,10 @@ def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,
                  drop_height: float | None = None,
                  cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
                  round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> list[PoseStatistics]:
-    """Estimate by every registered method, in the registry's order; see `estimate`."""
+    """Estimate by every registered method, in the registry's order, without drops.
+
+    Parameters and errors are those of `estimate`.
+    """
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     return [estimate_in(part, scene, name) for name in ESTIMATORS]
 

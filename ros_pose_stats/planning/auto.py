@@ -1,4 +1,4 @@
-"""The cheapest method that reaches a target error."""
+"""The default answer: a checked estimate, or the cheapest method that reaches a target error."""
 
 import math
 import time
@@ -9,6 +9,7 @@ from .. import errors, methods
 from ..estimators.estimate import estimate_in
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes
 from ..simulation.request import Watch, drop_request
+from .hybrid import checked, keep_target
 
 MOST_DROPS = 10_000_000
 """Drops that a target may cost where the caller sets no bound."""
@@ -24,6 +25,10 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
          round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
     """Pose statistics that keep a target error, by the cheapest method that does.
 
+    Without a target the answer is the best estimate, checked by 50 to 200 drops beside it: as many
+    as a budget of impacts and steps allows, which is the same on every machine. How far to believe
+    the estimate is judged by how well it agrees with the drops.
+
     The target is kept if the root mean square error over the poses, against what infinitely
     many drops would give, is at most the target with a probability of 90 %. An estimate
     answers if it is that sure of this part; else as many drops as needed, with the estimate's
@@ -34,12 +39,14 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     part : Part
         As from `load_part` or `part_from_mesh`.
     target_error : float
-        A fraction, 0 to below 1; 0 asks for the best estimate at once.
+        A fraction, 0 to below 1; 0 asks for the checked estimate.
     drops : int, optional
-        The most, 1 to 1e9. Default: 10 million.
+        The most, 1 to 1e9. Default: 10 million, and 200 without a target.
     restitution : float
         Coefficient of restitution, 0 <= restitution < 1.
-    seed, drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
+    seed : int, optional
+        As for `hybrid`; without a target the default is the part's own, from its digest.
+    drop_height, workers, on_progress, should_stop, cluster_tolerance, round_sides
         As for `hybrid`.
     max_seconds : float
         Ends the drops, with a warning; the answer then depends on the speed of the machine.
@@ -61,14 +68,55 @@ def auto(part: Part, target_error: float = 0.0, drops: int | None = None,
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     request = drop_request(MOST_DROPS if drops is None else drops, seed, target_error, workers)
     in_time = TimeLimit(max_seconds, begin, should_stop)
-    found = estimate_in(part, scene, methods.AUTO)
-    choice = found.choice
-    if target_error > 0.0:
-        from .hybrid import keep_target  # with all that drops the part
-
-        found, choice = keep_target(found, part, scene, request, Watch(on_progress, in_time.over))
+    best = estimate_in(part, scene, methods.AUTO)
+    if not target_error and seed is None:
+        request = replace(request, seed=part.seed)
+    answer = keep_target if target_error else checked
+    found, choice = answer(best, part, scene, request, Watch(on_progress, in_time.over))
     return replace(found, choice=choice, seconds=time.perf_counter() - begin,
                    warnings=(*found.warnings, *in_time.warnings(found.drops)))
+
+
+def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
+             restitution: float = scenes.DEFAULT_RESTITUTION, drop_height: float | None = None,
+             cluster_tolerance: float = scenes.DEFAULT_CLUSTER_TOLERANCE,
+             round_sides: int = scenes.DEFAULT_ROUND_SIDES) -> PoseStatistics:
+    """Estimate the resting probabilities of a part's stable poses.
+
+    Parameters
+    ----------
+    part : Part
+        As from `load_part` or `part_from_mesh`.
+    method : str
+        One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the best one checked by
+        some drops, as by `auto(part)`.
+    restitution : float
+        Coefficient of restitution, 0 <= restitution < 1. Few methods know it (`knows_scene`).
+    drop_height : float, optional
+        Height of the centre of mass at release, metres; known to the same methods. Default: 20
+        part radii.
+    cluster_tolerance : float
+        Least rise out of a pose as a share of its height there; 0 merges nothing.
+    round_sides : int
+        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
+
+    Returns
+    -------
+    PoseStatistics
+        All stable poses, most probable first.
+
+    Raises
+    ------
+    RequestError
+        If the method is unknown or a value is out of its range.
+    MeshError
+        If the part's hull does not enclose its centre of mass.
+    """
+    if method == methods.AUTO:
+        return auto(part, 0.0, None, restitution, None, drop_height,
+                    cluster_tolerance=cluster_tolerance, round_sides=round_sides)
+    return estimate_in(part, DropScene(restitution, drop_height, cluster_tolerance, round_sides),
+                       method)
 
 
 class TimeLimit:

@@ -16,9 +16,11 @@ from ..estimators.expected import expected_error
 from ..estimators.registry import estimator
 from ..methods import OBSERVED
 from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, statistics
+from ..resting.convex_body import ConvexBody
 from ..resting.poses import RestingPoses
+from ..resting.turns import LEVEL
 from ..statistics import errors, fitted_prior
-from ..statistics.prior import PosePrior, PriorFit
+from ..statistics.prior import PosePrior, PriorFit, prior_fit
 from ..text import percent, ranges, several
 
 Counts = NDArray[np.int64]
@@ -31,6 +33,20 @@ WORTHLESS = 0.02
 
 SOON = 1.4
 """The first look, in drops for which the expected error is the target; its bound needs more."""
+
+STRANGE = 0.08
+"""How likely a part is of a kind that no fit has seen: 12 % of real parts with plain faces have
+more than twice the expected error."""
+
+ROCKING = 0.8
+"""The same of a part that rocks on a curve: how estimates err there differs from family to family,
+and they err by three times what they expect on the average (docs/measured/benchmarks.md)."""
+
+FACET = 0.01
+"""Solid angle, as a share of the sphere, below which a face is a facet of a curve or a bevel."""
+
+CURVED = 0.03
+"""Share of the sphere that facets take, but for cylinders, where a part rocks on a curve."""
 
 LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
@@ -57,9 +73,9 @@ def pose_prior(resting: RestingPoses, scene: DropScene,
     `method`: the estimator; how its errors scatter over parts was fitted for the default one.
     """
     estimate = estimated(method, resting, scene)
-    expected = expected_error(method, resting, estimate, scene).here
-    return PosePrior(estimate, [pose.group for pose in resting.poses],
-                     expected if knows(method, resting, scene) else math.nan, scene.restitution)
+    expected = (expected_error(method, resting, estimate, scene).here
+                if knows(method, resting, scene) else math.nan)
+    return _prior(resting, scene, estimate, expected)
 
 
 def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
@@ -69,8 +85,27 @@ def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PoseP
     """
     poses = sorted(found.poses, key=lambda pose: pose.index)
     expected = found.expected_error if knows(found.method, resting, scene) else math.nan
-    return PosePrior([pose.probability for pose in poses], [pose.group for pose in poses],
-                     expected, scene.restitution)
+    return _prior(resting, scene, [pose.probability for pose in poses], expected)
+
+
+def _prior(resting: RestingPoses, scene: DropScene, estimate: ArrayLike,
+           expected: float) -> PosePrior:
+    strange = ROCKING if rocks(resting.body) else STRANGE
+    return PosePrior(estimate, resting.group, expected, scene.restitution,
+                     prior_fit(scene.restitution)._replace(strange=strange))
+
+
+def rocks(body: ConvexBody) -> bool:
+    """Whether much of the surface is a curve that the part cannot roll on all the way round.
+
+    There a part keeps its energy while it rocks, and a flat takes it in one blow.
+    """
+    share = body.arrays.angle / (4.0 * math.pi)
+    facet = share < FACET
+    for run in body.runs:
+        if run.full:
+            facet &= np.abs((body.arrays.normal * run.axis).sum(axis=1)) > LEVEL
+    return float(share[facet].sum()) > CURVED
 
 
 def estimated(method: str, resting: RestingPoses, scene: DropScene) -> NDArray[np.float64]:

@@ -143,6 +143,27 @@ def combined_progress(prior: PosePrior, told: Callable[[DropProgress], object] |
     return tell
 
 
+CHECK_DROPS, CHECK_EVENTS = 200, 100_000
+"""Drops beside an estimate that check it, and the impacts and steps that they may take together:
+some 50 ms. A part that takes many to calm down is dropped less often, but 50 times."""
+
+
+def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
+            watch: Watch) -> tuple[PoseStatistics, str]:
+    """An estimate with some drops beside it; why. Where symmetry decides all it stands alone."""
+    prior = confidence.prior_of(best, poses_in(part, scene), scene)
+    if len(prior.size) == 1:
+        return best, f"Symmetry decides all, so {best.method} alone is exact."
+    found = drop_with(prior, part, scene, check_of(request), watch, confidence.FIRST_LOOK)
+    return found, (f"{best.method} is expected to be the most accurate estimate of this part; no "
+                   f"target error was asked for, so {found.drops} drops check it.")
+
+
+def check_of(request: DropRequest) -> DropRequest:
+    """The request with as many drops as a check takes."""
+    return replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
+
+
 def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
                 watch: Watch) -> tuple[PoseStatistics, str]:
     """The estimate if it keeps the target, else drops, with its help if it has some worth; why."""

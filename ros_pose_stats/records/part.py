@@ -114,6 +114,11 @@ class Part:
         if not self.part_id:
             object.__setattr__(self, "part_id", digest_name(self.digest))
 
+    @property
+    def seed(self) -> int:
+        """Seed for drops that nobody gave one: equal parts have equal answers."""
+        return int(self.digest[:8], 16)
+
     def prepare(self, make: Callable[..., Prepared], *options: Hashable) -> Prepared:
         """Return what a function makes of the part; it is made once and lives as long as the part.
 

@@ -23,6 +23,7 @@ class DropOutcomes:
     # (n,) int; `index` of the pose that the part came to rest in; -1 where it did not settle
     pose: Index
     impacts: Index  # (n,) int; single impacts
+    events: Index  # (n,) int; impacts and steps, which is what a drop costs
     seconds: Array  # (n,); from release until the outcome was certain
     energy_left: Array  # (n,); mechanical energy at that time, the plate at 0, in m g radius
     # (n,) bool; whether the outcome was certain before the part came to rest
@@ -86,6 +87,7 @@ def compute_motions(body: PreparedBody, rules: at.DropRules, states: Array,
     measure = np.empty((states.shape[0], 2))
     drop.run_drops(body.arrays, rules, states, outcome, measure, tape)
     return DropOutcomes(outcome[:, at.POSE], outcome[:, at.IMPACT_COUNT],
+                        outcome[:, at.IMPACT_COUNT] + outcome[:, at.STEP_COUNT],
                         measure[:, at.DURATION] * math.sqrt(body.radius / scenes.GRAVITY),
                         measure[:, at.ENERGY], outcome[:, at.ENDING] == at.TRAPPED,
                         outcome[:, at.TOUCHED] == 1)

@@ -24,6 +24,9 @@ MOST_DROPS = 1_000_000_000
 MOST_WORKERS = 1024
 SEEDS = 2 ** 64
 
+FEWEST = 50
+"""Drops, whatever they cost, where the number of impacts and steps is bounded."""
+
 
 @dataclass(frozen=True, eq=False)
 class DropRequest:
@@ -34,6 +37,8 @@ class DropRequest:
     target_error: float  # 0 asks for all drops
     workers: int  # threads
     starts: Array | None  # (k, 3); given starting directions, unit vectors
+    # impacts and steps that all drops together may take, judged by the first `FEWEST`; 0: any
+    events: int = 0
 
 
 class Watch(NamedTuple):

@@ -13,7 +13,7 @@ from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
 from .drops import DropChunk, DropOutcomes, compute_drops, drop_rules, random_starts
-from .request import ALONE, DropRequest, Watch, drop_request
+from .request import ALONE, FEWEST, DropRequest, Watch, drop_request
 
 Array = NDArray[np.float64]
 
@@ -95,9 +95,9 @@ class _Simulation:
         self._part, self._scene, self._request = part, scene, request
         self._body = drop_body(part, scene)
         self._rules = drop_rules(scene, self._body.radius)
-        self._prefix = Prefix(len(self._body.resting.poses), request.drops, request.target_error,
-                              judge)
-        self._touched = 0
+        first = min(FEWEST, request.drops) if request.events else request.drops
+        self._prefix = Prefix(len(self._body.resting.poses), first, request.target_error, judge)
+        self._touched = self._events = 0
 
     def run(self, watch: Watch) -> PoseStatistics:
         """Count drops until there are enough of them or the caller stops."""
@@ -113,6 +113,9 @@ class _Simulation:
             if watch.on_drops is not None and kept:
                 watch.on_drops(DropChunk(first, self._downs(first, kept), outcomes.first(kept)))
             self._touched += int(outcomes.touched[:kept].sum())
+            self._events += int(outcomes.events[:kept].sum())
+            if request.events and prefix.drops == FEWEST:
+                prefix.extend(min(request.drops, FEWEST * request.events // self._events))
             if prefix.finished:
                 workers.stop()
             workers.request_drops(prefix.wanted)

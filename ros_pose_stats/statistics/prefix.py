@@ -113,6 +113,12 @@ class Prefix:
         """Drops up to the next look; up to the bound where no look can end the run."""
         return self._next if self.target_error > 0.0 else self.bound
 
+    def extend(self, drops: int) -> None:
+        """Raise the bound of the run, if this one is higher."""
+        self.bound = max(self.bound, drops)
+        self.finished = self.drops >= self.bound
+        self._next = next_checkpoint(self.drops, self.bound, self._first)
+
     def add(self, outcomes: Index) -> int:
         """Lengthen the prefix; return how many of the drops were still wanted.
 

@@ -2,10 +2,10 @@
 
 The belief has a strength: as many pseudo-drops, divided as the estimate says. Nobody knows it
 for the part at hand. Its logarithm is taken to scatter over parts about what the expected error
-implies, with the tails of Student's t with three degrees of freedom, since a part may be of
-another family than those of the fit. Rare poses are estimated more surely than the others, but
-for a share of them that is not: drops tell which kind a pose is of. Poses that symmetry makes
-equal are one unit.
+implies, with the tails of Student's t with three degrees of freedom. A part may also be of a kind
+that no fit has seen; then the estimate may be worth anything from a single drop up. Drops tell.
+Rare poses are estimated more surely than the others, but for a share of them that is not: drops
+tell which kind a pose is of. Poses that symmetry makes equal are one unit.
 """
 
 import math
@@ -35,6 +35,8 @@ class PriorFit(NamedTuple):
     # share of poses that are estimated no more surely than the others though they are rare, above
     # 0 and below 1
     unsure_share: float
+    # probability that the part is of a kind that no fit has seen, 0 to below 1
+    strange: float = 0.0
 
 
 def prior_fit(restitution: float) -> PriorFit:
@@ -68,6 +70,10 @@ TAIL = 3.0
 GRID = np.linspace(-8.0, 5.0, 14)
 """Strengths looked at, in spreads from the center of their logarithm."""
 
+STRANGE_GRID = np.arange(8) / 8
+"""Those of a part of a strange kind: logarithms over that of the typical strength, from a single
+drop on, each as likely as the others."""
+
 
 class PosePrior:
     """Distribution of the pose probabilities of one part before it is dropped.
@@ -93,15 +99,22 @@ class PosePrior:
         self.size: Index = np.bincount(self.unit)
         together = np.bincount(self.unit, given).astype(np.float64)
         self.mean: Array = _thinned(together, self.size, how.overrated)
-        log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
         self.known = not math.isnan(expected_error)
         self.strength = self._implied(expected_error) * math.exp(how.center)
+        strange = STRANGE_GRID if how.strange else STRANGE_GRID[:0]
+        log_strength = how.center + how.spread * GRID + math.log(self._implied(expected_error))
         firm = 1.0 + how.rare_below * self.size / self.mean
-        self._strength = np.exp(log_strength)[:, None] * np.vstack((firm, np.ones_like(firm)))[
-            :, None]
+        kinds = np.vstack((firm, np.ones_like(firm)))[:, None]
+        any_strength = max(self.strength, LEAST_STRENGTH) ** strange[:, None]
+        self._strength = np.concatenate((
+            np.exp(log_strength)[:, None] * kinds,
+            np.broadcast_to(any_strength, (2, strange.size, firm.size))), axis=1)
         self._share = np.array((1.0 - how.unsure_share, how.unsure_share))
         scatter = -0.5 * (TAIL + 1.0) * np.log1p(GRID * GRID / TAIL)
-        self._log_weight = scatter - math.log(np.exp(scatter).sum())
+        usual = scatter - math.log(np.exp(scatter).sum())
+        self._log_weight = np.concatenate((
+            usual + math.log1p(-how.strange),
+            np.log(np.full(strange.shape, how.strange / STRANGE_GRID.size))))
 
     def _implied(self, expected_error: float) -> float:
         """Pseudo-drops that leave as large an error as is expected."""
@@ -132,8 +145,9 @@ class PosePrior:
 
         `counts` (P,) int: settled drops in each pose.
         """
-        weight = self._share[:, None] * np.exp(self._log_weight)
-        strength = np.broadcast_to(self._strength, (self._share.size, *self._strength.shape[1:]))
+        usual = np.exp(self._log_weight[:GRID.size])
+        weight = self._share[:, None] * usual / usual.sum()
+        strength = self._strength[:, :GRID.size]
         return contradicted_units(self._pooled(counts), self.mean, weight, strength)[self.unit]
 
     def _updated(self, pooled: Array) -> "tuple[ConnorMosimann, Array, float]":

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.estimators import estimate
+from ros_pose_stats import estimate
 from ros_pose_stats.estimators.registry import ESTIMATORS
 from ros_pose_stats.planning.hybrid import hybrid
 from ros_pose_stats.records import PoseStatistics

@@ -134,7 +134,7 @@ def _plate() -> Part:
 
 def _favourite(part: Part) -> tuple[float, float, float]:
     """Direction of the pose with the largest contact face's centroid solid angle: CSAE's."""
-    from ros_pose_stats.estimators import estimate
+    from ros_pose_stats import estimate
 
     x, y, z = estimate(part, "combined").poses[0].down.tolist()
     return x, y, z

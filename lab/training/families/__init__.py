@@ -1,5 +1,6 @@
 """Families of bodies: random polyhedra, prisms, plates, hulls, machined and turned parts."""
 
 from .families import FAMILIES, family_options, family_part, family_poses
+from .rocking import ROCKING
 
-__all__ = ["FAMILIES", "family_options", "family_part", "family_poses"]
+__all__ = ["FAMILIES", "ROCKING", "family_options", "family_part", "family_poses"]

@@ -17,6 +17,7 @@ from study.random_polyhedra import random_polyhedron
 from .machined import machined
 from .makers import cornered, ellipsoids, fine_ellipsoids, lumps, plates, prisms, weighted
 from .milled import milled
+from .rocking import ROCKING
 from .slender import bars, near_cubes, sheets
 from .solids import Solid, assembled
 from .turned import flat_balls, gears, hollow, rounds, stepped
@@ -48,7 +49,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
     Parameters
     ----------
     family : str
-        Out of `FAMILIES`.
+        Out of `FAMILIES`, or of `ROCKING`, which no fit sees.
     seed : int
         Of the series, 0 to 2^63.
     number : int
@@ -60,7 +61,7 @@ def family_part(family: str, seed: int, number: int) -> Part:
         draw = np.random.Generator(np.random.Philox(np.random.SeedSequence(
             (seed, number, attempt, *family.encode()))))
         try:
-            part = assembled(MADE[family](draw))
+            part = assembled((MADE | ROCKING)[family](draw))
             found = family_poses(family, part)
         except (MeshError, MassPropertiesError):
             continue

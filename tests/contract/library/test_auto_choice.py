@@ -57,7 +57,7 @@ class TestHybrid:
 
     def test_it_lies_between_estimate_and_counts_and_is_surer_than_either(self, part):
         found, counted = (method(part, 100, seed=3) for method in (hybrid, simulate))
-        guess = estimate(part)
+        guess = estimate(part, "split")
         assert found.expected_error < min(counted.expected_error, guess.expected_error)
         assert rms(by_index(found) - by_index(counted)) < rms(by_index(guess) - by_index(counted))
         widths = [np.mean(by_index(one, "probability_high") - by_index(one, "probability_low"))
@@ -103,12 +103,35 @@ class TestHybrid:
         assert (found.expected_error, found.largest_error) == (
             counted.expected_error, counted.largest_error)
         (line,) = warned(found, "CONFLICT")
-        worst = np.abs(by_index(counted) - by_index(estimate(rod_in_a_cube))).argmax()
+        worst = np.abs(by_index(counted) - by_index(estimate(rod_in_a_cube, "split"))).argmax()
         assert f"in pose {worst} most: counted {100.0 * by_index(counted)[worst]:.2f} %" in line
         assert not warned(hybrid(part, 1000, seed=3), "CONFLICT")
 
 
 class TestAuto:
+    @pytest.mark.parametrize("restitution", [0.2, 0.8])
+    def test_without_a_target_an_estimate_is_checked_by_the_same_drops_anywhere(
+            self, part, restitution):
+        found, same = (auto(part, restitution=restitution, workers=workers) for workers in (1, 3))
+        assert (found.method, found.drops, found.seed) == ("hybrid", 200, part.seed)
+        for other in (same, estimate(part, restitution=restitution),
+                      hybrid(part, 200, restitution, part.seed)):
+            assert by_index(other).tolist() == by_index(found).tolist()
+            assert by_index(other, "count").tolist() == by_index(found, "count").tolist()
+        assert found.choice == same.choice and "so 200 drops check it" in found.choice
+        assert auto(part, drops=60, seed=4).drops == 60
+
+    def test_a_part_that_takes_long_to_calm_down_is_dropped_less_often(self):
+        turn = np.arange(384) * math.pi / 192.0
+        rim = 0.01 * np.column_stack((np.cos(turn), 0.9 * np.sin(turn)))
+        oval = part_from_mesh(*shapes.hull_mesh(np.vstack([
+            np.insert(rim, 2, level, axis=1) for level in (0.0, 0.05)])))
+        found, same = (auto(oval, workers=workers) for workers in (1, 3))
+        assert 50 <= found.drops == same.drops < 200
+        assert by_index(found, "count").tolist() == by_index(same, "count").tolist()
+        solid = auto(part_from_mesh(*shapes.tetrahedron()))  # symmetry alone
+        assert (solid.method, solid.drops) == ("split", 0) and "Symmetry" in solid.choice
+
     def test_an_estimate_that_is_sure_enough_answers_alone(self, part):
         found = auto(part, 0.2)
         assert (found.method, found.drops) == ("split", 0)

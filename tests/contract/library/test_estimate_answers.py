@@ -45,7 +45,7 @@ class TestMethods:
 
     def test_the_default_is_the_best_and_says_so(self, polyhedron):
         found, same = estimate(polyhedron), estimate(polyhedron, "auto")
-        assert found.method == same.method == auto(polyhedron).method == "split"
+        assert found.method == same.method == auto(polyhedron).method == "hybrid"
         assert found.choice == same.choice and "no target error" in found.choice
 
     def test_those_that_ignore_the_drop_height_have_none(self, polyhedron):

@@ -62,7 +62,8 @@ def assert_serves(client):
     part_id = new_id()
     part = library_part(WEDGE, part_id)
     answer = client.good("estimate", part=flat(WEDGE, part_id)).statistics
-    assert probabilities(answer.poses) == pytest.approx(probabilities(estimate(part).poses))
+    assert probabilities(answer.poses) == pytest.approx(
+        probabilities(estimate(part, "split").poses))
     dropped = finished(client, start(client, part_id, 300, seed=5)).statistics
     assert counts(dropped.poses) == counts(simulate(part, 300, seed=5).poses)
     MeshPublisher(client, "/tuned/cad", Mesh).matched().publish(mesh(WEDGE))

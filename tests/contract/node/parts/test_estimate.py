@@ -99,7 +99,7 @@ class TestValues:
         answer = cell.good("estimate", part=flat(WEDGE, new_id()))
         told = answer.statistics
         assert "split" in answer.message and "most accurate" in answer.message
-        assert_like_library(told, estimate(library_part(WEDGE, told.part_id)))
+        assert_like_library(told, estimate(library_part(WEDGE, told.part_id), "split"))
         assert (told.header.frame_id, told.plate, told.job_id) == ("plate", "", "")
         assert told.final and told.revision > 0 and told.header.stamp.sec > 0
         assert told.compute_time.sec + told.compute_time.nanosec > 0
@@ -150,13 +150,15 @@ class TestMassProperties:
                           izz=5e-5, ixy=1e-6, ixz=-2e-6, iyz=5e-7)
         part_id = new_id()
         told = cell.good("estimate", part=flat(WEDGE, part_id, inertia=inertia)).statistics
-        assert_like_library(told, estimate(library_part(
-            WEDGE, part_id, mass=0.4, center_of_mass=(0.02, 0.012, 0.006), inertia=tensor)))
+        expected = library_part(
+            WEDGE, part_id, mass=0.4, center_of_mass=(0.02, 0.012, 0.006), inertia=tensor)
+        assert_like_library(told, estimate(expected, "split"))
 
     def test_the_centre_is_in_metres_whatever_the_unit(self, cell):
         inertia = Inertia(m=1.0, com=Vector3(x=0.02, y=0.012, z=0.006))
         part = flat((1000.0 * WEDGE[0], WEDGE[1]), new_id(), unit=0.001, inertia=inertia)
         told = cell.good("estimate", part=part).statistics
-        expected = estimate(library_part(WEDGE, mass=1.0, center_of_mass=(0.02, 0.012, 0.006)))
+        expected = estimate(library_part(
+            WEDGE, mass=1.0, center_of_mass=(0.02, 0.012, 0.006)), "split")
         assert told.radius == pytest.approx(expected.radius)
         assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))

@@ -55,7 +55,7 @@ class TestARequest:
         assert not missed(tuned.good("estimate", part_id=part_id).statistics)
 
     def test_below_the_error_but_not_with_confidence_needs_drops_too(self, tuned):
-        best, part_id = estimate(library_part(WEDGE)), known_part(tuned)
+        best, part_id = estimate(library_part(WEDGE), "split"), known_part(tuned)
         answer = tuned.good("estimate", part_id=part_id, target_error=1.05 * best.expected_error)
         ended = finished(tuned, job_named(answer.message)).statistics
         shown = latched(tuned, part_id)  # for it is better than the estimate in any case
