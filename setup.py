@@ -18,7 +18,8 @@ setup(
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={f"{PACKAGE}.report": ["assets/*"], f"{PACKAGE}.catalogue": ["assets/*"],
+    package_data={PACKAGE: ["py.typed"],
+                  f"{PACKAGE}.report": ["assets/*"], f"{PACKAGE}.catalogue": ["assets/*"],
                   f"{PACKAGE}.estimators": ["weights/*.npz"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
