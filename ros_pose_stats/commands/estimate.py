@@ -63,15 +63,12 @@ def run(options: argparse.Namespace) -> int:
 
 def _estimate_with_drops(options: argparse.Namespace) -> int:
     part = running.load_part_and_kernels(options)
-    if options.method == AUTO:
-        from ..planning.auto import MOST_DROPS, auto
+    from ..planning import auto, hybrid
 
-        return running.run_and_report(
-            part, auto, MOST_DROPS if options.drops is None else options.drops, options)
-    from ..planning.hybrid import hybrid
-
-    return running.run_and_report(
-        part, hybrid, DEFAULT_DROPS if options.drops is None else options.drops, options)
+    method, most = ((auto.auto, auto.MOST_DROPS) if options.method == AUTO
+                    else (hybrid.hybrid, DEFAULT_DROPS))
+    return running.run_and_report(part, method, most if options.drops is None else options.drops,
+                                  options)
 
 
 def _check_drops(options: argparse.Namespace) -> None:

@@ -90,15 +90,8 @@ def estimate(part: Part, method: str = methods.DEFAULT_METHOD, *,
     method : str
         One of `methods.AT_ONCE`: an estimator by its name, or `auto` for the best one checked by
         some drops, as by `auto(part)`.
-    restitution : float
-        Coefficient of restitution, 0 <= restitution < 1. Few methods know it (`knows_scene`).
-    drop_height : float, optional
-        Height of the centre of mass at release, metres; known to the same methods. Default: 20
-        part radii.
-    cluster_tolerance : float
-        Least rise out of a pose as a share of its height there; 0 merges nothing.
-    round_sides : int
-        Sides a turn of the polygons that round surfaces stand as; 0 takes the file as it is.
+    restitution, drop_height, cluster_tolerance, round_sides
+        As for `simulate`. Few estimators know the first two (`knows_scene`).
 
     Returns
     -------

@@ -6,7 +6,7 @@ Sentences about it are here, too; those of commands, library and node are the sa
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,17 +52,6 @@ LEAST_POINTS = 0.01
 """What is told of an error that symmetry makes vanish."""
 
 
-class Estimated(Protocol):
-    """Of an estimate, its method, its poses with `index`, `group` and `probability`, its error."""
-
-    @property
-    def method(self) -> str: ...  # noqa: D102 - as in PoseStatistics
-    @property
-    def poses(self) -> Sequence[Any]: ...  # noqa: D102
-    @property
-    def expected_error(self) -> float: ...  # noqa: D102
-
-
 def pose_prior(resting: RestingPoses, scene: DropScene,
                method: str = fitted_prior.FITTED_METHOD) -> PosePrior:
     """What an estimate says before the first drop.
@@ -78,11 +67,8 @@ def pose_prior(resting: RestingPoses, scene: DropScene,
     return _prior(resting, scene, estimate, expected)
 
 
-def prior_of(found: Estimated, resting: RestingPoses, scene: DropScene) -> PosePrior:
-    """The same from an estimate that was made before, or from its message.
-
-    `found`: of an estimator, of this part in this scene.
-    """
+def prior_of(found: Any, resting: RestingPoses, scene: DropScene) -> PosePrior:
+    """The same from `PoseStatistics` of an estimate that was made before, or from its message."""
     poses = sorted(found.poses, key=lambda pose: pose.index)
     expected = found.expected_error if knows(found.method, resting, scene) else math.nan
     return _prior(resting, scene, [pose.probability for pose in poses], expected)

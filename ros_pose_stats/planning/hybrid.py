@@ -154,14 +154,10 @@ def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropReq
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
     if len(prior.size) == 1:
         return best, f"Symmetry decides all, so {best.method} alone is exact."
-    found = drop_with(prior, part, scene, check_of(request), watch, confidence.FIRST_LOOK)
+    few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
+    found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
     return found, (f"{best.method} is expected to be the most accurate estimate of this part; no "
                    f"target error was asked for, so {found.drops} drops check it.")
-
-
-def check_of(request: DropRequest) -> DropRequest:
-    """The request with as many drops as a check takes."""
-    return replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
 
 
 def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
