@@ -46,8 +46,8 @@ QUIET = 60.0
 """Seconds between two warnings of a kind."""
 
 warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
-"""rclpy warns so of each answer that was thrown away; here that is what tells which ones were. Time
-would not: on a machine with too much to do an answer that arrives may take as long."""
+"""rclpy warns so of each answer that was thrown away, which tells which ones were. Time would not: on
+a machine with too much to do an answer that arrives may take as long."""
 
 
 @dataclass(eq=False)

@@ -52,8 +52,7 @@ def test_a_record_after_a_deleted_bag_waits_for_no_step(tmp_path):
     data = serialize_message(PoseCounts(part_id="clamp"))
     assert recorder.record(POSE_COUNTS, data)
     shutil.rmtree(recorder.log.directory)
-    with ThreadPoolExecutor(1) as other:
-        with recorder.step:
-            assert other.submit(recorder.record, POSE_COUNTS, data).result(timeout=60.0)
+    with ThreadPoolExecutor(1) as other, recorder.step:
+        assert other.submit(recorder.record, POSE_COUNTS, data).result(timeout=60.0)
     recorder.close()
     state.close()
