@@ -21,7 +21,7 @@ test: lint
 
 test-all: test
 	$(PYTEST) -m long
-	for name in fuzz attacks state; do .venv/bin/python -m lab.trials.$$name --short || exit 1; done
+	for name in fuzz attacks soak state; do .venv/bin/python -m lab.trials.$$name --short || exit 1; done
 
 lint: $(READY)
 	.venv/bin/ruff check --config .ci/ruff.toml ros_pose_stats tests study lab setup.py

@@ -28,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=version.VERSION,
                      help="print the version and exit")
     commands: Commands = top.add_subparsers(
-        dest="command", required=True, metavar="COMMAND", parser_class=CommandParser)
+        dest="command", metavar="COMMAND", parser_class=CommandParser)
     for register in (
             estimate.register, estimate.register_simulate, catalogue.register, flips.register,
             fit.register, compare.register, sensitivity.register, show.register,
@@ -55,6 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ours, rest = _split(sys.argv[1:] if arguments is None else list(arguments))
     reader = parser()
     parsed = reader.parse_args(ours)
+    if parsed.command is None:
+        reader.print_help()
+        return 0
     if rest and not getattr(parsed, "takes_ros_arguments", False):
         reader.error(f"--ros-args goes with node and publish, not with {parsed.command}")
     parsed.ros_arguments = rest

@@ -52,10 +52,6 @@ class BagError(PoseStatsError):
     """A bag that cannot be read, or that holds nothing to analyse."""
 
 
-class DatasetError(PoseStatsError):
-    """A dataset that cannot be read, or that is in the way of another one."""
-
-
 class BatchError(PoseStatsError):
     """Work in pieces that cannot go on: a folder, a process or a cluster that does not serve."""
 

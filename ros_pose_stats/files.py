@@ -6,7 +6,6 @@ is made of: all or nothing after a power cut, too. `DirectoryLock`: one writer a
 
 import errno
 import fcntl
-import json
 import os
 import shutil
 import stat
@@ -16,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from .errors import RequestError
 
@@ -121,12 +120,6 @@ def remove_unfinished(folder: Path) -> None:
     """
     for left in folder.glob(f"{PREFIX}*"):
         shutil.rmtree(left, ignore_errors=True)  # leftovers do no harm
-
-
-def write_json(file: Path, values: Any) -> None:
-    """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def refuse_unwritable(folder: Path) -> None:
@@ -255,18 +248,6 @@ class DirectoryLock:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.release()
-
-
-def is_locked(directory: Path) -> bool:
-    """Whether somebody has a directory in hand at this moment."""
-    try:
-        number = os.open(directory / LOCK, os.O_RDONLY | os.O_NONBLOCK)
-    except OSError:
-        return False
-    try:
-        return not _try(number, fcntl.LOCK_SH)
-    finally:
-        os.close(number)
 
 
 def is_file_at(number: int, path: Path) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ros_pose_stats.estimators.published import nonlinear
-from ros_pose_stats.files import write_json, write_whole
+from ros_pose_stats.files import write_whole
 from ros_pose_stats.plots.files import save_figure
 
 from .chart import PLANS, QUICK, ChartResults, chart, chart_text
@@ -19,7 +19,7 @@ from .errors.partition import INTERVAL_LEVEL, noise_of
 from .errors.simulated_poses import SimulatedPoses, pooled
 from .figures.probabilities import Panel, estimators_figure, noise_figure
 from .figures.speed_accuracy import SUBTITLE, speed_accuracy_figure
-from .output import write_page
+from .output import write_json, write_page
 from .prisms import PrismResults, prisms, prisms_text
 from .prisms.prism_results import draw_prisms
 from .table import TableResults, table, table_text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -10,10 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ros_pose_stats.files import write_json, write_whole
+from ros_pose_stats.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+def write_json(file: Path, values: Any) -> None:
+    """Plain values as indented JSON; the folder is created. NaN and infinity are refused."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def plain(value: Any) -> Any:

@@ -40,9 +40,28 @@ class CommandParser(argparse.ArgumentParser):
         lines = "".join(f"  {line}\n" for line in self.examples)
         return super().format_help() + (f"\n{title}:\n{lines}" if lines else "")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse; what nobody knows is refused by the command that it was given to."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            options = re.findall(r"--[a-z-]+", super().format_help())
+            self.error(f"unrecognized arguments: {' '.join(unknown)}"
+                       + _meant(unknown[0].partition("=")[0], options))
+        return parsed, unknown
+
     def error(self, message: str) -> NoReturn:
-        """Print one line and exit with status 2."""
-        self.exit(REFUSED, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+        """Print one line, with what was perhaps meant, and exit with status 2."""
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        meant = _meant(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
+        self.exit(REFUSED, f"{self.prog}: {message}{meant}; see `{self.prog} --help`\n")
+
+
+def _meant(word: str, choices: Sequence[str]) -> str:
+    """The choice that a misspelt word is nearest to, as a question; empty where none is near."""
+    import difflib
+
+    near = difflib.get_close_matches(word, choices, 1)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 MOST_DIGITS = 30

@@ -115,12 +115,6 @@ def drop_more(pairs: PairedDrops, parts: Sequence[Part], drops: int,
         for count, (_, touched) in zip(before, rows, strict=True)))
 
 
-def drop_together(parts: Sequence[Part], drops: int, scene: DropScene, seed: int,
-                  workers: int | None = None) -> PairedDrops:
-    """Drop variants of a part, in the same frame, from the same starts."""
-    return drop_more(begin_pairs(parts, scene, seed), parts, drops, workers=workers)
-
-
 def _outcomes(part: Part, scene: DropScene, directions: Array, workers: int,
               should_stop: Callable[[], bool] | None,
               on_drops: Callable[[int], object] | None) -> tuple[Index, Mask]:

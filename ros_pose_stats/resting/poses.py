@@ -1,4 +1,8 @@
-"""The stable poses of a part as records, before any probability."""
+"""The stable poses of a part as records, before any probability.
+
+`equilibria` are the faces that it can stand on, `clusters` joins those that a small rise parts,
+and `records.statistics` gives the poses their probabilities.
+"""
 
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
@@ -22,7 +26,7 @@ CORNER_REACHES = np.array([0.05, 0.3125])
 """Distances, in radii, within which corners count as one: for edges and bevels, and for shapes."""
 
 
-SAME_HEIGHT, SAME_SIDE = 0.01, 0.996
+OTHER_SIDES_HEIGHT, OTHER_SIDES_TURN = 0.01, 0.996
 """Share of its height, and cosine of an angle (5 degrees), within which a pose is the same with
 another number of sides: facets of 48 lie 0.2 % nearer to the axis than the surface."""
 
@@ -102,8 +106,8 @@ class RestingPoses:
             return False
         return all(
             (one.group, one.rolls) == (same.group, same.rolls)
-            and abs(one.height - same.height) <= SAME_HEIGHT * one.height
-            and (one.rolls or float(one.down @ same.down) >= SAME_SIDE)
+            and abs(one.height - same.height) <= OTHER_SIDES_HEIGHT * one.height
+            and (one.rolls or float(one.down @ same.down) >= OTHER_SIDES_TURN)
             for one, same in zip(self.poses, other.poses, strict=True))
 
     def _passage(self, of_R: bool) -> tuple[Array, Array]:  # noqa: N803 - the paper's name

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.batch.folder import write_durably
-from ros_pose_stats.errors import DatasetError, reason
+from ros_pose_stats.errors import reason
 from ros_pose_stats.version import VERSION
 
-from .spec import DatasetSpec
+from .spec import DatasetError, DatasetSpec
 
 FORMAT: Final = "ros_pose_stats.dataset"
 FORMAT_VERSION: Final = 1

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ros_pose_stats.errors import DatasetError, RequestError
+from ros_pose_stats.errors import RequestError
 from ros_pose_stats.records import Part
 from ros_pose_stats.resting.poses import RestingPoses, resting_poses
 
 from ..errors.simulated_poses import SimulatedPoses
 from ..random_polyhedra import RandomPolyhedron
 from .archive import Arrays, read_archive
-from .spec import DatasetSpec
+from .spec import DatasetError, DatasetSpec
 
 Index = NDArray[np.int64]
 

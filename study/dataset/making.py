@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ros_pose_stats.batch.in_flight import in_flight
-from ros_pose_stats.errors import DatasetError, RequestError
+from ros_pose_stats.errors import RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.simulation.drop_body import PreparedBody, drop_body
 from ros_pose_stats.simulation.drops import compute_drops, drop_rules, random_starts
@@ -23,7 +23,7 @@ from ros_pose_stats.simulation.request import MOST_WORKERS
 
 from ..random_polyhedra import RandomPolyhedron, random_polyhedron
 from .archive import Arrays, read_archive, write_archive
-from .spec import DatasetSpec
+from .spec import DatasetError, DatasetSpec
 from .unfinished import Unfinished, clear_leftovers
 
 Piece = tuple[int, int]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ros_pose_stats.errors import RequestError
+from ros_pose_stats.errors import PoseStatsError, RequestError
 from ros_pose_stats.records import DropScene
 from ros_pose_stats.records.scene import describe_scene
 
@@ -26,6 +26,10 @@ _SHORTEST_BLOCK = 100
 _MOST_BLOCKS = 100
 _DROPS_A_CHUNK = 60_000
 _MOST_BODIES_A_CHUNK = 32
+
+
+class DatasetError(PoseStatsError):
+    """A dataset that cannot be read, or that is in the way of another one."""
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ros_pose_stats.batch.folder import WorkFolder, write_durably
-from ros_pose_stats.errors import BatchError, DatasetError, reason
+from ros_pose_stats.errors import BatchError, reason
 from ros_pose_stats.files import HALF, LOCK
 
 from .archive import FIELDS, Arrays, check_arrays
-from .spec import DatasetSpec
+from .spec import DatasetError, DatasetSpec
 
 SPEC = "spec.json"
 PIECES = "bodies_*.npz"

@@ -44,7 +44,7 @@ class Refinement:
 
     def take_part(self, request: part_requests.PartRequest) -> known_part.KnownPart:
         """Make a received mesh a known part, and refine what it shows if that is wanted."""
-        known, new = self._results.take_part(request)
+        known, new = self._results.make_known(request)
         if new:
             self.refine(known)
         return known

@@ -156,7 +156,7 @@ class Announcer:
         times.steady_timer(node, SECONDS_BETWEEN_MARKERS, self._draw_markers,
                            MutuallyExclusiveCallbackGroup())
 
-    def announce_part(self, known: KnownPart) -> None:
+    def log_part(self, known: KnownPart) -> None:
         """Say what has come, so that a wrong unit is seen at once; of a flood not each."""
         of_part = self._floods.count(f"meshes of part {shown(known.part_id)}", MOST_SWAPS)
         if not (self._floods.count("new parts") and of_part):

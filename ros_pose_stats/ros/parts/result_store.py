@@ -61,7 +61,7 @@ class ResultStore:
         self._results: memory.Memory[Key, PoseStatistics] = memory.Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
-    def take_part(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
+    def make_known(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
         """Make a received mesh a known part, estimated and latched; whether it is a new one.
 
         A copy of what is known is ignored; one that was refused is refused again at once. Raises
@@ -75,7 +75,7 @@ class ResultStore:
             self.estimate(known, "", scene)  # what has no equilibrium is no part
             self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
             self.show_best(known)
-            self._announcer.announce_part(known)
+            self._announcer.log_part(known)
         return known, new
 
     def restore(self, known: KnownPart) -> None:

@@ -46,8 +46,8 @@ QUIET = 60.0
 """Seconds between two warnings of a kind."""
 
 warnings.filterwarnings("error", message="failed to send response", category=RuntimeWarning)
-"""rclpy warns so of each answer that was thrown away, which tells which ones were. Time would not: on
-a machine with too much to do an answer that arrives may take as long."""
+"""rclpy warns so of each answer that was thrown away, and that is what tells which ones were. Time
+would not: on a machine with too much to do an answer that arrives may take as long."""
 
 
 @dataclass(eq=False)
@@ -189,7 +189,7 @@ class Answers:
             client.keep(begin, send)
             self._unreached = [one for one in self._unreached if one not in asked] + [client]
         for _, one in late:
-            one()
+            self._reaches(one)
 
     def _flush(self, client: Client, sent: Callable[[], object]) -> None:
         """Send what else is kept for a client that was reached."""
@@ -198,7 +198,7 @@ class Answers:
             client.unsent.clear()
             client.tries = 0
         for one in waiting:
-            one()
+            self._reaches(one)
 
     def _reaches(self, send: Callable[[], object]) -> bool:
         """Send an answer; whether its client could be reached."""

@@ -160,6 +160,7 @@ def made(home, ended):
     return values, home / "out"
 
 
+@pytest.mark.long
 class TestEnds:
     def test_a_full_disk_is_said_in_one_line(self, ended):
         status, error = ended.full

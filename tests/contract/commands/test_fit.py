@@ -38,6 +38,7 @@ def bag(tmp_path_factory):
     return write_run(tmp_path_factory.mktemp("log"), messages)
 
 
+@pytest.mark.long
 def test_a_bag_gives_the_counts_of_its_parts_on_the_plate(bag, tmp_path):
     file = tmp_path / "plates.yaml"
     file.write_text("plates:\n  steel: {restitution: 0.2}\n")

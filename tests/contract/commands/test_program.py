@@ -28,12 +28,23 @@ def test_the_console_script_refuses_in_one_line(parts):
     assert "missing.stl" in line and "No such file" in line
 
 
-@pytest.mark.parametrize("words", [["--help"], ["estimate", "--help"], ["fit", "-h"]])
+@pytest.mark.parametrize("words", [[], ["--help"], ["estimate", "--help"], ["fit", "-h"]])
 def test_help(words):
     assert answer(*words).startswith(f"usage: ros_pose_stats {words[0] if words[1:] else ''}")
 
 
-@pytest.mark.parametrize("words", [[], ["frobnicate"], ["--colour"], ["estimate"],
+@pytest.mark.parametrize(("words", "meant"), [
+    (["estimat", PART], "estimate"), (["estimate", PART, "--drop-heigt", "1"], "--drop-height"),
+    (["estimate", PART, "--method", "splt"], "split"), (["--vrsion"], "--version")])
+def test_a_misspelt_word_is_answered_with_the_one_that_was_meant(words, meant):
+    assert f"did you mean {meant}?" in refusal(*words)
+
+
+def test_nothing_is_suggested_where_nothing_is_near():
+    assert "did you mean" not in refusal("estimate", PART, "--quux")
+
+
+@pytest.mark.parametrize("words", [["frobnicate"], ["--colour"], ["estimate"],
                                    ["estimate", PART, "--colour"],
                                    ["estimate", PART, "--ros-args", "-p", "a:=1"],
                                    ["node", "-p", "restitution:=0.3"]])

@@ -98,6 +98,7 @@ def best_flips(shares, moves, wanted):
     return min(policies, key=seconds)
 
 
+@pytest.mark.long
 def test_the_node_learns_the_plate_and_the_planner_picks_other_poses(domain, tmp_path, part):
     """Of this part the model has pose 1 before pose 2, and the plate has it the other way round.
 

@@ -54,6 +54,7 @@ def errors(results):
     return {name: entry["pooled"]["error"] for name, entry in by_name(results).items()}
 
 
+@pytest.mark.long
 class TestPaper:
     def test_its_errors_and_order_of_the_estimators_come_out_without_shift(self):
         results = errors(table(*UNSHIFTED))

@@ -71,6 +71,7 @@ def test_needles_hold_up_no_small_mesh(tuned):
     assert all(wait_for(answer).success for answer in asked)
 
 
+@pytest.mark.long
 def test_poses_for_another_tolerance_hold_up_nobody(tuned, pid):
     slow, small = new_id(), new_id()
     tuned.good("estimate", part=flat(SLOW, slow))
