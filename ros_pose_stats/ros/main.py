@@ -85,7 +85,7 @@ class Life:
             if self._stop.asked:
                 return
             self._node.start()
-            self._node.restored(RESTORE_SECONDS)
+            self._node.intake.restored(RESTORE_SECONDS)
             self._executor.add_node(self._node)
             _say_ready(self._node)
             self._executor.spin()

@@ -1,20 +1,16 @@
 """The node `pose_stats`: wiring only."""
 
 import threading
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from ..errors import PoseStatsError
-from ..mesh.overlap import TakesLongError
 from . import camera_counts, parameters, recorder, refusals, restore
 from .jobs import Jobs, job_reports, queue, refinement, run
-from .messages.part_requests import named
 from .messages.times import follow_clock, steady_timer
-from .parts import announcer, count_store, known_part, mesh_queue, outlines, part_builder
-from .parts.mesh_subscriptions import MeshSubscriptions
+from .parts import announcer, count_store, intake, mesh_queue, outlines, part_builder
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .services import goals, plate_fits, services
@@ -35,12 +31,6 @@ FIT_SECONDS = 0.8
 
 MENDING_SECONDS = 1.0
 """A start waits for the bags of earlier runs to be mended for so long."""
-
-TRIES = 3
-"""Of building a part of an earlier run, where something fails inside the program."""
-
-LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
-"""Of a part that is not built yet; it may take longer than others should wait."""
 
 
 class PoseStatsNode(AnsweringNode):
@@ -86,6 +76,9 @@ class PoseStatsNode(AnsweringNode):
                           Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
         self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
                                                 self.announcer)
+        self.intake = intake.Intake(self._settings, self.parts, self.results, self.announcer,
+                                    self.mesh_queue, self.builder, self.refusals,
+                                    self.refinement.refine, log)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
                                                       self.refusals, mesh_log.introduce,
                                                       self.learnt.add_counts)
@@ -102,7 +95,6 @@ class PoseStatsNode(AnsweringNode):
         restore.record_cancelled(restored.cancelled, self.recorder, self.state, log.warning)
         self._mending = threading.Thread(target=self.recorder.mend_bags, name="mend bags",
                                          daemon=True)
-        self._coming: list[Future[None]] = []
         self._open()
 
     def _settings(self) -> Settings:
@@ -110,16 +102,14 @@ class PoseStatsNode(AnsweringNode):
 
     def _open(self) -> None:
         """Topics, services, actions and diagnostics."""
-        self.requests = requests = Requests(
-            self._settings, self.parts, self.refinement.take_part, self.mesh_queue, self.jobs,
-            self.refusals, self.builder.find_poses)
-        MeshSubscriptions(self, self._settings, self.refinement.take_part, self.mesh_queue,
-                          self.refusals)
+        self.requests = requests = Requests(self._settings, self.parts, self.intake, self.jobs,
+                                            self.refusals)
+        intake.MeshSubscriptions(self, self._settings, self.intake, self.refusals)
         self.observed = camera_counts.ObservedSubscription(self, self._settings, self.counts,
                                                            self.parts.current, self.recorder,
                                                            self.refusals)
         services.Services(self, self._settings, self.parts, self.results, self.announcer, requests,
-                          self.refinement, self.jobs, self.reports, self.outlines)
+                          self.intake, self.refinement, self.jobs, self.reports, self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
         self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.learnt,
@@ -150,53 +140,12 @@ class PoseStatsNode(AnsweringNode):
         self.mesh_queue.start()
         for jobs in (self.jobs, *self.flip_jobs):
             jobs.start()
-        latest_first = parts[::-1]
-        for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
-            coming = self._build_later(known, not shown[known.part_id])
-            if not shown[known.part_id]:
-                self._coming.append(coming)
-
-    def restored(self, timeout: float) -> bool:
-        """Wait for results of parts that have none in the present scene; whether all are there."""
-        return not wait(self._coming, timeout).not_done
-
-    def _build_later(self, known: known_part.KnownPart, to_show: bool,
-                     tries: int = TRIES) -> Future[None]:
-        return self.mesh_queue.put_later(partial(self._build_again, known, to_show, tries),
-                                         known.size > LARGE_BYTES)
-
-    def _build_again(self, known: known_part.KnownPart, to_show: bool, tries: int) -> None:
-        """Build a part of an earlier run when nothing else waits; one that is refused now goes."""
-        log = self.get_logger()
-        try:
-            known.source.get()
-            if to_show:
-                self._show_again(known)
-        except (TakesLongError, part_builder.NotBuiltError):
-            raise
-        except PoseStatsError as refusal:
-            self.refusals.refuse(f"part of an earlier run{named(known.part_id)}", str(refusal))
-            self.parts.forget(known, f"it is refused now: {refusal}")
-        except Exception as error:
-            if tries > 1:
-                self._build_later(known, to_show, tries - 1)
-            else:
-                log.error(f"a part of an earlier run{named(known.part_id)} could not be built: "
-                          f"{type(error).__name__}: {error}; a request for it tries again")
-        self.announcer.draw()
+        self.intake.restore(shown)
 
     def _on_change(self, settings: Settings) -> None:
         """Estimate known parts again, in the background."""
         self.parts.shrink(settings.max_parts, settings.max_part_bytes)
-        for known in self.parts.all():
-            large = (part_builder.is_large(known.part) if known.source.is_built
-                     else known.size > LARGE_BYTES)
-            again = self.mesh_queue.put_later(partial(self._show_again, known), large)
-            self.refusals.watch_mesh(lambda: "parameters", again)
-
-    def _show_again(self, known: known_part.KnownPart) -> None:
-        self.builder.find_poses(known.part, self._settings().scene())
-        self.refinement.show_again(known)
+        self.intake.show_all_again()
 
     def _write_down(self) -> None:
         """Once a second: show what was counted, and have all on the disk."""

@@ -118,14 +118,17 @@ class Refusals:
         if self.floods.count("refusals"):
             self._say(f"{source}: {what} refused: {reason}")
 
-    def watch_mesh(self, source: Callable[[], str], coming: Future[Any]) -> None:
+    def refuse_error(self, source: str, error: BaseException) -> None:
+        """Count and tell why a mesh was not taken."""
+        self.refuse(source, str(error) if isinstance(error, PoseStatsError)
+                    else f"internal failure: {type(error).__name__}: {error}")
+
+    def watch_mesh(self, source: str, coming: Future[Any]) -> None:
         """Have a mesh that turns out to be bad counted as refused, with where it came from."""
         def look(done: Future[Any]) -> None:
             error = None if done.cancelled() else done.exception()
-            if isinstance(error, PoseStatsError):
-                self.refuse(source(), str(error))
-            elif error is not None:
-                self.refuse(source(), f"internal failure: {type(error).__name__}: {error}")
+            if error is not None:
+                self.refuse_error(source, error)
 
         coming.add_done_callback(look)
 

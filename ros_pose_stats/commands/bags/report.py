@@ -136,17 +136,14 @@ def _jobs(jobs: tuple[analysis.Job, ...]) -> Iterator[str]:
          Column("took", "s"), Column("done", "drops"), Column("of", "drops"),
          Column("restitution")),
         ((text.ending(job.job_id, 22), "unfinished" if job.unfinished else job.state,
-          utc(job.queued), _took(job), str(job.drops_done), str(job.drops),
-          f"{job.restitution:g}") for job in listed))
+          utc(job.queued),
+          f"{(job.ended - job.started) / 1e9:.1f}" if job.started and job.ended else "-",
+          str(job.drops_done), str(job.drops), f"{job.restitution:g}") for job in listed))
     if len(jobs) > len(listed):
         yield f"  ... and {len(jobs) - len(listed)} more"
     for job in listed:
         if job.state == "failed" and job.message:
             yield from _wrapped(f"{job.job_id}: {job.message}", "  ")
-
-
-def _took(job: analysis.Job) -> str:
-    return f"{(job.ended - job.started) / 1e9:.1f}" if job.started and job.ended else "-"
 
 
 WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
@@ -157,7 +154,8 @@ def simulation_lines(found: analysis.SimulationComparison,
     """One simulation and the estimates beside it."""
     one, labels = found.simulation, _labels(history)
     yield f"estimates against {labels[one]}"
-    yield from _inset(f"{_scene(one)}, expected error {percent(one.expected_error)} points")
+    error = percent(one.expected_error)
+    yield from _wrapped(f"{_scene(one)}, expected error {error} points", "  ")
     poses = history.poses
     order = np.argsort(-one.probability, kind="stable")[:text.MOST_POSES]
     yield from _beside(
@@ -182,7 +180,7 @@ def count_lines(found: analysis.CountComparison) -> Iterator[str]:
            f"{percent(counts.unclassified_share)} % (90 % interval {interval(low, high)} %)")
     history = found.history
     if history is None:
-        yield from _inset(f"not compared: {found.problem}")
+        yield from _wrapped(f"not compared: {found.problem}", "  ")
         yield from columns((Column("pose"), Column("counted")), (
             (str(index), str(count)) for index, count
             in zip(counts.index[:text.MOST_POSES], counts.count[:text.MOST_POSES], strict=True)))
@@ -190,20 +188,16 @@ def count_lines(found: analysis.CountComparison) -> Iterator[str]:
     labels = _labels(history)
     for one in history.predictions:
         if labels[one] != one.method or one.drops:
-            yield from _inset(f"{labels[one]}: {_scene(one)}")
+            yield from _wrapped(f"{labels[one]}: {_scene(one)}", "  ")
     yield from _counted(found, history, labels)
     yield ""
     yield from _tests(found.predictions, labels)
     for remark in found.remarks:
-        yield from _inset(f"note: {remark}")
+        yield from _wrapped(f"note: {remark}", "  ")
     error = history.leading.plate_error
     if math.isfinite(error):
-        yield from _inset(f"note: a real plate is expected to be off by some {percent(error)} "
-                            "points rms, however many drops are simulated")
-
-
-def _inset(line: str) -> list[str]:
-    return wrap(text.printable(line), text.WIDTH, initial_indent="  ", subsequent_indent="    ")
+        yield from _wrapped(f"note: a real plate is expected to be off by some {percent(error)} "
+                            "points rms, however many drops are simulated", "  ")
 
 
 def _labels(history: analysis.ResultHistory) -> dict[analysis.Prediction, str]:
@@ -234,7 +228,7 @@ def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
         if max(map(len, lines)) <= text.WIDTH:
             break
     hidden = ", ".join(label for label, _ in others[shown:])
-    return [*lines, *(_inset(f"--json and --csv also list {hidden}") if hidden else [])]
+    return lines + (_wrapped(f"--json and --csv also list {hidden}", "  ") if hidden else [])
 
 
 def _counted(found: analysis.CountComparison, history: analysis.ResultHistory,
@@ -285,9 +279,9 @@ def _tests(found: Sequence[analysis.Comparison],
     for one in found:
         if one.unforeseen:
             label = labels[one.prediction]
-            yield from _inset(f"note: {one.unforeseen} counted in poses that " + (
+            yield from _wrapped(f"note: {one.unforeseen} counted in poses that " + (
                 f"no drop of {label} came to" if one.prediction.counted
-                else f"{label} gives the probability 0"))
+                else f"{label} gives the probability 0"), "  ")
 
 
 def _test(test: chi_square.ChiSquare) -> tuple[str, ...]:

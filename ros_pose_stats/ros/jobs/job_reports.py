@@ -14,7 +14,7 @@ from ...simulation.drops import DropChunk
 from ..messages.times import now, time_message
 from ..parts import known_part, part_store, result_store
 from ..parts.announcer import NOT_RECORDED, Announcer
-from ..recorder import DROP_RECORDS, JOB_EVENTS, Recorder
+from ..recorder import ANSWERS, DROP_RECORDS, JOB_EVENTS, Recorder
 from ..state import Change, State
 from .job import Job, JobListener, State as JobState
 
@@ -138,7 +138,7 @@ class JobReports(JobListener):
     def _end_with(self, job: Job, state: JobState, event: JobEvent, message: PoseStatistics,
                   known: known_part.KnownPart) -> None:
         with self._recorder.step:
-            message = self._announcer.record_answer(known, message)
+            message = self._announcer.record(ANSWERS, known, message)
             recorded, change = self._report(event, serialize_message(message))
         if not (recorded and self._is_kept(job, state, change)):
             message = self._announcer.warn_unrecorded(message)

@@ -11,7 +11,7 @@ from ...methods import AUTO, HYBRID
 from ...planning import confidence
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
-from ..messages import part_requests, statistics_messages
+from ..messages import statistics_messages
 from ..parts import known_part, result_store
 from ..parts.announcer import Announcer
 from ..settings import Settings
@@ -41,18 +41,6 @@ class Refinement:
         self._results = results
         self._jobs = jobs
         self._announcer = announcer
-
-    def take_part(self, request: part_requests.PartRequest) -> known_part.KnownPart:
-        """Make a received mesh a known part, and refine what it shows if that is wanted."""
-        known, new = self._results.make_known(request)
-        if new:
-            self.refine(known)
-        return known
-
-    def show_again(self, known: known_part.KnownPart) -> None:
-        """Show the best of a part after a parameter has changed, and refine that."""
-        self._results.show_best(known)
-        self.refine(known)
 
     def refine(self, known: known_part.KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""

@@ -25,7 +25,7 @@ from ...mesh.decimation import visible_triangles
 from ...recording.writer import cdr as drawing
 from ..messages import statistics_messages, times
 from ..messages.part_requests import part_line, shown
-from ..recorder import ANSWERS, POSE_STATISTICS, Recorder
+from ..recorder import POSE_STATISTICS, Recorder
 from ..refusals import MOST_SWAPS, Floods
 from ..state import State
 from .known_part import KnownPart
@@ -166,13 +166,6 @@ class Announcer:
         for warning in known.part.warnings:
             log.warning(f"{known.part_id}: {warning}")
 
-    def record_result(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
-        """Put a result that is latched on record; the same, warned of where that fails."""
-        self.introduce(known)
-        if self._recorder.record(POSE_STATISTICS, serialize_message(message)):
-            return message
-        return self.warn_unrecorded(message)
-
     def publish_result(self, known: KnownPart, message: PoseStatistics, data: bytes) -> None:
         """Latch a message, serialised too, as the part's current one."""
         with self._lock:
@@ -233,10 +226,10 @@ class Announcer:
             while self._leaving:
                 self._node.destroy_publisher(self._leaving.popitem()[1][0])
 
-    def record_answer(self, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
-        """Put an answer on record before it goes to a caller; warn where that fails."""
+    def record(self, topic: str, known: KnownPart, message: PoseStatistics) -> PoseStatistics:
+        """Put a result on record before anybody has it; the same, with a warning if that fails."""
         self.introduce(known)
-        if self._recorder.record(ANSWERS, serialize_message(message)):
+        if self._recorder.record(topic, serialize_message(message)):
             return message
         return self.warn_unrecorded(message)
 

@@ -15,6 +15,7 @@ from ...estimators.estimate import estimate_in
 from ...methods import OBSERVED
 from ...records import DropScene
 from ..messages import part_requests, statistics_messages as messages, times
+from ..recorder import POSE_STATISTICS
 from ..settings import Settings
 from ..state import Change, State
 from . import count_store, memory, part_store
@@ -60,23 +61,6 @@ class ResultStore:
         self._waiting: dict[str, KnownPart] = {}
         self._results: memory.Memory[Key, PoseStatistics] = memory.Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
-
-    def make_known(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
-        """Make a received mesh a known part, estimated and latched; whether it is a new one.
-
-        A copy of what is known is ignored; one that was refused is refused again at once. Raises
-        PoseStatsError with one line that says what is wrong.
-        """
-        settings = self._settings()
-        part_requests.check_request(request, settings.max_mesh_bytes)
-        scene = settings.scene((request.restitution, request.drop_height))
-        known, new = self._parts.resolve(request)
-        if new:
-            self.estimate(known, "", scene)  # what has no equilibrium is no part
-            self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
-            self.show_best(known)
-            self._announcer.log_part(known)
-        return known, new
 
     def restore(self, known: KnownPart) -> None:
         """Give a part what the state has of it: its last result, and what was counted."""
@@ -131,7 +115,8 @@ class ResultStore:
                 continue
             with waiting.numbers.lock:
                 if self._parts.current(part_id) is waiting:
-                    self._announcer.record_result(waiting, waiting.shown.latched)
+                    self._announcer.record(POSE_STATISTICS, waiting,
+                                           waiting.shown.latched)
 
     def show_best(self, known: KnownPart) -> None:
         """Latch the best that is known for the part's present scene, at least an estimate."""
@@ -239,7 +224,7 @@ class ResultStore:
             self._waiting[known.part_id] = known
         else:
             self._waiting.pop(known.part_id, None)
-            message = self._announcer.record_result(known, message)
+            message = self._announcer.record(POSE_STATISTICS, known, message)
             numbers.recorded_at = at
         numbers.shown = message.revision
         shown.model, shown.latched, shown.scene = model, message, scene

@@ -7,13 +7,11 @@ from concurrent.futures import CancelledError, Future, TimeoutError as NotYet
 from typing import Any, NamedTuple, TypeVar
 
 from ...errors import PoseStatsError, RequestError
-from ...records import DropScene, Part
-from ...resting.poses import are_found
+from ...records import Part
 from ..jobs import Job, JobRequest, Jobs
 from ..messages import part_messages, part_requests
+from ..parts.intake import Intake
 from ..parts.known_part import KnownPart, at_hand
-from ..parts.mesh_queue import MeshQueue
-from ..parts.part_builder import are_many, is_large
 from ..parts.part_store import PartStore
 from ..refusals import Refusals
 from ..settings import Settings
@@ -25,9 +23,6 @@ PATIENCE = 0.004
 
 QUICK_TRIANGLES = 1000
 """A larger carried mesh is begun with when the start of its simulation has been accepted."""
-
-LONGEST_ACCEPTANCE = 0.5
-"""Seconds; a disk may be slow."""
 
 
 class ResolvedPart(NamedTuple):
@@ -45,16 +40,12 @@ class Requests:
     """Resolves parts and starts jobs, for services and the action."""
 
     def __init__(self, settings: Callable[[], Settings], parts: PartStore,
-                 take_part: Callable[[part_requests.PartRequest], KnownPart],
-                 mesh_queue: MeshQueue, jobs: Jobs,
-                 refusals: Refusals, find_poses: Callable[[Part, DropScene], object]) -> None:
+                 intake: Intake, jobs: Jobs, refusals: Refusals) -> None:
         self._settings = settings
         self._parts = parts
-        self._take_part = take_part
-        self._mesh_queue = mesh_queue
+        self._intake = intake
         self._jobs = jobs
         self._refusals = refusals
-        self._find_poses = find_poses
         self._closed = False
 
     def close(self) -> None:
@@ -85,23 +76,14 @@ class Requests:
             return self._known_part(self._parts.known(message.part_id), is_enough)
         same = self._parts.find(message.part_id) if message.part_id else None
         if same is None:
-            self._check_room(message)
+            self._intake.check_room(message)
         request, override = self._checked(message)
         if same is not None and (same.content, same.scene_override) == (request.content, override):
             return self._known_part(same, is_enough)
         slow = accepted is not None and len(request.triangles) > QUICK_TRIANGLES
-        coming = self._take(request, accepted if slow else None)
+        coming = self._intake.take_sent(request, _source(request.part_id),
+                                        accepted if slow else None)
         return ResolvedPart(coming, request.part_id, lambda: request.content, override, slow)
-
-    def _check_room(self, message: Any) -> None:
-        """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
-        triangles, vertices = part_messages.mesh_size(message)
-        try:
-            self._mesh_queue.check_room(12 * triangles + 24 * vertices, message.part_id,
-                                        are_many(triangles, vertices))
-        except RequestError:
-            part_messages.let_go(message)
-            raise
 
     def _checked(self, message: Any) -> tuple[part_requests.PartRequest, tuple[float, float]]:
         """A carried part and its own scene, as far as that is quickly looked at."""
@@ -115,35 +97,10 @@ class Requests:
             raise
         return request, override
 
-    def _take(self, request: part_requests.PartRequest,
-              accepted: threading.Event | None) -> Future[KnownPart]:
-        def take_part() -> KnownPart:
-            if accepted is not None:
-                accepted.wait(LONGEST_ACCEPTANCE)
-            return self._take_part(request)
-
-        coming = self._mesh_queue.put_first(take_part, request.bytes(), request.part_id,
-                                            is_large(request))
-        self._refusals.watch_mesh(lambda: _source(request.part_id), coming)
-        return coming
-
     def _known_part(self, known: KnownPart,
                     is_enough: Callable[[KnownPart], bool]) -> ResolvedPart:
-        """A known part; one of an earlier run may have to be built first, before others."""
-        def build() -> KnownPart:
-            known.source.get()
-            return known
-
-        coming = (at_hand(known) if known.source.is_built or is_enough(known)
-                  else self._mesh_queue.put_first(build, 0, known.part_id))
+        coming = at_hand(known) if is_enough(known) else self._intake.built(known)
         return ResolvedPart(coming, known.part_id, lambda: known.content, known.scene_override)
-
-    def prepare(self, known: KnownPart, scene: DropScene) -> Future[Any]:
-        """Have the poses of a part at hand, whose estimate is a moment's work then."""
-        if not known.source.is_built or not is_large(known.part) or are_found(known.part, scene):
-            return at_hand(None)
-        return self._mesh_queue.put_first(
-            lambda: self._find_poses(known.part, scene), large=True)
 
     def start_job(self, request: Any) -> Job:
         """Accept a drop simulation out of a `StartDropSimulation` or a goal.

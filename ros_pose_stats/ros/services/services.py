@@ -24,7 +24,9 @@ from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
 from ..parts import known_part, part_store, result_store
 from ..parts.announcer import Announcer
+from ..parts.intake import Intake
 from ..parts.outlines import Outlines, outline_messages
+from ..recorder import ANSWERS
 from ..settings import Settings
 from ..transport.answering_node import AnsweringNode
 from .requests import Requests, ResolvedPart, check_target, wait_for
@@ -96,13 +98,13 @@ class Services:
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore,
                  results: result_store.ResultStore, announcer: Announcer, requests: Requests,
-                 refinement: Refinement, jobs: Jobs, reports: JobReports,
+                 intake: Intake, refinement: Refinement, jobs: Jobs, reports: JobReports,
                  outlines: Outlines) -> None:
         self._settings = settings
         self._parts = parts
         self._results = results
         self._announcer = announcer
-        self._requests = requests
+        self._requests, self._intake = requests, intake
         self._refinement = refinement
         self._jobs = jobs
         self._reports = reports
@@ -146,7 +148,7 @@ class Services:
         known = self._shifted.shift(received, offset)
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
-        prepared = self._requests.prepare(known, scene)
+        prepared = self._intake.prepared(known, scene)
         go_on = partial(self._answer, request, response, received, known, scene, prepared, offset)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
@@ -164,7 +166,7 @@ class Services:
             message = self._named(known, request, scene, BY_DROPS)
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
-        response.statistics = self._announcer.record_answer(received, message)
+        response.statistics = self._announcer.record(ANSWERS, received, message)
 
     def _named(self, known: known_part.KnownPart, request: Any, scene: DropScene,
                advice: str) -> PoseStatistics:

@@ -63,7 +63,7 @@ class Client:
 
     @property
     def is_deaf(self) -> bool:
-        """Whether to send nothing for the time being: once alone may be the machine's fault."""
+        """Whether to send nothing for the time being; once alone, it is only being discovered."""
         return self.tries >= 2
 
     def keep(self, since: float, send: Callable[[], object]) -> None:

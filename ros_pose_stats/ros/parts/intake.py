@@ -1,0 +1,225 @@
+"""The way of a mesh, from a topic, a request or an earlier run, to a part that shows a result."""
+
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, wait
+from functools import partial
+from typing import Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from ros_pose_stats_msgs.msg import PartMesh
+from shape_msgs.msg import Mesh
+
+from ...errors import PoseStatsError
+from ...mesh.overlap import TakesLongError
+from ...records import DropScene
+from ...resting.poses import are_found
+from .. import settings as parameters
+from ..messages import part_messages, part_requests
+from ..refusals import Refusals
+from ..transport.batches import SequenceGaps
+from . import part_builder
+from .announcer import Announcer
+from .known_part import KnownPart, at_hand
+from .mesh_queue import MeshQueue
+from .part_store import PartStore
+from .result_store import ResultStore
+
+DEPTH = 100
+"""Messages that wait in the middleware."""
+
+TRIES = 3
+"""Of building a part of an earlier run, where something fails inside the program."""
+
+LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
+"""Of a part that is not built yet; it may take longer than others should wait."""
+
+LONGEST_ACCEPTANCE = 0.5
+"""Seconds that a mesh waits for the acceptance of its simulation; a disk may be slow."""
+
+
+class Intake:
+    """Puts into the two lanes all that has to be built, and makes known parts of it there.
+
+    `refine`: called with each part that is new, or shown in another scene.
+    """
+
+    def __init__(self, settings: Callable[[], parameters.Settings], parts: PartStore,
+                 results: ResultStore, announcer: Announcer, lanes: MeshQueue,
+                 builder: part_builder.PartBuilder, refusals: Refusals,
+                 refine: Callable[[KnownPart], object], log: Any) -> None:
+        self._settings = settings
+        self._parts, self._results, self._announcer = parts, results, announcer
+        self._lanes, self._builder, self._refusals = lanes, builder, refusals
+        self._refine, self._log = refine, log
+        self._coming: list[Future[None]] = []
+
+    def take(self, request: part_requests.PartRequest) -> KnownPart:
+        """Make a mesh a known part, estimated, kept and latched.
+
+        A copy of what is known is ignored; one that was refused is refused again at once. Raises
+        PoseStatsError with one line that says what is wrong.
+        """
+        settings = self._settings()
+        part_requests.check_request(request, settings.max_mesh_bytes)
+        scene = settings.scene((request.restitution, request.drop_height))
+        known, new = self._parts.resolve(request)
+        if new:
+            self._results.estimate(known, "", scene)  # what has no equilibrium is no part
+            self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
+            self._results.show_best(known)
+            self._announcer.log_part(known)
+            self._refine(known)
+        return known
+
+    def take_published(self, request: part_requests.PartRequest, topic: str, size: int) -> None:
+        """Queue a mesh that was published; waits while there is no room for a small one."""
+        coming = self._lanes.put(partial(self.take, request), size, request.part_id,
+                                 part_builder.is_large(request))
+        self._refusals.watch_mesh(topic + part_requests.named(request.part_id), coming)
+
+    def take_sent(self, request: part_requests.PartRequest, source: str,
+                  accepted: threading.Event | None) -> Future[KnownPart]:
+        """Queue a mesh that came with a request; raises RequestError if there is no room for it.
+
+        `accepted`: it is begun with only then.
+        """
+        def take() -> KnownPart:
+            if accepted is not None:
+                accepted.wait(LONGEST_ACCEPTANCE)
+            return self.take(request)
+
+        coming = self._lanes.put_first(take, request.bytes(), request.part_id,
+                                       part_builder.is_large(request))
+        self._refusals.watch_mesh(source, coming)
+        return coming
+
+    def built(self, known: KnownPart) -> Future[KnownPart]:
+        """A known part once it is built; one of an earlier run is built before others."""
+        if known.source.is_built:
+            return at_hand(known)
+
+        def build() -> KnownPart:
+            known.source.get()
+            return known
+
+        return self._lanes.put_first(build, 0, known.part_id, _is_large(known))
+
+    def prepared(self, known: KnownPart, scene: DropScene) -> Future[Any]:
+        """Done once the poses of a part are at hand, whose estimate is a moment's work then."""
+        if not known.source.is_built or not _is_large(known) or are_found(known.part, scene):
+            return at_hand(None)
+        return self._lanes.put_first(partial(self._builder.find_poses, known.part, scene),
+                                     large=True)
+
+    def check_room(self, message: PartMesh) -> None:
+        """Refuse a mesh that there is no room for before it is looked at, and let go of it."""
+        triangles, vertices = part_messages.mesh_size(message)
+        try:
+            self._lanes.check_room(12 * triangles + 24 * vertices, message.part_id,
+                                   part_builder.are_many(triangles, vertices))
+        except PoseStatsError:
+            part_messages.let_go(message)
+            raise
+
+    def show_all_again(self) -> None:
+        """Show known parts in another scene, when nothing else waits."""
+        for known in self._parts.all():
+            again = self._lanes.put_later(partial(self._show_again, known), _is_large(known))
+            self._refusals.watch_mesh("parameters", again)
+
+    def _show_again(self, known: KnownPart) -> None:
+        self._builder.find_poses(known.part, self._settings().scene())
+        self._results.show_best(known)
+        self._refine(known)
+
+    def restore(self, shown: Mapping[str, bool]) -> None:
+        """Build parts of an earlier run when nothing else waits, first those that show nothing.
+
+        `shown`: whether a part's last result is latched again.
+        """
+        latest_first = self._parts.all()[::-1]
+        for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
+            coming = self._build_later(known, not shown[known.part_id])
+            if not shown[known.part_id]:
+                self._coming.append(coming)
+
+    def restored(self, timeout: float) -> bool:
+        """Wait for results of parts that have none in the present scene; whether all are there."""
+        return not wait(self._coming, timeout).not_done
+
+    def _build_later(self, known: KnownPart, to_show: bool, tries: int = TRIES) -> Future[None]:
+        return self._lanes.put_later(partial(self._build_again, known, to_show, tries),
+                                     _is_large(known))
+
+    def _build_again(self, known: KnownPart, to_show: bool, tries: int) -> None:
+        """Build a part of an earlier run; one that is refused now goes."""
+        name = part_requests.named(known.part_id)
+        try:
+            known.source.get()
+            if to_show:
+                self._show_again(known)
+        except (TakesLongError, part_builder.NotBuiltError):
+            raise
+        except PoseStatsError as refusal:
+            self._refusals.refuse(f"part of an earlier run{name}", str(refusal))
+            self._parts.forget(known, f"it is refused now: {refusal}")
+        except Exception as error:
+            if tries > 1:
+                self._build_later(known, to_show, tries - 1)
+            else:
+                self._log.error(f"a part of an earlier run{name} could not be built: "
+                                f"{type(error).__name__}: {error}; a request for it tries again")
+        self._announcer.draw()
+
+
+def _is_large(known: KnownPart) -> bool:
+    """Whether a part, built or not, may take longer than others should wait."""
+    return (part_builder.is_large(known.part) if known.source.is_built
+            else known.size > LARGE_BYTES)
+
+
+class MeshSubscriptions:
+    """Subscribes to `~/part_mesh` and to each of `mesh_topics`, and hands on what comes."""
+
+    def __init__(self, node: Node, settings: Callable[[], parameters.Settings], intake: Intake,
+                 refusals: Refusals) -> None:
+        self._node, self._intake, self._refusals = node, intake, refusals
+        self._group = MutuallyExclusiveCallbackGroup()
+        self._subscribe(PartMesh, "~/part_mesh", part_messages.request_of_part_bytes)
+        for part_id, topic in parameters.mesh_topics(settings().mesh_topics).items():
+            self._subscribe(Mesh, topic, lambda data, part_id=part_id: (  # type: ignore[misc]
+                part_messages.request_of_mesh_bytes(data, part_id, settings().mesh_unit)))
+
+    def _subscribe(self, kind: type, topic: str,
+                   read: Callable[[bytes], part_requests.PartRequest]) -> None:
+        """Plain and latched publishers both arrive; a copy is ignored later."""
+        def on_mesh(data: bytes) -> None:
+            try:
+                request = read(data)
+            except Exception as error:  # a refusal, or a failure that is told like one
+                self._refusals.refuse_error(topic, error)
+            else:
+                self._intake.take_published(request, topic, len(data))
+
+        gaps = SequenceGaps()
+
+        def on_counted_mesh(data: bytes, info: Mapping[str, int]) -> None:
+            self._refusals.floods.count(f"meshes on {topic}")
+            self._refusals.count_lost(
+                gaps.missing_before(info["publication_sequence_number"] or 0))
+            on_mesh(data)
+
+        plain, latched = (
+            QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
+            for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL))
+        self._node.create_subscription(kind, topic, on_counted_mesh, plain, raw=True,
+                                       callback_group=self._group)
+        # Plain publishers do not match this one; what else is wrong with a publisher, the
+        # plain subscription warns of.
+        self._node.create_subscription(
+            kind, topic, on_mesh, latched, raw=True, callback_group=self._group,
+            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=lambda info: None))
