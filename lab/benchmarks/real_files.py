@@ -29,7 +29,7 @@ MEDIAN, TENTH, LEAST, MILLISECONDS = 15_000.0, 4_000.0, 1_000.0, 10.0
 MEASURED = (
     "`drops/s`: drops in a second of processor time of one core, at restitution 0.5 and default "
     "settings, the poses known, over about a second. `estimate, ms`: processor time of "
-    "`estimate(part)` on a part that was made from the loaded arrays, nothing remembered, so that "
+    "`estimate(part, 'split')` on a part made from the loaded arrays, nothing remembered, so that "
     "convex body, round surfaces, poses and symmetries are in it; median of five. Kernels were "
     "compiled before. `impacts`: of a drop, on the average. `corners`, `poses`: of the convex "
     "body that is dropped.")
@@ -63,7 +63,7 @@ def measure(part: Part) -> dict[str, float | int]:
         impacts.clear()
         return _spent(lambda: simulate(part, drops, seed=1, workers=1, on_drops=count))
 
-    estimate(part)
+    estimate(part, "split")
     drop(FIRST)
     drops = max(FIRST, min(100_000, round(SECONDS * FIRST / drop(FIRST))))
     seconds = drop(drops)
@@ -80,7 +80,7 @@ def measure(part: Part) -> dict[str, float | int]:
 
 def _estimate_seconds(part: Part) -> float:
     again = part_from_mesh(part.vertices, part.triangles)
-    return _spent(lambda: estimate(again))
+    return _spent(lambda: estimate(again, "split"))
 
 
 def _spent(call: Callable[[], object]) -> float:

@@ -56,7 +56,7 @@ def _scale(body: Body) -> list[Contender]:
     fresh = Fresh(body)
 
     def library(vertices: NDArray[np.float64]) -> object:
-        return estimate(part_from_mesh(vertices, body.triangles))
+        return estimate(part_from_mesh(vertices, body.triangles), "split")
 
     library(fresh())  # loads the kernels
     return [Contender(HULL, ConvexHull, fresh), Contender(LIBRARY, library, fresh)]

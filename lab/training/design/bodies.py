@@ -62,7 +62,7 @@ def make_case(family: str, number: int) -> Case:
     restitution = RESTITUTIONS[int(draw.integers(len(RESTITUTIONS)))]
     groups: dict[int, list[int]] = {}
     share: dict[int, float] = {}
-    for pose in estimate(part, restitution=restitution, cluster_tolerance=tolerance,
+    for pose in estimate(part, "split", restitution=restitution, cluster_tolerance=tolerance,
                          round_sides=sides).poses:
         groups.setdefault(pose.group, []).append(pose.index)
         share[pose.group] = pose.group_probability

@@ -12,7 +12,7 @@ from ...errors import RequestError
 from ...records import DropScene, FlipStatistics
 from ...statistics import feeding
 from ...statistics.pose_shares import pose_shares
-from ..jobs import FlipRequest, Job, Jobs
+from ..jobs import FlipRequest, Job, Jobs, State
 from ..jobs.run import FlipReports, flip_key, flips_in_all
 from ..messages import part_requests, statistics_messages
 from ..parts import known_part, part_store
@@ -84,7 +84,7 @@ class FeedingService:
     def _go_on(self, request: Any, response: Any, latched: PoseStatistics, job: Job) -> None:
         """Answer once the flips are there."""
         flips = self._reports.of_job(job.job_id)
-        if job.cancel_reason:  # nobody but the node itself cancels
+        if job.state is State.CANCELLED:  # nobody but the node itself cancels
             raise requests.ending()
         if flips is None:
             response.success, response.message = False, job.message

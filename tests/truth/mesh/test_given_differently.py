@@ -82,10 +82,10 @@ def test_vertices_merge_within_the_tolerance_and_not_beyond(seed, scale):
 def test_one_more_corner_or_a_corner_cut_off_by_a_hair_changes_an_answer_by_a_hair():
     corners = shapes.box(1.0, 0.7, 0.4)[0]
     tip, along = corners[-1], np.sign(corners[-1]) * np.eye(3)
-    whole = estimate(part_from_mesh(*shapes.hull_mesh(corners)))
+    whole = estimate(part_from_mesh(*shapes.hull_mesh(corners)), "split")
     for others in (np.vstack((corners, (corners[0] + corners[1]) / 2 * (1.0 + 1e-9))),
                    np.vstack((corners[:-1], tip - 1e-4 * along))):
-        changed = estimate(part_from_mesh(*shapes.hull_mesh(others)))
+        changed = estimate(part_from_mesh(*shapes.hull_mesh(others)), "split")
         assert changed.expected_error == pytest.approx(whole.expected_error, rel=1e-2)
         assert np.sort(values(changed.poses, "probability")) == pytest.approx(
             np.sort(values(whole.poses, "probability")), abs=1e-3)
