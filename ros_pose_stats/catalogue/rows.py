@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import errors, text
+from ..estimators import estimate_in
 from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
 from ..planning.confidence import estimate_bound, prior_of
@@ -77,10 +78,12 @@ def _described(name: str, content: bytes | errors.PoseStatsError | None, request
     mesh = files.parse_mesh(path, held, request.unit, unless_declared=True)
     given = mass_properties.check_given(None, None, None, request.density)
     part = parts.part_of_file(mesh, given, path.stem)
-    # Drops from a seed of the part's own: equal parts have equal rows, in whatever order.
-    found = auto(part, request.target_error if drop else 0.0, None, scene.restitution,
-                 part.seed, scene.drop_height, workers=threads,
-                 cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
+    if request.target_error and not drop:
+        found = estimate_in(part, scene)  # which may be sure enough
+    else:  # drops from a seed of the part's own: equal parts have equal rows, in whatever order
+        found = auto(part, request.target_error, None, scene.restitution, part.seed,
+                     scene.drop_height, workers=threads,
+                     cluster_tolerance=scene.cluster_tolerance, round_sides=scene.round_sides)
     groups = pose_groups.pose_groups(found)
     row = {"file": name, "unit_declared": mesh.declared is not None,
            **_row(part, found, groups), "refusal": "",
