@@ -30,20 +30,19 @@ class AnsweringNode(Node):
     def __init__(self, name: str, **options: Any) -> None:
         self.answers = Answers(lambda line: self.get_logger().warning(line))
         super().__init__(name, **options)
+        for service in self.services:  # of parameters and types, which rclpy has made by itself
+            self._send_through_answers(service)
         steady_timer(self, PAUSE, self.answers.retry, MutuallyExclusiveCallbackGroup())
 
-    def create_service(self, kind: Any, name: str, callback: Callable[..., Any],
-                       **options: Any) -> Service:
-        """Make a service as rclpy does, but that clients who do not hear hold up nobody."""
-        service: Service = super().create_service(kind, name, callback, **options)
-        send_now = service.send_response
+    def _send_through_answers(self, service: Service) -> None:
+        """Have clients who do not hear hold up nobody, and end nothing."""
+        send_now, name = service.send_response, service.srv_name
 
         def send_response(response: Any, header: Any) -> None:
             self.answers.send(self.answers.asked(name, number_of(header)),
                               lambda: send_now(response, header))
 
         service.send_response = send_response
-        return service
 
     def serve(self, kind: Any, name: str, callback: Callable[..., Any],
               may_wait: Callable[[Any], bool] = lambda request: True) -> None:
@@ -53,7 +52,7 @@ class AnsweringNode(Node):
         `concurrent.futures.Future` of its answer; `may_wait`: whether a request may wait for its
         client's turn; it must hold on to little.
         """
-        service: Service = super().create_service(
+        service: Service = self.create_service(
             kind, name, _Taken, qos_profile=SERVICE_QUALITY,
             callback_group=MutuallyExclusiveCallbackGroup())
         send_now = service.send_response

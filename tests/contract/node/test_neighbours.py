@@ -15,6 +15,7 @@ from rclpy.serialization import serialize_message
 from ros_pose_stats_msgs import srv
 from ros_pose_stats_msgs.msg import ObservedParts, PartMesh, PoseCounts
 from shape_msgs.msg import Mesh
+from type_description_interfaces.srv import GetTypeDescription
 
 from ros_pose_stats import estimate, simulate
 
@@ -248,6 +249,21 @@ def test_two_nodes_have_parts_and_jobs_of_their_own(cell, tuned):
         assert other not in client.call("list_drop_simulations").job_id
         with client.late_joiner() as joiner:
             assert joiner.wait(part_id).part_digest == told.part_digest
+
+
+def test_a_service_of_rclpy_s_own_may_have_clients_that_cannot_hear(cell):
+    hearing, deaf = (cell.node.create_client(
+        GetTypeDescription, f"{cell.prefix}/get_type_description",
+        qos_profile=QoSProfile(depth=10, durability=durability))
+        for durability in (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL))
+    until(hearing.service_is_ready, "the service")
+    unknown = GetTypeDescription.Request(type_name="a/msg/B", type_hash="RIHS01_" + 64 * "0")
+    for _ in range(10):
+        asked = deaf.call_async(unknown)
+        assert not wait_for(hearing.call_async(unknown)).successful
+    cell.good("estimate", part_id=known_part(cell))
+    assert not asked.done()
+    cell.run(lambda: [cell.node.destroy_client(one) for one in (hearing, deaf)])
 
 
 @pytest.mark.long
