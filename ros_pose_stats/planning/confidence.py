@@ -35,12 +35,12 @@ SOON = 1.4
 """The first look, in drops for which the expected error is the target; its bound needs more."""
 
 STRANGE = 0.08
-"""How likely a part is of a kind that no fit has seen: 12 % of real parts with plain faces have
-more than twice the expected error."""
+"""How likely a part is of a kind that no fit has seen: a judgement, whose outcome is in
+docs/measured/benchmarks.md."""
 
 ROCKING = 0.8
-"""The same of a part that rocks on a curve: how estimates err there differs from family to family,
-and they err by three times what they expect on the average (docs/measured/benchmarks.md)."""
+"""The same of a part that rocks on a curve: there estimates err by more than twice what they
+expect, and otherwise in each family."""
 
 FACET = 0.01
 """Solid angle, as a share of the sphere, below which a face is a facet of a curve or a bevel."""

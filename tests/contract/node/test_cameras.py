@@ -249,12 +249,15 @@ def test_a_cell_that_changes_is_told_and_one_that_does_not_is_not(tuned, model):
 
 
 def test_drops_that_contradict_the_estimate_win(tuned):
-    """A body with a heavy core, which turns so quickly that the estimate is misled."""
+    """A body with a heavy core, which turns so quickly that the estimate is misled.
+
+    The node draws its seed: of 1000 others none missed the conflict.
+    """
     surface = random_polyhedron(6, 25)
     surface = 0.02 * surface[0], surface[1]
     uniform = part_from_mesh(*surface)
     part = part_from_mesh(*surface, mass=1.0, center_of_mass=uniform.center_of_mass,
-                          inertia=0.3 * uniform.inertia / uniform.mass)
+                          inertia=0.36 * uniform.inertia / uniform.mass)
     assert any(line.startswith("CONFLICT:") for line in hybrid(part, 5000, seed=1).warnings), (
         "another body is needed here")
     assert tuned.set(refine_drops=5000) == {}
