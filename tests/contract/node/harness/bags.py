@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from contextlib import suppress
 from functools import lru_cache
 
@@ -41,7 +42,7 @@ def raw(bag):
     found = []
     for path in files_of(bag):
         topics = {}
-        with path.open("rb") as file, suppress(McapError):
+        with path.open("rb") as file, suppress(McapError, struct.error):
             for record in StreamReader(file).records:
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
