@@ -47,9 +47,9 @@ class KickSweep(NamedTuple):
 
     @property
     def near_best(self) -> tuple[KickFeeding, ...]:
-        """The kicks whose interval reaches up to the best one's number, itself included."""
-        most = self.best.feeding.per_minute.value
-        return tuple(one for one in self.kicks if one.feeding.per_minute.high >= most)
+        """The kicks within the error of the best one, itself included."""
+        least = self.best.feeding.per_minute.low
+        return tuple(one for one in self.kicks if one.feeding.per_minute.value >= least)
 
 
 def usual_kicks(radius: float) -> tuple[float, ...]:

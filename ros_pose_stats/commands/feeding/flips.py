@@ -207,8 +207,8 @@ def _sweep_table(fresh: PoseStatistics, found: KickSweep) -> list[str]:
             f"wanted: {listed(found.wanted)}; {found.rate:g} parts dropped a minute, "
             f"{found.cycle_time:g} s from kick to kick", "", *columns(heads, rows),
             f"dropped again: {show_bounded(found.afresh.per_minute)} accepted a minute",
-            "in brackets: 90 % intervals, of the model alone; as fast: not told apart from the "
-            "fastest", *(["", *fresh.warnings] if fresh.warnings else [])]
+            "in brackets: 90 % intervals, of the model alone; as fast: within the interval of "
+            "the fastest", *(["", *fresh.warnings] if fresh.warnings else [])]
 
 
 def write_feeding(found: Feeding) -> dict[str, dict[str, float | None]]:
