@@ -99,9 +99,10 @@ class Answers:
     def asked(self, service: str, number: int) -> Asked:
         """Tell who has given its request this number; of several clients, one that hears."""
         with self._changed:
+            # Of equal ones the last that asked: many at once come one right after the other.
             alike = sorted(self._by_number.pop((service, number - 1), []),
-                           key=lambda candidate: candidate.tries)
-            client = alike.pop(0) if alike else Client(service)
+                           key=lambda candidate: -candidate.tries)
+            client = alike.pop() if alike else Client(service)
             if alike:
                 self._by_number[service, number - 1] = alike
             there = self._by_number.setdefault((service, number), [])
@@ -109,7 +110,7 @@ class Answers:
             del there[:-MOST_ALIKE]
             if len(self._by_number) > MOST_NUMBERS:
                 del self._by_number[next(iter(self._by_number))]
-            deaf = (candidate for candidate in alike if candidate.is_deaf)
+            deaf = (candidate for candidate in alike[::-1] if candidate.is_deaf)
             return Asked(client, None if client.is_deaf else next(deaf, None))
 
     def has_room(self) -> bool:

@@ -48,3 +48,10 @@ def test_what_was_thrown_away_is_sent_again(answers):
     asked.client.due = 0.0
     answers.retry()
     assert len(tries) == 2 and not asked.client.unsent
+
+
+def test_many_requests_at_once_do_not_take_the_place_of_another_client(answers):
+    patient = [answers.asked("~/estimate", number).client for number in (1, 2, 3)]
+    many = [answers.asked("~/estimate", number).client for number in range(1, 10)]
+    assert answers.asked("~/estimate", 4).client is patient[-1]
+    assert set(map(id, many)) == {id(many[0])} != {id(patient[0])}
