@@ -49,3 +49,12 @@ def playable():
 
 
 PLAYED = playable()
+
+WITHOUT = {"SSE3": ("Prescott", "C library without FMA", "numpy without AVX2"),
+           "AVX2": ("Haswell", "numpy without AVX512"), "AVX512": ("SkylakeX",)}
+"""What whole machines have at most, and the environments that make them so."""
+
+MACHINES = {name: {key: value for word in made_by for played in (word, f"BLAS for {word}")
+                   for key, value in PLAYED.get(played, {}).items()}
+            for name, made_by in WITHOUT.items()}
+"""Whole machines in place of one library each: a process for each generation of processors."""

@@ -16,7 +16,7 @@ import pytest
 
 from tests.golden import answers
 from tests.golden.comparing import differences
-from tests.golden.machines import COMPILED_OTHERWISE, PLAYED
+from tests.golden.machines import COMPILED_OTHERWISE, MACHINES, PLAYED
 from tests.golden.running import KEPT, answers_of, write_parts
 
 ALL = json.loads(KEPT.read_text(encoding="utf-8"))
@@ -76,9 +76,9 @@ def assert_kept(folder, kept, *arguments, **environment):
     assert differences(made, at_hand) == []
 
 
-@pytest.mark.parametrize("machine", PLAYED)
+@pytest.mark.parametrize("machine", MACHINES)
 def test_on_another_machine(machine, tmp_path):
-    assert_kept(tmp_path, CORE, **PLAYED[machine])
+    assert_kept(tmp_path, CORE, **MACHINES[machine])
 
 
 def test_with_another_hull(tmp_path):
