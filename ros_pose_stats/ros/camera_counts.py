@@ -117,7 +117,9 @@ class CountSubscription:
         sound: list[tuple[bytes, PoseCounts]] = []
         for data in received:
             try:
-                sound.append((data, counts_of_bytes(data)))
+                counts = counts_of_bytes(data)
+                # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
+                sound.append((serialize_message(counts), counts))
             except RequestError as refusal:
                 self._refusals.refuse(COUNTS_TOPIC, str(refusal), "count")
         self.take_counts(sound)
