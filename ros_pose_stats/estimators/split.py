@@ -22,14 +22,14 @@ from . import fitted, published
 HOLDING = 1e-3
 """Depth over level at which a component's faces hold half of what they hold at most."""
 
-LEAST_DEPTH = 1e-14
-"""Least ratio of depth to level of which logarithms are taken."""
-
 FORGOTTEN = 30.0
 """Growth over the depth of a split at which a component keeps half of its parts' weights."""
 
 SHALLOWEST = 1e-14
-"""Least depth, in radii, by which growth is measured."""
+"""Least depth, in radii or over the level, that is divided by or whose logarithm is taken."""
+
+STEEP = 1e3
+"""Depth over the rise of the level to a next split, by which that outgrows a shallower one."""
 
 
 def split(resting: RestingPoses, scene: DropScene) -> Array:
@@ -48,11 +48,9 @@ def split(resting: RestingPoses, scene: DropScene) -> Array:
 
 
 def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
-    """Inputs (3 K, 26) of the weights of the K splits.
+    """Inputs (3 K, 26) of the weights of the K splits: of both children and of the whole.
 
     Those are the features, then what tells of the body, the scene and the corners, then rolling.
-
-    The rows of a split are its two children and the whole.
     """
     wanted = resting.clusters.split
     features = resting.split_features[wanted]
@@ -66,9 +64,8 @@ def split_inputs(resting: RestingPoses, scene: DropScene) -> Array:
 def kept_shares(resting: RestingPoses) -> Array:
     """Share of its own children's weights that each child of a join (S - 1, 2) keeps, 0 to 1.
 
-    A child keeps all of them where its own split lies at the same level. A ridge that is low
-    against the growth of the component since then is forgotten: a face that breaks in two changes
-    nothing at first.
+    A ridge that is low against the growth of the component since its split is forgotten: a face
+    that breaks in two changes nothing at first. Of splits at a level the shallowest ridge counts.
     """
     tree, features = resting.equilibria.arrays.tree, resting.split_features
     leaves = resting.equilibria.order.shape[0]
@@ -77,8 +74,12 @@ def kept_shares(resting: RestingPoses) -> Array:
     joined[joined] = resting.clusters.split[below[joined]]
     at, rows = below[joined], np.nonzero(joined)[0]
     level = features[:, 0, LEVEL]
-    depth = level[at] - features[at, :2, LOWEST].max(axis=1)
-    grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth, SHALLOWEST)
+    depth = level - features[:, :2, LOWEST].max(axis=1)
+    for row, child in np.argwhere(joined):  # from the lowest split upwards
+        at = below[row, child]
+        depth[row] = min(depth[row], depth[at] + STEEP * (level[row] - level[at]))
+    at, rows = below[joined], np.nonzero(joined)[0]
+    grown = (level[rows] - level[at]) / np.maximum(FORGOTTEN * depth[at], SHALLOWEST)
     kept = np.zeros(tree.child.shape)
     kept[joined] = 1.0 / (1.0 + grown * grown)
     return kept
@@ -86,11 +87,7 @@ def kept_shares(resting: RestingPoses) -> Array:
 
 def component_weights(rows: NDArray[np.floating],
                       fits: Sequence[fitted.SplitFit] = fitted.SPLIT_FITS) -> Array:
-    """Logarithm (n,) of the weights of components from their inputs (n, 26).
-
-    A part comes to rest in a component because the last of its energy leaves it there, or
-    because it lands on a face that holds it: each has a weight of its own, and they add.
-    """
+    """Logarithm (n,) of the weights of components from their inputs (n, 26)."""
     left, held = component_bases(rows)
     told = [np.logaddexp(left + fit.left(rows), held + fit.held(rows)) for fit in fits]
     return np.asarray(sum(told) / len(fits))
@@ -101,6 +98,6 @@ def component_bases(rows: NDArray[np.floating]) -> tuple[Array, Array]:
 
     The angle vanishes with the depth, where the level is hardly above the lowest face.
     """
-    depth = np.maximum(rows[:, DEPTH], LEAST_DEPTH)
+    depth = np.maximum(rows[:, DEPTH], SHALLOWEST)
     holding = rows[:, LOG_HELD] + np.log(depth / (depth + HOLDING))
     return np.asarray(rows[:, LOG_AREA]), np.asarray(holding)
