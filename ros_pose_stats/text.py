@@ -18,13 +18,6 @@ WIDTH = 100
 MOST_POSES = 40
 """Poses that a report lists; the others are summed up in one line."""
 
-SERIOUS = frozenset({
-    "UNIT_SUSPECT", "UNIT_OVERRIDDEN", "OPEN_MESH", "BODIES_OVERLAP", "INERTIA_SUSPECT",
-    "COARSE_CURVE", "OUTSIDE_FIT", "CONFLICT", "LOW_DROP", "HEIGHT_SUSPECT", "UNITS_DIFFER"})
-"""Codes of warnings to be looked at before the numbers are used: lengths or shares may be off by
-more than the errors beside them, or drops and estimate contradict each other. docs/warnings.md
-marks the same ones."""
-
 
 class Column(NamedTuple):
     """Head of a column: its title, the unit below it, and whether text is flush left."""
@@ -145,13 +138,3 @@ def _cell(value: Any) -> Any:
 def code_of(warning: str) -> str:
     """The code of a warning `CODE: sentence`."""
     return warning.partition(":")[0]
-
-
-def is_serious(warning: str) -> bool:
-    """Whether a warning `CODE: sentence` is to be looked at before the numbers are used."""
-    return code_of(warning) in SERIOUS
-
-
-def serious_first(warnings: Iterable[str]) -> list[str]:
-    """Warnings with the serious ones before all others, else in their order."""
-    return sorted(warnings, key=lambda one: not is_serious(one))

@@ -54,7 +54,7 @@ class Catalogue:
     found: int  # rows that an earlier run had made
     # rows that are not as sure as the target error asks, as the run was stopped
     to_be_dropped: int
-    tally: Tally  # what the rows come to: those that were refused, and serious warnings
+    tally: Tally  # what the rows come to: those that were refused, and warnings
     rows: list[Row] | None  # where they were to be kept
 
     @property

@@ -18,7 +18,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from .. import errors, files, version
 from ..records.scene import DEFAULT_CLUSTER_TOLERANCE, DEFAULT_ROUND_SIDES, describe_scene
-from ..text import SERIOUS, percent, ranges, several
+from ..text import percent, ranges, several
 from . import rows, store
 from .request import CatalogueRequest
 
@@ -95,7 +95,7 @@ def _write_chunks(folder: Path, shown: Iterator[list[Any]]) -> Iterator[str]:
 
 
 def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
-    """What the command of a report is put together from, and which warnings are serious."""
+    """What the command of a report is put together from."""
     scene, plain = request.scene, request.as_dict()
     names = [name for name in ("density", "drop_height") if plain[name] is not None]
     names.append("restitution")
@@ -106,8 +106,7 @@ def _settings(folder: Path, request: CatalogueRequest) -> dict[str, Any]:
     options = [word for name in names
                for word in (f"--{name.replace('_', '-')}", str(plain[name]))]
     return {"here": str(Path.cwd()), "folder": str(folder.absolute()), "options": options,
-            "unit": [] if request.unit is None else ["--unit", request.unit],
-            "serious": sorted(SERIOUS)}
+            "unit": [] if request.unit is None else ["--unit", request.unit]}
 
 
 def _shown(folder: Path, row: rows.Row, picture: str, embedded: bool) -> list[Any]:

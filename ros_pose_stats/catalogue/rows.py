@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import errors, text
+from .. import errors
 from ..estimators import estimate_in
 from ..mesh import files, mass_properties, parts
 from ..planning.auto import auto
@@ -117,7 +117,7 @@ def _row(part: Part, found: PoseStatistics, groups: Sequence[pose_groups.PoseGro
         "entropy_bits": entropy([group.probability for group in groups]),
         "passes": passes.value, "passes_low": passes.low, "passes_high": passes.high,
         "footprint_length_m": length, "footprint_width_m": width, "top_m": best.first.top,
-        "warnings": text.serious_first(found.warnings),
+        "warnings": list(found.warnings),
     }
 
 

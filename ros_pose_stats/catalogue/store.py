@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from ..errors import BatchError
 from ..files import refuse_irregular
-from ..text import code_of, is_serious
+from ..text import code_of
 from .request import PartFile
 from .rows import Described, Row
 
@@ -114,15 +114,15 @@ class Tally:
     # parts that were not refused, and those of them whose best pose has at least `ONE_WAY`
     answered: int = 0
     one_way: int = 0
-    doubted: int = 0  # parts with serious warnings
-    # parts by the code of a serious warning, the most frequent first when listed
-    serious: Counter[str] = field(default_factory=Counter)
+    doubted: int = 0  # parts with warnings
+    # parts by the code of a warning, the most frequent first when listed
+    warnings: Counter[str] = field(default_factory=Counter)
     refused: dict[str, str] = field(default_factory=dict)  # reasons by the names of the files
 
     @property
     def codes(self) -> str:
-        """The codes of serious warnings with their numbers, in words."""
-        return ", ".join(f"{code} {count}" for code, count in self.serious.most_common())
+        """The codes of warnings with their numbers, in words."""
+        return ", ".join(f"{code} {count}" for code, count in self.warnings.most_common())
 
 
 def tally(rows: Iterable[Row]) -> Tally:
@@ -135,7 +135,7 @@ def tally(rows: Iterable[Row]) -> Tally:
         counted.answered += 1
         share = row["best_share"]
         counted.one_way += share is not None and share >= ONE_WAY
-        codes = {code_of(one) for one in row["warnings"] if is_serious(one)}
+        codes = set(map(code_of, row["warnings"]))
         counted.doubted += bool(codes)
-        counted.serious.update(sorted(codes))
+        counted.warnings.update(sorted(codes))
     return counted

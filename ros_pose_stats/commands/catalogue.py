@@ -106,7 +106,7 @@ def _print_json(made: Catalogue, seconds: float) -> None:
         "folder": str(made.folder), "page": str(made.page), "tables": list(map(str, made.tables)),
         "done": made.done, "bound": made.bound, "found": made.found,
         "refused": len(made.tally.refused), "doubted": made.tally.doubted,
-        "serious_warnings": dict(made.tally.serious), "to_be_dropped": made.to_be_dropped,
+        "warnings": dict(made.tally.warnings), "to_be_dropped": made.to_be_dropped,
         "seconds": seconds, **state,
         "parts": list(made.rows or ())})
 
@@ -119,7 +119,7 @@ def _print_words(made: Catalogue, seconds: float) -> None:
     for table in made.tables:
         print(printable(str(table)))
     if counted.doubted:
-        print(f"serious warnings about {counted.doubted} of {several(counted.answered, 'part')}: "
+        print(f"warnings about {counted.doubted} of {several(counted.answered, 'part')}: "
               f"{counted.codes}")
     for name, why in list(counted.refused.items())[:NAMED]:
         print(printable(f"refused {name}: {why}"))

@@ -154,4 +154,5 @@ def _remarks(found: Sequence[PoseStatistics]) -> list[str]:
     seconds = sum(each.seconds for each in found)
     duration = f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
     choices = list(dict.fromkeys(each.choice for each in found if each.choice))
-    return ["", *choices, *warnings, f"computed in {duration}"]
+    notes = dict.fromkeys(f"note {line}" for each in found for line in each.notes)
+    return ["", *choices, *warnings, *notes, f"computed in {duration}"]

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..methods import SIMULATION
 from ..records import Part, PoseStatistics, statistics
-from ..resting.trust import pose_warnings
+from ..resting.trust import pose_remarks
 from ..simulation.simulate import height_warnings, touching_warnings
 from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
 from . import comparison, correspondence, describe, paired_drops
@@ -92,6 +92,7 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     counted = prefix.Prefix(len(resting.poses), max(pairs.drops, 1), 0.0)
     counted.add(np.where(pairs.settled, pairs.outcome[variant], paired_drops.UNSETTLED))
     unsettled = pairs.drops - counted.settled
+    remarks = pose_remarks(resting)
     told = height_warnings(scene, resting.body.radius)
     if pairs.touched:
         told += touching_warnings(scene, pairs.touched[variant], pairs.drops)
@@ -101,7 +102,7 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     return statistics.pose_statistics(
         part, resting.body.radius, resting.poses, counted.shares(), SIMULATION, scene,
         drops=pairs.drops, unsettled=unsettled, seed=pairs.seed,
-        warnings=(*pose_warnings(resting), *told))
+        warnings=(*remarks.warnings, *told), notes=remarks.notes)
 
 
 def _compare(pairs: paired_drops.PairedDrops, found: Sequence[PoseStatistics], second: int,

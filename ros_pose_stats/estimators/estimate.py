@@ -20,12 +20,14 @@ def estimate_in(part: Part, scene: DropScene, method: str = AUTO) -> PoseStatist
     begin = time.perf_counter()
     chosen = estimator(best_method(scene.restitution) if method == AUTO else method)
     resting = poses.poses_in(part, scene)
+    remarks = trust.pose_remarks(resting)
     probability = chosen.function(resting, scene)
     expected = expected_error(chosen.name, resting, probability, scene)
     found = statistics.pose_statistics(
         part, resting.body.radius, resting.poses, expected.shares(probability), chosen.name, scene,
         knows_scene=chosen.knows_scene, seconds=time.perf_counter() - begin,
-        warnings=_warnings(resting, chosen, scene, expected))
+        warnings=(*remarks.warnings, *_warnings(resting, chosen, scene, expected)),
+        notes=remarks.notes)
     return replace(found, choice=explain_best(chosen.name)) if method == AUTO else found
 
 
@@ -43,7 +45,7 @@ def estimate_all(part: Part, *, restitution: float = scenes.DEFAULT_RESTITUTION,
 
 def _warnings(resting: poses.RestingPoses, chosen: Estimator, scene: DropScene,
               expected: ExpectedError) -> list[str]:
-    warnings = trust.pose_warnings(resting)
+    warnings = []
     radii = math.inf if scene.drop_height is None else scene.drop_height / resting.body.radius
     if radii < scenes.LOW_DROP_RADII and not chosen.knows_scene:
         warnings.append(

@@ -178,7 +178,9 @@ class PoseStatistics:
     seconds : float
         From mass properties to statistics, without reading files and imports.
     warnings : tuple of str
-        Each `CODE: sentence`.
+        What a person should act on, each `CODE: sentence`.
+    notes : tuple of str
+        What is peculiar about the part and asks for nothing, each `CODE: sentence`.
     version : str
         Of this package.
     round_sides : int
@@ -206,6 +208,7 @@ class PoseStatistics:
     plate_error: float = DEFAULT_PLATE_ERROR
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     version: str = ""
     choice: str = ""
     round_sides: int = 0
@@ -220,7 +223,7 @@ class PoseStatistics:
         """The statistics as plain values under the keys of the JSON contract."""
         return {**{name: plain_number(getattr(self, name))
                    for name in (*STATISTICS_FIELDS, "seconds", "choice", "scene")},
-                "warnings": list(self.warnings),
+                "warnings": list(self.warnings), "notes": list(self.notes),
                 "poses": [pose.as_dict() for pose in self.poses]}
 
 
@@ -239,7 +242,8 @@ class Shares(NamedTuple):
 def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shares: Shares,
                     method: str, scene: DropScene, *, knows_scene: bool = True,
                     drops: int = 0, unsettled: int = 0, seed: int = 0,
-                    seconds: float = math.nan, warnings: Iterable[str] = ()) -> PoseStatistics:
+                    seconds: float = math.nan, warnings: Iterable[str] = (),
+                    notes: tuple[str, ...] = ()) -> PoseStatistics:
     """Statistics of a part by a method.
 
     `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
@@ -252,7 +256,7 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
         round_sides=scene.round_sides, poses=ranked(poses, shares), drops=drops,
         unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
         largest_error=shares.largest_error, seconds=seconds,
-        warnings=(*part.warnings, *warnings), version=VERSION)
+        warnings=(*part.warnings, *warnings), notes=notes, version=VERSION)
 
 
 def with_shares(model: PoseStatistics, method: str, shares: Shares,

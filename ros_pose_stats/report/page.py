@@ -96,6 +96,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
         warnings=[words.in_words(one) for one in findings.warnings],
+        notes=[words.in_words(one) for one in found.notes],
         cards=[(group, files.address("png", files.png_bytes(picture)))
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),

@@ -91,7 +91,7 @@ def _redraw(outline: Outline, group: Group, wholes: list[Whole], parts: list[tup
             continue
         angles = grid if ends else grid[::sides // one.sides]
         numbers = outline.add(_on_circle(group, one.height, one.rim.radius, angles))
-        outline.chains.append(Chain(one.rim, numbers, True, len(angles)))
+        outline.chains.append(Chain(one.rim, numbers, True, sides if ends else one.sides))
     for (rim, refine), mine in zip(parts, pieces, strict=True):
         height, changed = _height(outline.points, group, rim), False
         sequence: list[Index] = []

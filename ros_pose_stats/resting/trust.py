@@ -1,7 +1,9 @@
-"""Warnings about a part whose poses are close to a change, which all of its answers carry."""
+"""What all answers for a part carry: warnings that ask a person to act, and notes that do not."""
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,22 +16,33 @@ MOST_NAMED = 3
 """Most poses that a warning names; it counts the others."""
 
 
-def pose_warnings(resting: poses.RestingPoses) -> list[str]:
-    """Warnings about a part's poses that hold for every method.
+class Remarks(NamedTuple):
+    """Each `CODE: sentence`; none where nothing is peculiar."""
 
-    Returns `CODE: sentence`, none where nothing is near a change.
-    """
-    found = (_rounded(resting.body), _coarse(resting), _clustered(resting),
-             _marginal(resting.poses), _shallow(resting.poses), _near_tie(resting))
-    return [one for one in found if one]
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+_REMARKS: WeakKeyDictionary[poses.RestingPoses, Remarks] = WeakKeyDictionary()
+
+
+def pose_remarks(resting: poses.RestingPoses) -> Remarks:
+    """Remarks on a part's poses that hold for every method; made once."""
+    if resting not in _REMARKS:
+        warnings = (_coarse(resting), _marginal(resting.poses))
+        notes = (_rounded(resting.body), _clustered(resting), _shallow(resting.poses),
+                 _near_tie(resting))
+        _REMARKS[resting] = Remarks(tuple(filter(None, warnings)), tuple(filter(None, notes)))
+    return _REMARKS[resting]
 
 
 def _rounded(body: convex_body.ConvexBody) -> str:
     if not body.rounded:
         return ""
+    sides = sorted({run.sides for run in body.runs if run.sides})
     return (f"ROUNDED: {text.several(body.rounded, 'round edge')} of the hull "
             f"{'stands as a polygon' if body.rounded == 1 else 'stand as polygons'} of "
-            f"{max(run.sides for run in body.runs)} sides a turn, whatever the file has.")
+            f"{' or '.join(map(str, sides))} sides a turn, whatever the file has.")
 
 
 def _coarse(resting: poses.RestingPoses) -> str:

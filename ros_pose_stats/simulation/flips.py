@@ -11,7 +11,7 @@ from .. import errors, version
 from ..kernels.drops.layout import P, V, W
 from ..mesh.vectors import turn_vectors
 from ..records import Array, DropScene, FlipStatistics, Index, Part, scene as scenes
-from ..resting.trust import pose_warnings
+from ..resting.trust import pose_remarks
 from ..statistics.errors import standard_errors
 from . import chunks, drop_body, drops
 from .request import ALONE, DropRequest, Watch, drop_request, real_number
@@ -81,7 +81,7 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     with np.errstate(invalid="ignore"):
         transition = counts / settled[:, None]
     errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
-    warnings = [*part.warnings, *pose_warnings(body.resting)]
+    warnings = [*part.warnings, *pose_remarks(body.resting).warnings]
     if unsettled.any():
         warnings.append(
             f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..methods import SIMULATION
 from ..records import DropProgress, DropScene, Part, PoseStatistics, scene as scenes, statistics
-from ..resting.trust import pose_warnings
+from ..resting.trust import pose_remarks
 from ..statistics.prefix import Judge, Prefix, target_reached
 from .chunks import DropWorkers
 from .drop_body import drop_body
@@ -139,11 +139,12 @@ class _Simulation:
     def _statistics(self) -> PoseStatistics:
         """Statistics of the drops counted so far."""
         prefix, resting = self._prefix, self._body.resting
+        remarks = pose_remarks(resting)
         return statistics.pose_statistics(
             self._part, self._body.radius, resting.poses, prefix.shares(), SIMULATION, self._scene,
             drops=prefix.drops, unsettled=prefix.drops - prefix.settled, seed=self._request.seed,
             seconds=time.perf_counter() - self._begin,
-            warnings=(*pose_warnings(resting), *self._warnings()))
+            warnings=(*remarks.warnings, *self._warnings()), notes=remarks.notes)
 
     def _warnings(self) -> list[str]:
         prefix, scene, radius = self._prefix, self._scene, self._body.radius

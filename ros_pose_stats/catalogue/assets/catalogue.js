@@ -9,14 +9,12 @@ const FIRST = { by: "share", falling: true };
 let shown = [], limit = AT_ONCE, sorted = FIRST;
 
 const codeOf = warning => warning.split(":")[0];
-const isSerious = warning => settings.serious.includes(codeOf(warning));
 
 function addRows(rows) {
   for (const row of rows) {
     const part = { warnings: [], groups: [] };
     row.forEach((value, k) => { part[FIELDS[k]] = value; });
-    part.serious = part.warnings.filter(isSerious).length;
-    part.noted = 1000 * part.serious + part.warnings.length;  // to sort by
+    part.warned = part.warnings.length;  // to sort by
     part.words = [part.file, part.refusal, ...part.warnings].join("\n").toLowerCase();
     parts.push(part);
   }
@@ -47,7 +45,7 @@ const COLUMNS = [
   { name: "Height", by: "top", unit: "mm", cell: p => [millimetres(p.top)] },
   { name: "Error", by: "error", cell: p => [p.error == null ? "–" : `${number(100 * p.error, 2)}\u00a0points`,
     element("small", p.drops ? `${p.drops} drops` : "estimated")] },
-  { name: "Warnings", by: "noted", falling: true, kind: "notes left", cell: notesCell },
+  { name: "Warnings", by: "warned", falling: true, kind: "notes left", cell: warningsCell },
 ];
 
 function partCell(part) {
@@ -58,9 +56,8 @@ function partCell(part) {
   return [open, element("small", part.file.slice(0, at))];
 }
 
-function notesCell(part) {
-  return part.warnings.flatMap((one, k) =>
-    [k ? ", " : "", element("span", codeOf(one), isSerious(one) ? "serious" : "")]);
+function warningsCell(part) {
+  return part.warnings.flatMap((one, k) => [k ? ", " : "", element("span", codeOf(one), "warned")]);
 }
 
 function shareCell(part) {
@@ -89,7 +86,7 @@ function rowOf(part) {
     if (part.refusal && column.by !== "file") continue;
     const cell = element("td", column.cell(part), column.kind ?? "");
     if (column.by !== "file") cell.dataset.name = column.name;
-    if (column.by === "noted" && !part.warnings.length) delete cell.dataset.name;
+    if (column.by === "warned" && !part.warned) delete cell.dataset.name;
     row.append(cell);
   }
   if (part.refusal) {
@@ -117,7 +114,7 @@ function detailsOf(part) {
       + (part.largest == null ? "" : `; with 90 % confidence no pose is off by more than ${number(100 * part.largest, 2)} points`)),
     element("h3", "Poses"), posesOf(part));
   }
-  for (const one of part.warnings) cell.append(element("p", one, isSerious(one) ? "warning" : ""));
+  for (const one of part.warnings) cell.append(element("p", one, "warning"));
   cell.append(element("h3", "Report with pictures of all poses"), ...reportOf(part));
   const row = element("tr", [cell], "more");
   return row;
@@ -172,8 +169,7 @@ function wanted() {
   const kind = field("kind").value, share = limitOf("share"), passes = limitOf("passes");
   const box = ["fit-length", "fit-width", "fit-top"].map(limitOf), boxed = box.some(x => x != null);
   const kinds = { all: () => true, answered: p => !p.refusal, refused: p => !!p.refusal,
-    clean: p => !p.refusal && !p.warnings.length, warned: p => p.warnings.length > 0,
-    serious: p => p.serious > 0 };
+    clean: p => !p.refusal && !p.warned, warned: p => p.warned > 0 };
   return part => kinds[kind](part) && words.every(word => part.words.includes(word))
     && (share == null || 100 * part.share >= share) && (passes == null || part.passes <= passes)
     && (!boxed || fits(part, ...box));
@@ -184,7 +180,7 @@ const names = new Intl.Collator(undefined, { numeric: true });
 function order(by, falling) {
   const sign = falling ? -1 : 1;
   if (by === "file") return (a, b) => sign * names.compare(a.file, b.file);
-  const value = by === "noted" ? part => part.refusal ? null : part.noted : part => part[by];
+  const value = by === "warned" ? part => part.refusal ? null : part.warned : part => part[by];
   return (a, b) => {  // what is not known comes last in both directions
     const x = value(a), y = value(b);
     return (x == null) - (y == null) || sign * (x - y) || 0;

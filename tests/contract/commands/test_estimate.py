@@ -18,7 +18,7 @@ STATISTICS_KEYS = {
     "choice", "observed", "part_id", "part_digest", "radius", "method", "restitution",
     "drop_height", "cluster_tolerance", "round_sides", "drops", "unsettled", "seed",
     "expected_error", "largest_error", "scene", "plate_error", "seconds", "version", "warnings",
-    "poses",
+    "notes", "poses",
 }
 POSE_KEYS = {
     "index", "group", "down", "height", "top", "margin", "barrier", "spread", "probability",
@@ -93,13 +93,20 @@ class TestTable:
         assert b"###" in out.buffer.getvalue()
 
     @pytest.mark.parametrize(("name", "options", "code"), [
-        ("box", (), "UNIT_SUSPECT"), ("cylinder", ("--unit", "mm"), "CLUSTERED"),
+        ("box", (), "UNIT_SUSPECT"),
         ("open", ("--unit", "mm"), "HOLES_CLOSED"),
         ("box", ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"), "LOW_DROP")])
     def test_warnings_are_in_table_and_object(self, parts, name, options, code):
         asked = "estimate", parts / f"{name}.stl", *options
         assert f"\n{code}: " in answer(*asked)
         assert code in [line.partition(":")[0] for line in answer_json(*asked)["warnings"]]
+
+    def test_notes_stand_below_the_table_and_in_the_object(self, parts):
+        asked = "estimate", parts / "cylinder.stl", "--unit", "mm"
+        found = answer_json(*asked)
+        assert "CLUSTERED" in [line.partition(":")[0] for line in found["notes"]]
+        assert found["warnings"] == []
+        assert "".join(f"\nnote {line}" for line in found["notes"]) + "\ncomputed" in answer(*asked)
 
 
 class TestJson:

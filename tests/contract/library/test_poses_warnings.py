@@ -1,4 +1,4 @@
-"""Warnings of poses that are close to changing, and of curves that a file divides coarsely."""
+"""Warnings and notes about poses that are close to changing, and about curves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ros_pose_stats import estimate, part_from_mesh, resting_poses, shapes, simu
 def warnings_of(part, tolerance=0.0, round_sides=0):
     """Code -> sentence."""
     answer = estimate(part, "csae", cluster_tolerance=tolerance, round_sides=round_sides)
-    return dict(line.split(": ", 1) for line in answer.warnings)
+    return dict(line.split(": ", 1) for line in (*answer.warnings, *answer.notes))
 
 
 def leaning(lean):
@@ -80,5 +80,6 @@ def test_circles_are_given_the_sides_of_the_contract(sides, codes):
 
 
 def test_drops_carry_them_too():
-    told = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0).warnings
-    assert any(line.startswith("MARGINAL_POSE") for line in told)
+    told = simulate(leaning(0.999), 10, seed=1, cluster_tolerance=0.0)
+    assert [line.partition(":")[0] for line in told.warnings] == ["MARGINAL_POSE"]
+    assert [line.partition(":")[0] for line in told.notes] == ["SHALLOW_POSE"]

@@ -78,7 +78,7 @@ def test_counts_of_gathered_faces_add(surface):
     count = by_index(by_face, "count")
     for pose in gathered.poses:
         assert pose.count == count[list(pose.members)].sum()
-    assert any(text.startswith("CLUSTERED") for text in gathered.warnings)
+    assert any(text.startswith("CLUSTERED") for text in gathered.notes)
 
 
 def test_like_poses_are_told_as_a_group():

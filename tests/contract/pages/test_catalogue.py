@@ -47,7 +47,7 @@ class TestWhatIsWritten:
                          (small[0] / "index.html").read_text(encoding="utf-8"), re.DOTALL)[1]
         assert re.search(r"\d of 7 parts lie one way in at least 90&nbsp;% of drops", lead)
         assert "1 refused" in lead
-        assert "Serious warnings about 1 part: UNIT_SUSPECT\xa01." in (
+        assert "Warnings about 1 part: UNIT_SUSPECT\xa01." in (
             small[0] / "index.html").read_text(encoding="utf-8")
 
     def test_a_small_page_is_one_file(self, small):
@@ -104,7 +104,7 @@ def test_it_sorts_at_a_phones_width_too(small, browser):
     ({"words": "BAR"}, "b"), ({"words": "odd name"}, "e"), ({"words": "expected"}, "f"),
     ({"words": "nothing"}, ""), ({"share": "99.95"}, "a"), ({"passes": "1.001"}, "a"),
     ({"fit-top": "9.5"}, "ceg"), ({"kind": "refused"}, "f"), ({"kind": "answered"}, KNOWN),
-    ({"kind": "serious"}, "g"),
+    ({"kind": "warned"}, "g"),
     # A box that a part is to fit into, given either way round.
     ({"fit-length": "14", "fit-width": "60"}, "abeg"),
 ])
@@ -143,11 +143,11 @@ def test_a_part_tells_its_poses_and_the_command_of_its_report(small, browser):
     assert browser.evaluate("document.querySelectorAll('.more').length") == 0
 
 
-def test_serious_warnings_stand_out(small, browser):
+def test_warnings_stand_out(small, browser):
     opened(browser, small)
-    shown = "[...document.querySelectorAll('.notes .serious')].map(e => e.textContent)"
+    shown = "[...document.querySelectorAll('.notes .warned')].map(e => e.textContent)"
     assert browser.evaluate(shown) == ["UNIT_SUSPECT"]
-    colours = browser.evaluate("['.notes .serious', 'td.notes'].map(name => getComputedStyle("
+    colours = browser.evaluate("['.notes .warned', 'td.notes'].map(name => getComputedStyle("
                                "document.querySelector(name)).color)")
     assert colours[0] != colours[1]
     browser.evaluate(OPEN_ALL)

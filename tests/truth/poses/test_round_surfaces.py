@@ -39,7 +39,7 @@ def answer(surface):
 
 def is_rounded(surface):
     return any(line.startswith("ROUNDED") for line in
-               estimate(part_from_mesh(*surface), "csae").warnings)
+               estimate(part_from_mesh(*surface), "csae").notes)
 
 
 def of_size(poses, members):
