@@ -106,7 +106,8 @@ class TestTable:
         found = answer_json(*asked)
         assert "CLUSTERED" in [line.partition(":")[0] for line in found["notes"]]
         assert found["warnings"] == []
-        assert "".join(f"\nnote {line}" for line in found["notes"]) + "\ncomputed" in answer(*asked)
+        lines = "".join(f"\nnote {line}" for line in found["notes"])
+        assert f"{lines}\ncomputed" in answer(*asked)
 
 
 class TestJson:
