@@ -1,7 +1,7 @@
 """Arguments of the commands: the parser, numbers as people type them, options of part and scene.
 
-A count may be typed as 1e5, and poses as 0,1 or 0 1 or 0-3. A refusal is one line, and every help
-ends with an example.
+A count may be typed as 1e5, poses as 0,1 or 0 1 or 0-3, a length as 0.2, 200mm or 8 in. A refusal
+is one line, and every help ends with an example.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser whose refusals are one line, and for whom -1e-3 is a number, not an option.
+    """A parser whose refusals are one line, and for whom -1e-3 and -1mm are no options.
 
     `examples`: whole lines as they are typed, shown at the end of the help.
     """
@@ -32,7 +32,7 @@ class CommandParser(argparse.ArgumentParser):
     def __init__(self, *, examples: Sequence[str] = (), **options: Any) -> None:
         super().__init__(**options)
         self.examples = tuple(examples)
-        self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+        self._negative_number_matcher = LENGTH
 
     def format_help(self) -> str:
         """The help, with the examples as the last lines."""
@@ -41,8 +41,14 @@ class CommandParser(argparse.ArgumentParser):
         return super().format_help() + (f"\n{title}:\n{lines}" if lines else "")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse; what nobody knows is refused by the command that it was given to."""
-        parsed, unknown = super().parse_known_args(args, namespace)
+        """Parse; what nobody knows is refused by the command that it was given to.
+
+        Coordinates may be one word, as in --com "1mm 2mm 0".
+        """
+        words = [] if args is None else list(args)
+        for place in reversed([k for k, word in enumerate(words[:-1], 1) if word == "--com"]):
+            words[place:place + 1] = words[place].replace(",", " ").split() or [""]
+        parsed, unknown = super().parse_known_args(words, namespace)
         if unknown:
             options = re.findall(r"--[a-z-]+", super().format_help())
             self.error(f"unrecognized arguments: {' '.join(unknown)}"
@@ -63,6 +69,8 @@ def _meant(word: str, choices: Sequence[str]) -> str:
     near = difflib.get_close_matches(word, choices, 1)
     return f"; did you mean {near[0]}?" if near else ""
 
+
+LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]*)\s*$")
 
 MOST_DIGITS = 30
 """Digits of a whole number; no seed has more."""
@@ -96,6 +104,21 @@ def read_count(text: str) -> int:
     if number != number.to_integral_value():
         raise _refusal("a whole number, for instance 100000 or 1e5", text)
     return int(number)
+
+
+def read_length(text: str) -> float:
+    """A length in metres, from a number of metres, or one with a unit behind it.
+
+    Raises argparse.ArgumentTypeError if it is something else.
+    """
+    found, unit = LENGTH.match(text), None
+    if found is not None:
+        from ..mesh.units import METRES_PER_UNIT, named_unit  # numpy comes with it
+
+        unit = METRES_PER_UNIT.get(named_unit(found[2] or "m") or "")
+    if found is None or unit is None:
+        raise _refusal("a length, for instance 0.2 for metres, 200mm, 20cm or 8inch", text)
+    return float(found[1]) * unit
 
 
 def read_indices(text: str) -> list[int]:
@@ -138,7 +161,7 @@ def _refusal(expected: str, text: str) -> argparse.ArgumentTypeError:
     return argparse.ArgumentTypeError(f"expected {expected}, got {shown!r}")
 
 
-UNITS = ("m", "mm", "cm", "inch", "auto")
+UNITS = ("auto", "mm", "m", "cm", "inch")
 
 
 def read_unit(text: str) -> str:
@@ -152,25 +175,31 @@ def add_file_options(command: argparse.ArgumentParser) -> None:
     """Add the part file, its unit, the centre of mass and the mass."""
     command.add_argument("part", metavar="PART", help="file: STEP, STL, OBJ, PLY, OFF or 3MF")
     add_unit_option(command)
-    command.add_argument("--com", nargs=3, type=float, metavar=("X", "Y", "Z"),
-                         help="centre of mass in the file's unit (default: uniform density)")
+    add_center_option(command)
     heavy = command.add_mutually_exclusive_group()
     heavy.add_argument("--mass", type=float, metavar="KG", help="mass in kilograms (default: 1)")
     add_density_option(heavy)
 
 
+def add_center_option(command: argparse.ArgumentParser, more: str = "", **options: Any) -> None:
+    """Add the centre of mass."""
+    command.add_argument("--com", nargs=3, type=read_length, metavar=("X", "Y", "Z"), **options,
+                         help="centre of mass in the file's axes, as 0.017 (metres) or 17mm "
+                         f"(default: uniform density){more}")
+
+
 def add_unit_option(command: argparse.ArgumentParser) -> None:
     """Add the unit of files."""
-    command.add_argument("--unit", type=read_unit, choices=UNITS,
-                         help="unit of the file, in any spelling (default: what the file "
-                         "declares, else m; auto: what it declares, else a guess from the size)")
+    command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
+                         help="unit of the file, in any spelling (default: auto, what the file "
+                         "declares, else a guess from the size, which a warning names)")
 
 
 def add_shared_unit_option(command: argparse.ArgumentParser) -> None:
     """Add the unit of those among several files that declare none."""
-    command.add_argument("--unit", type=read_unit, choices=UNITS,
-                         help="unit of the files that declare none, in any spelling (default: m; "
-                         "auto: a guess from the size of each); STEP and 3MF files are in the "
+    command.add_argument("--unit", type=read_unit, choices=UNITS, default=UNITS[0],
+                         help="unit of the files that declare none, in any spelling (default: "
+                         "auto, a guess from the size of each); STEP and 3MF files are in the "
                          "unit that they declare")
 
 
@@ -206,10 +235,10 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
                          metavar="R",
                          help="coefficient of restitution of the plate, 0 to below 1 "
                          "(default: %(default)s)")
-    command.add_argument("--drop-height", type=float, metavar="H",
-                         help="height of the centre of mass at release, in metres whatever the "
-                         "unit of the file (default: 20 part radii); a part too large for it is "
-                         "released touching the plate")
+    command.add_argument("--drop-height", type=read_length, metavar="H",
+                         help="height of the centre of mass at release, as 0.2 (metres) or 200mm "
+                         "(default: 20 part radii); a part too large for it is released touching "
+                         "the plate")
 
 
 def scene_of(options: argparse.Namespace) -> scenes.DropScene:
@@ -282,4 +311,4 @@ def load_named_part(options: argparse.Namespace) -> Part:
     from ..mesh.parts import load_part
 
     return load_part(options.part, options.unit, options.com, options.mass,
-                     density=options.density, center_in_unit=True)
+                     density=options.density)

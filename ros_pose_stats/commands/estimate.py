@@ -40,6 +40,10 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Estimate and print."""
+    if options.method == AUTO and options.drops is not None and not options.target_error:
+        raise RequestError("--target-error beside --drops, or --method hybrid",
+                           "--drops alone", "without a target `auto` drops a part 200 times at "
+                           "most, to check its estimate")
     if options.method in BESIDE_DROPS:
         return _estimate_with_drops(options)
     with running.announce_slow_start():

@@ -100,9 +100,9 @@ def register_publish(commands: given.Commands) -> None:
     command.add_argument("--restitution", type=float, metavar="R",
                          help="coefficient of restitution for this part, 0 to below 1 "
                          "(default: the node's)")
-    command.add_argument("--drop-height", type=float, metavar="H",
-                         help="height of the centre of mass at release for this part, in metres "
-                         "whatever the unit of the file (default: the node's)")
+    command.add_argument("--drop-height", type=given.read_length, metavar="H",
+                         help="height of the centre of mass at release for this part, as 0.2 "
+                         "(metres) or 200mm (default: the node's)")
     command.add_argument("--part-id", default="", metavar="ID",
                          help="name of the part (default: the file's name without its suffix)")
     command.add_argument("--topic", default="/pose_stats/part_mesh", metavar="T",

@@ -40,10 +40,10 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--rate", type=float, metavar="PARTS_PER_MIN",
                          help="parts dropped a minute, those sent back included; with --wanted "
                          "the page says how many are accepted a minute")
-    command.add_argument("--kick", type=float, metavar="H",
-                         help="energy of a kick over the part's weight, in metres; with --wanted "
-                         "and --rate the page says what kicking parts that lie wrong gains, and "
-                         "which kick feeds fastest")
+    command.add_argument("--kick", type=given.read_length, metavar="H",
+                         help="energy of a kick over the part's weight, a height as 0.003 (metres) "
+                         "or 3mm; with --wanted and --rate the page says what kicking parts that "
+                         "lie wrong gains, and which kick feeds fastest")
     command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
                          help="seconds from one kick to the next (default: %(default)s)")
     command.add_argument("--changes", action="store_true",
@@ -52,8 +52,7 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--drops", type=given.read_count, metavar="N",
                          help="number of drops of the simulation (default: as many as bring the "
                          "error over the poses within a point, at most 10000)")
-    given.add_seed_option(command, "seed of the simulation; the same seed gives the same counts "
-                          "(default: %(default)s)", 1)
+    given.add_seed_option(command)
     given.add_scene_options(command)
     command.set_defaults(run=run)
 
@@ -90,9 +89,7 @@ def run(options: argparse.Namespace) -> int:
 
 def commands_to_reproduce(options: argparse.Namespace, found: PoseStatistics) -> tuple[str, ...]:
     """Commands that give the same page again, and the same counts as a table."""
-    named = [Path(options.part).name]
-    if options.unit is not None:
-        named += ["--unit", options.unit]
+    named = [Path(options.part).name, "--unit", options.unit]
     if options.com is not None:
         named += ["--com", *(repr(x) for x in options.com)]
     named += ["--cluster-tolerance", repr(options.cluster_tolerance),
@@ -129,7 +126,7 @@ def register_animate(commands: given.Commands) -> None:
     command.add_argument("-o", "--output", required=True, metavar="FILE",
                          help="the file to write: FILE.gif, FILE.mp4 (needs ffmpeg) or "
                          "FILE.mcap (for Foxglove and RViz)")
-    given.add_seed_option(command, "seed of the simulation (default: %(default)s)", 1)
+    given.add_seed_option(command)
     given.add_scene_options(command)
     command.set_defaults(run=animate)
 
@@ -140,6 +137,7 @@ def animate(options: argparse.Namespace) -> int:
     with running.announce_slow_start(), running.end_on_interrupt():
         from ..resting import poses, splitting_graph
         from ..simulation.frames import drop_frames, watchable_drop
+        from ..simulation.request import drop_request
 
         if file.suffix.lower() == ".mp4":
             from ..plots.files import ffmpeg
@@ -147,12 +145,13 @@ def animate(options: argparse.Namespace) -> int:
             ffmpeg()
         part = given.load_named_part(options)
         scene = given.scene_of(options)
-        found = watchable_drop(part, scene, options.seed, options.drop)
+        seed = drop_request(None, options.seed).seed
+        found = watchable_drop(part, scene, seed, options.drop)
         resting = poses.poses_in(part, scene)
         frames = drop_frames(part, found, resting)
         _write(file, part, found, frames, splitting_graph.splitting_graph(resting))
     print(f"{part.part_id}: {found.scene}\n"
-          f"drop {options.drop}, seed {options.seed}: {found.impacts} impacts, at rest in pose "
+          f"drop {options.drop}, seed {seed}: {found.impacts} impacts, at rest in pose "
           f"{found.pose}\n{file}: {file.stat().st_size / 1e6:.2f} MB")
     return 0
 

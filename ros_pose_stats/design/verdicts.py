@@ -20,7 +20,7 @@ import numpy as np
 from ..methods import SIMULATION
 from ..records import Part, PoseStatistics, statistics
 from ..resting.trust import pose_remarks
-from ..simulation.simulate import height_warnings, touching_warnings
+from ..simulation.simulate import touching_warnings
 from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
 from . import comparison, correspondence, describe, paired_drops
 
@@ -93,9 +93,7 @@ def _statistics(part: Part, pairs: paired_drops.PairedDrops, variant: int) -> Po
     counted.add(np.where(pairs.settled, pairs.outcome[variant], paired_drops.UNSETTLED))
     unsettled = pairs.drops - counted.settled
     remarks = pose_remarks(resting)
-    told = height_warnings(scene, resting.body.radius)
-    if pairs.touched:
-        told += touching_warnings(scene, pairs.touched[variant], pairs.drops)
+    told = (touching_warnings(scene, pairs.touched[variant], pairs.drops) if pairs.touched else [])
     told += [] if not unsettled else [
         f"UNSETTLED: {unsettled} of {pairs.drops} drops were given up before the pose of every "
         f"variant was certain; they are left out of the probabilities."]

@@ -25,7 +25,6 @@ def load_part(
     *,
     density: float | None = None,
     part_id: str = "",
-    center_in_unit: bool = False,
     unless_declared: bool = False,
 ) -> Part:
     """Load a part from a mesh file.
@@ -42,8 +41,6 @@ def load_part(
         See `part_from_mesh`.
     part_id : str
         Default: the file's name without its suffix.
-    center_in_unit : bool
-        Whether the centre of mass is in the mesh's unit, not in metres.
     unless_declared : bool
         Whether `unit` is for a file that declares none only, as where one is given for several
         files. Else it wins, with the warning `UNIT_OVERRIDDEN` where the file contradicts it.
@@ -58,8 +55,6 @@ def load_part(
         Each with one line that says what is wrong.
     """
     mesh = files.read_mesh(file, unit, unless_declared=unless_declared)
-    if center_in_unit and center_of_mass is not None:
-        center_of_mass = mesh.unit * np.asarray(center_of_mass)
     return part_of_file(mesh, mass_properties.check_given(center_of_mass, mass, inertia, density),
                         part_id or Path(file).stem)
 

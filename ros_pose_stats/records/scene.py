@@ -18,7 +18,12 @@ DEFAULT_ROUND_SIDES = 192
 FEWEST_ROUND_SIDES, MOST_ROUND_SIDES = 16, 4096
 DEFAULT_DROP_RADII = 20.0
 LOW_DROP_RADII = 5.0
-HIGH_DROP_RADII = 1000.0
+
+HIGHEST_DROP, HIGHEST_KICK = 2.0, 0.5
+"""Metres; no feeder drops or kicks a part higher, unless the part itself is as large."""
+
+HIGHEST_RADII, LARGE_RADII = 1000.0, 20.0
+"""Radii up to which no part goes however low, and those that a large part may go."""
 
 DEFAULT_DROPS = 10_000
 DEFAULT_PLATE_ERROR = 0.05
@@ -100,6 +105,18 @@ class DropScene:
     def release_height(self, radius: float) -> float:
         """Height of the centre of mass at release, metres, of a part of this radius, metres."""
         return DEFAULT_DROP_RADII * radius if self.drop_height is None else float(self.drop_height)
+
+
+def height_warnings(name: str, height: float | None, radius: float, highest: float) -> list[str]:
+    """One where no feeder has such a height, metres, for a part of this radius, metres.
+
+    `name`: what kind of height; `highest`: that a feeder has, metres.
+    """
+    if height is None or height <= min(max(highest, LARGE_RADII * radius),
+                                       HIGHEST_RADII * radius):
+        return []
+    return [f"HEIGHT_SUSPECT: a {name} height of {height:g} m, which no feeder has; heights are in "
+            "metres whatever the unit of the mesh, so 200 mm are 0.2."]
 
 
 def describe_scene(restitution: float | Sequence[float], drop_height: float | None,

@@ -12,7 +12,13 @@ from ..tolerances import SAME_SHARE, number_equal
 from ..version import VERSION
 from .arrays import Array, Index
 from .part import Part
-from .scene import DEFAULT_PLATE_ERROR, DropScene, describe_scene
+from .scene import (
+    DEFAULT_PLATE_ERROR,
+    HIGHEST_DROP,
+    DropScene,
+    describe_scene,
+    height_warnings,
+)
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -249,6 +255,8 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
     `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
     method knows the drop height; `warnings`: beside those of the part.
     """
+    suspect = (height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
+               if knows_scene else [])
     return PoseStatistics(
         part_id=part.part_id, part_digest=part.digest, radius=radius, method=method,
         restitution=scene.restitution, cluster_tolerance=scene.cluster_tolerance,
@@ -256,7 +264,7 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
         round_sides=scene.round_sides, poses=ranked(poses, shares), drops=drops,
         unsettled=unsettled, seed=seed, expected_error=shares.expected_error,
         largest_error=shares.largest_error, seconds=seconds,
-        warnings=(*part.warnings, *warnings), notes=notes, version=VERSION)
+        warnings=(*part.warnings, *suspect, *warnings), notes=notes, version=VERSION)
 
 
 def with_shares(model: PoseStatistics, method: str, shares: Shares,

@@ -69,8 +69,7 @@ def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None
     part_id = part_id or Path(file).stem
     check_name(part_id)
     mesh = files.read_mesh(file, unit)
-    center = None if center_of_mass is None else mesh.unit * np.asarray(center_of_mass)
-    properties = mass_properties.check_given(center, mass, None, density)
+    properties = mass_properties.check_given(center_of_mass, mass, None, density)
     part = parts.part_of_file(mesh, properties, part_id)
     known = any(value is not None for value in properties)
     given = (part.mass, part.center_of_mass) if known else ()

@@ -81,7 +81,8 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
     with np.errstate(invalid="ignore"):
         transition = counts / settled[:, None]
     errors = np.stack([standard_errors(row, int(row.sum())) for row in counts])
-    warnings = [*part.warnings, *pose_remarks(body.resting).warnings]
+    warnings = [*part.warnings, *pose_remarks(body.resting).warnings,
+                *scenes.height_warnings("kick", kick, body.radius, scenes.HIGHEST_KICK)]
     if unsettled.any():
         warnings.append(
             f"UNSETTLED: {unsettled.sum()} of {outcomes.sum()} flips were given up before their "

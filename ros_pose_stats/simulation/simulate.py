@@ -148,7 +148,7 @@ class _Simulation:
 
     def _warnings(self) -> list[str]:
         prefix, scene, radius = self._prefix, self._scene, self._body.radius
-        warnings = height_warnings(scene, radius)
+        warnings = []
         if prefix.finished and prefix.target_error > 0.0 and not target_reached(
                 prefix.judged().bound, prefix.target_error):
             warnings.append(
@@ -161,15 +161,6 @@ class _Simulation:
                 f"UNSETTLED: {unsettled} of {prefix.drops} drops were given up before their pose "
                 f"was certain; they are left out of the probabilities.")
         return warnings
-
-
-def height_warnings(scene: DropScene, radius: float) -> list[str]:
-    """One where a part of this radius, metres, is released so high that the unit may be wrong."""
-    radii = scene.release_height(radius) / radius
-    if radii <= scenes.HIGH_DROP_RADII:
-        return []
-    return [f"HEIGHT_SUSPECT: released {radii:.3g} radii above the plate; the drop height is in "
-            f"metres whatever the unit of the mesh."]
 
 
 def touching_warnings(scene: DropScene, touched: int, drops: int) -> list[str]:

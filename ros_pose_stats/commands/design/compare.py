@@ -32,16 +32,14 @@ def register(commands: given.Commands) -> None:
         "drops show a difference in the model, and one to expect on a plate. It ends where the "
         "verdict is settled or all differences are known to a point.",
         examples=("ros_pose_stats compare demo/clamp.stl demo/clamp.stl --unit mm "
-                  "--com 17 17 0 --com 17 17 2 --wanted 0,1 -o clamps.html",
+                  "--com 17mm 17mm 0 --com 17mm 17mm 2mm --wanted 0,1 -o clamps.html",
                   "ros_pose_stats compare demo/prism.stl demo/cylinder.stl --unit mm --json"))
     command.add_argument("parts", metavar="PART", nargs="+",
                          help="files of two variants or more, the one to compare with first: "
                          "STEP, STL, OBJ, PLY, OFF or 3MF")
     given.add_shared_unit_option(command)
-    command.add_argument("--com", nargs=3, type=float, action="append", default=[],
-                         metavar=("X", "Y", "Z"),
-                         help="centre of mass in the file's unit (default: uniform density); "
-                         "once for all variants, or once for each in their order")
+    given.add_center_option(command, "; once for all variants, or once for each in their order",
+                            action="append", default=[])
     given.add_pose_options(command)
     given.add_scene_options(command)
     given.add_wanted_option(command, "I", "poses of the first variant that a feeder accepts, for "
@@ -109,8 +107,7 @@ def load_variants(options: argparse.Namespace) -> list[Part]:
         raise RequestError(f"--com once, or once for each of {len(options.parts)} variants",
                            f"{len(centers)} times", "repeat it in the order of the files")
     each = centers * len(options.parts) if len(centers) == 1 else centers
-    return [load_part(file, options.unit, center, part_id=name, center_in_unit=True,
-                      unless_declared=True)
+    return [load_part(file, options.unit, center, part_id=name, unless_declared=True)
             for file, center, name in zip(options.parts, each, name_variants(options.parts),
                                           strict=True)]
 
@@ -135,9 +132,7 @@ def _name_apart(path: Path, others: Sequence[Path]) -> str:
 
 def command_to_reproduce(options: argparse.Namespace, found: Comparison) -> str:
     """The command that gives the same answer again."""
-    words = ["ros_pose_stats", "compare", *options.parts]
-    if options.unit is not None:
-        words += ["--unit", options.unit]
+    words = ["ros_pose_stats", "compare", *options.parts, "--unit", options.unit]
     for center in options.com:
         words += ["--com", *(repr(x) for x in center)]
     words += ["--cluster-tolerance", repr(options.cluster_tolerance),

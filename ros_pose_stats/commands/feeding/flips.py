@@ -35,12 +35,12 @@ def register(commands: given.Commands) -> None:
                   "--png kicks.png"))
     given.add_part_options(command)
     kicks = command.add_mutually_exclusive_group(required=True)
-    kicks.add_argument("--kick", type=float, metavar="H",
-                       help="energy of a kick over the part's weight, in metres: as high would "
-                       "it throw the part without turning it")
-    kicks.add_argument("--sweep", type=float, nargs="*", metavar="H",
-                       help="with --wanted: these kick heights, in metres, one after the other "
-                       "(default: thirteen from a twentieth of the part's radius to five radii)")
+    kicks.add_argument("--kick", type=given.read_length, metavar="H",
+                       help="energy of a kick over the part's weight, a height as 0.003 (metres) "
+                       "or 3mm: as high would it throw the part without turning it")
+    kicks.add_argument("--sweep", type=given.read_length, nargs="*", metavar="H",
+                       help="with --wanted: these kick heights, one after the other (default: "
+                       "thirteen from a twentieth of the part's radius to five radii)")
     command.add_argument("--png", metavar="FILE",
                          help="draw the accepted parts a minute over the kick heights of --sweep, "
                          "as FILE.png")

@@ -14,14 +14,14 @@ from ros_pose_stats import load_part, resting_poses, shapes
 from tests.bodies import write_stl
 from tests.running import answer
 
-MASS, CENTER, GRAVITY = 0.3, (1.0, 2.0, 3.0), 9.80665
+MASS, CENTER, GRAVITY = 0.3, (1e-3, 2e-3, 3e-3), 9.80665
 
 
 def test_other_tools_read_part_plate_and_energy_by_the_film_s_own_definitions(tmp_path):
     stl = write_stl(tmp_path / "box.stl", shapes.box(40.0, 30.0, 20.0))
     answer("animate", stl, "--unit", "mm", "--com", *CENTER, "--mass", MASS, "--drop", 3,
            "-o", tmp_path / "drop.mcap")
-    part = load_part(stl, unit="mm", center_of_mass=1e-3 * np.array(CENTER))
+    part = load_part(stl, unit="mm", center_of_mass=CENTER)
     by_topic, known = defaultdict(list), get_typestore(Stores.ROS2_JAZZY)
     with (tmp_path / "drop.mcap").open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])

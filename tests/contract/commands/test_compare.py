@@ -12,7 +12,7 @@ from tests.bodies import write_stl
 from tests.running import answer, answer_json, refusal
 
 ASKED = "--unit", "mm", "--seed", 5
-CENTERS = "--com", 0.0, 0.0, 0.0, "--com", 0.0, 0.0, -4.0
+CENTERS = "--com", 0.0, 0.0, 0.0, "--com", 0.0, 0.0, "-4mm"
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_equal_names_are_told_apart_by_their_folders(tmp_path, monkeypatch, file
 @pytest.mark.parametrize(("options", "words"), [
     (("--com", 0, 0, 0, "--com", 0, 0, 0, "--com", 0, 0, 0), "--com once, or once for"),
     (("--wanted", 9), "wanted poses out of 0 to 5"),
-    (("--com", 0, 0, 90), "inside the part's convex hull"),
+    (("--com", 0, 0, "90mm"), "inside the part's convex hull"),
     (("--plate-error", 2), "a plate error from 0 to 1"),
     (("-o", "page.txt"), "ends in .html"),
     (("--restitution", 1), "a coefficient of restitution"),

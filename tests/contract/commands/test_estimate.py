@@ -155,11 +155,27 @@ class TestOptions:
         values = answer_json("estimate", parts / "box.stl", "--unit", unit)
         assert values["radius"] == pytest.approx(np.linalg.norm((10, 15, 20)) * metres, rel=1e-6)
 
-    def test_centre_of_mass_is_in_the_meshs_unit(self, box):
-        values = answer_json("estimate", *box, "--com", "1", "-2.5", "-3")
+    @pytest.mark.parametrize("center", [
+        ("1mm", "-2.5mm", "-0.3cm"), ("1e-3", "-.0025", "-3 mm"), ("1mm, -2.5mm -0.003m",)])
+    def test_centre_of_mass_takes_a_suffix_or_is_in_metres(self, box, center):
+        values = answer_json("estimate", *box, "--com", *center)
         assert values["radius"] == pytest.approx(np.linalg.norm((11, 17.5, 23)) * 1e-3, rel=1e-6)
         assert min(pose["height"] for pose in values["poses"]) == pytest.approx(9e-3, rel=1e-6)
-        assert "give it in metres" not in refusal("estimate", *box, "--com", 0, 0, 21)
+
+    def test_the_unit_is_a_guess_where_nobody_names_it(self, box):
+        guessed = answer_json("estimate", box[0], "--drop-height", "200mm")
+        given = answer_json("estimate", *box, "--drop-height", 0.2)
+        (warning,) = set(guessed.pop("warnings")) - set(given.pop("warnings"))
+        assert warning.startswith("UNIT_GUESSED") and "mm" in warning
+        assert {**guessed, **given} == {**given, "seconds": given["seconds"]}
+
+    @pytest.mark.parametrize("words", [
+        ("estimate", "--drop-height", 20, "--seed", 1),
+        ("simulate", "--drops", 20, "--drop-height", 540),
+        ("flips", "--flips", 5, "--kick", 3)], ids=lambda words: words[0])
+    def test_a_height_that_no_feeder_has_is_pointed_out(self, box, words):
+        warnings = answer_json(words[0], *box, *words[1:])["warnings"]
+        assert any(line.startswith("HEIGHT_SUSPECT") for line in warnings)
 
     def test_cluster_tolerance_and_round_sides(self, cylinder):
         options = "--cluster-tolerance", "0", "--round-sides", "0"
@@ -179,7 +195,9 @@ REFUSED = {
     "restitution as a word": (["box.stl", "--restitution", "high"], "--help"),
     "drop height below the plate": (["box.stl", "--drop-height", "-1"], "above 0 m"),
     "cluster tolerance": (["box.stl", "--cluster-tolerance", "nan"], "from 0"),
-    "centre of mass outside": (["open.stl", "--com", "0", "0", "21"], "inside"),
+    "centre of mass outside": (["open.stl", "--com", "0", "0", "21mm"], "inside"),
+    "a length in no unit": (["box.stl", "--drop-height", "3 furlong"], "a length"),
+    "drops that nothing asks for": (["box.stl", "--drops", "5000"], "--target-error"),
     "two coordinates": (["box.stl", "--com", "0", "0"], "3 arguments"),
     "drops without a simulation": (["box.stl", "--method", "split", "--drops", "5"], "--drops"),
     "seed without a simulation": (["box.stl", "--method", "all", "--seed", "5"], "--seed"),

@@ -147,7 +147,7 @@ class TestNumbers:
         assert f"{option}: expected a whole number" in refusal(command, PART, option, "1.5")
 
     def test_a_negative_number_is_no_option(self, box):
-        poses = answer_json("estimate", *box, "--com", "-1e0", "-2.5e-1", "0")["poses"]
+        poses = answer_json("estimate", *box, "--com", "-1e-3", "-2.5e-4", "0")["poses"]
         assert min(pose["height"] for pose in poses) == pytest.approx(9e-3, rel=1e-6)
 
 

@@ -96,11 +96,6 @@ def test_a_target_ends_the_run_early_or_is_missed_aloud(box):
     assert [line.partition(":")[0] for line in missed["warnings"]] == ["TARGET_MISSED"]
 
 
-def test_a_height_in_the_wrong_unit_is_pointed_out(box):
-    values = answer_json("simulate", *box, "--drops", 20, "--drop-height", 540)
-    assert any(line.startswith("HEIGHT_SUSPECT") for line in values["warnings"])
-
-
 @pytest.mark.parametrize(("option", "value", "words"), [
     ("--drops", "0", "1 to 1000000000 drops, got 0"),
     ("--drops", "1e10", "1 to 1000000000 drops, got 10000000000"),
