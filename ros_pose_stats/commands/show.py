@@ -41,9 +41,9 @@ def register(commands: given.Commands) -> None:
                          help="parts dropped a minute, those sent back included; with --wanted "
                          "the page says how many are accepted a minute")
     command.add_argument("--kick", type=given.read_length, metavar="H",
-                         help="energy of a kick over the part's weight, a height as 0.003 (metres) "
-                         "or 3mm; with --wanted and --rate the page says what kicking parts that "
-                         "lie wrong gains, and which kick feeds fastest")
+                         help="energy of a kick over the part's weight, a height as 0.003 "
+                         "(metres) or 3mm; with --wanted and --rate the page says what "
+                         "kicking parts that lie wrong gains, and which kick feeds fastest")
     command.add_argument("--cycle-time", type=float, default=1.0, metavar="S",
                          help="seconds from one kick to the next (default: %(default)s)")
     command.add_argument("--changes", action="store_true",

@@ -36,6 +36,31 @@ SETTLED = 2e-3
 """Energy over that at rest, in weight times radius, below which no motion can be seen."""
 
 
+def trajectory_figure(trajectory: Trajectory, root: SplittingNode) -> Figure:
+    """Draw a drop: energy over weight, height of the centre of mass, and what happened when.
+
+    `root`: splitting graph of the part; dashed lines are the levels at which the set that holds
+    the final pose splits off, the eight that part most where there are more. Returns millimetres
+    over seconds, from release to where nothing moves that can be seen; below, a row for each kind
+    of event that is among them, with how many of all that are.
+    """
+    end = settling_time(trajectory)
+    figure = new_figure(6.4, 4.6, layout="constrained")
+    rows = _rows(trajectory, root, end)
+    high = 0.25 + ROW * len(rows)
+    energy, events = figure.subplots(2, 1, sharex=True, height_ratios=(3.6, high))
+    draw_energy(energy, trajectory, root, end)
+    energy.plot(trajectory.times, 1e3 * trajectory.heights, color=HEIGHT, linewidth=1.2,
+                linestyle=(0, (4, 1.2)), label="height of the centre of mass", zorder=2)
+    energy.legend(frameon=False, fontsize=9, labelcolor=INK, loc="upper right")
+    _draw_events(events, rows, end)
+    events.set_xlabel("time since release, s", fontsize=10)
+    where = f"comes to rest in pose {trajectory.pose}" if trajectory.pose >= 0 else "not settled"
+    figure.suptitle(f"{trajectory.part_id}: {trajectory.impacts} impacts, {where}", fontsize=11,
+                    color=INK)
+    return figure
+
+
 def draw_energy(axes: Axes, trajectory: Trajectory, root: SplittingNode, end: float) -> None:
     """Draw the energy over weight of a drop, and the levels on its way, until a time."""
     energy = 1e3 * energy_heights(trajectory)

@@ -147,7 +147,7 @@ class _Simulation:
             warnings=(*remarks.warnings, *self._warnings()), notes=remarks.notes)
 
     def _warnings(self) -> list[str]:
-        prefix, scene, radius = self._prefix, self._scene, self._body.radius
+        prefix, scene = self._prefix, self._scene
         warnings = []
         if prefix.finished and prefix.target_error > 0.0 and not target_reached(
                 prefix.judged().bound, prefix.target_error):

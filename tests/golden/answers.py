@@ -175,8 +175,8 @@ def answers_of_commands(parts, work, chosen):
         for pose, count in pairs), encoding="utf-8")
     shapes, page, book = work / "shapes", work / "page.html", work / "book"
     asked = {
-        "compare": lambda: ask("compare", clamp, clamp, "--unit", "mm", "--com", "17mm", "17mm", 0,
-                               "--com", "17mm", "17mm", "2mm", "--wanted", "0,1", "--drops", "2000",
+        "compare": lambda: ask("compare", clamp, clamp, "--unit", "mm", "--com", "17mm 17mm 0",
+                               "--com", "17mm 17mm 2mm", "--wanted", "0,1", "--drops", "2000",
                                "--seed", "3"),
         "compare table": lambda: read("compare", prism, cylinder, "--unit", "mm", "--drops",
                                       "1000", "--seed", "3"),

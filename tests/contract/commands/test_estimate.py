@@ -93,7 +93,7 @@ class TestTable:
         assert b"###" in out.buffer.getvalue()
 
     @pytest.mark.parametrize(("name", "options", "code"), [
-        ("box", (), "UNIT_SUSPECT"),
+        ("box", (), "UNIT_GUESSED"),
         ("open", ("--unit", "mm"), "HOLES_CLOSED"),
         ("box", ("--unit", "mm", "--drop-height", "0.03", "--method", "meae"), "LOW_DROP")])
     def test_warnings_are_in_table_and_object(self, parts, name, options, code):
