@@ -10,15 +10,10 @@ import numpy as np
 
 from ..tolerances import SAME_SHARE, number_equal
 from ..version import VERSION
+from . import scene as scenes
 from .arrays import Array, Index
 from .part import Part
-from .scene import (
-    DEFAULT_PLATE_ERROR,
-    HIGHEST_DROP,
-    DropScene,
-    describe_scene,
-    height_warnings,
-)
+from .scene import DropScene
 
 FORGOTTEN = "FORGOTTEN: "
 """Begins the warning of statistics without poses: their part is not known any more."""
@@ -211,7 +206,7 @@ class PoseStatistics:
     seed: int = 0
     expected_error: float = math.nan
     largest_error: float = math.nan
-    plate_error: float = DEFAULT_PLATE_ERROR
+    plate_error: float = scenes.DEFAULT_PLATE_ERROR
     seconds: float = math.nan
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -223,7 +218,7 @@ class PoseStatistics:
     @property
     def scene(self) -> str:
         """How high the part was released, onto what, and how bouncy, in one sentence."""
-        return describe_scene(self.restitution, self.drop_height)
+        return scenes.describe_scene(self.restitution, self.drop_height)
 
     def as_dict(self) -> dict[str, Any]:
         """The statistics as plain values under the keys of the JSON contract."""
@@ -255,7 +250,7 @@ def pose_statistics(part: Part, radius: float, poses: Iterable[StablePose], shar
     `radius`: of its body, metres; `poses`: all of them, by index; `knows_scene`: whether the
     method knows the drop height; `warnings`: beside those of the part.
     """
-    suspect = (height_warnings("drop", scene.drop_height, radius, HIGHEST_DROP)
+    suspect = (scenes.height_warnings("drop", scene.drop_height, radius, scenes.HIGHEST_DROP)
                if knows_scene else [])
     return PoseStatistics(
         part_id=part.part_id, part_digest=part.digest, radius=radius, method=method,
