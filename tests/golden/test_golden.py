@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,9 @@ CORE_REQUESTS = ("poses", "methods", "split bouncy", "drops dull 1", "drops boun
                  "sensitivity")
 CORE = {name: kept for name, kept in ALL.items()
         if name.partition(".")[0] in CORE_PARTS and name.partition(": ")[2] in CORE_REQUESTS}
+MORE_SEEDS = re.compile("drops .* [23]")
+"""Of these the long ring alone asks: the code that the first seed runs is all of it."""
+
 FEW = {name: ALL[name] for name in ("cube.stl: few", "polyhedron_0.stl: few", "clamp.stl: few")}
 
 
@@ -54,7 +58,8 @@ def test_answers_for_a_part(name, in_folder_of):
     file = in_folder_of / name
     if not file.exists():
         pytest.skip(f"{name} is not at hand")
-    kept = {request: answer for request, answer in ALL.items() if request.startswith(f"{name}: ")}
+    kept = {request: answer for request, answer in ALL.items()
+            if request.startswith(f"{name}: ") and not MORE_SEEDS.search(request)}
     assert differences(answers.answers_of_part(file, kept.__contains__), kept) == []
 
 
