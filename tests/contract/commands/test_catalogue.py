@@ -39,11 +39,11 @@ PATIENCE = 60.0
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory):
-    """Where parts lie, what is none, and what is not to be looked at; others come later."""
+    """Where parts lie, what is none, and what is not to be looked at; `set_parts` adds two."""
     home = tmp_path_factory.mktemp("catalogue")
     parts = home / "parts"
     (parts / "below" / ".cache").mkdir(parents=True)
-    for name in ("a_changed.stl", "a_removed.stl", "box.stl", "b\udcf6x, 1.stl"):
+    for name in ("box.stl", "b\udcf6x, 1.stl"):
         write_stl(parts / name, shapes.box(1.0, 2.0, 3.0))
     for seed in range(ROCKS):
         write_stl(parts / "below" / f"rock_{seed}.STL", random_polyhedron(9, seed))
@@ -57,6 +57,14 @@ def home(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(home)
         yield home
+
+
+def set_parts(parts, late):
+    """Put the parts there that are changed, removed and new, as they are early or late."""
+    old, new = parts / "a_removed.stl", parts / "a_new.stl"
+    write_stl(parts / "a_changed.stl", shapes.box(*((3.0, 3.5, 4.0) if late else (1.0, 2.0, 3.0))))
+    write_stl(new if late else old, shapes.box(4.0, 3.0, 1.0))
+    (old if late else new).unlink(missing_ok=True)
 
 
 def tables(folder):
@@ -122,6 +130,7 @@ class Ended(NamedTuple):
 @pytest.fixture(scope="module")
 def ended(home):
     """One catalogue that four runs make, of files that change on the way."""
+    set_parts(home / "parts", late=False)
     full = subprocess.run(
         [sys.executable, "-m", "ros_pose_stats", *map(str, ASKED), "-o", "stopped"],
         capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -132,9 +141,7 @@ def ended(home):
     first.process.kill()
     first.end()
     killed = bool(workers) and are_gone(workers)
-    write_stl(home / "parts" / "a_changed.stl", shapes.box(3.0, 3.5, 4.0))
-    write_stl(home / "parts" / "a_new.stl", shapes.box(4.0, 3.0, 1.0))
-    (home / "parts" / "a_removed.stl").unlink()
+    set_parts(home / "parts", late=True)
     second = Run()
     count = second.wait_for(0)
     os.kill(min(second.children()), signal.SIGKILL)
@@ -149,11 +156,12 @@ def ended(home):
 
 
 @pytest.fixture(scope="module")
-def made(home, ended):
-    """The same in one go: what the command prints with `--json`, and its folder.
+def made(home):
+    """The late parts in one go: what the command prints with `--json`, and its folder.
 
     A file beside the parts may have the name of a module that the work needs.
     """
+    set_parts(home / "parts", late=True)
     (home / "queue.py").write_text("import pathlib; pathlib.Path('ran').touch(); 1 / 0")
     values = answer_json(*ASKED, "-o", "out", "--parquet")
     (home / "queue.py").unlink()
