@@ -153,11 +153,18 @@ def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropReq
     """An estimate with some drops beside it; why. Where symmetry decides all it stands alone."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
     if len(prior.size) == 1:
-        return best, f"Symmetry decides all, so {best.method} alone is exact."
+        return best, explain_check(best.method, 0)
     few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
     found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
-    return found, (f"{best.method} is expected to be the most accurate estimate of this part; no "
-                   f"target error was asked for, so {found.drops} drops check it.")
+    return found, explain_check(best.method, found.drops)
+
+
+def explain_check(method: str, drops: int) -> str:
+    """Why an estimate checked by so many drops answers."""
+    if not drops:
+        return f"Symmetry decides all, so {method} alone is exact."
+    return (f"{method} is expected to be the most accurate estimate of this part; no target error "
+            f"was asked for, so {drops} drops check it.")
 
 
 def keep_target(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,

@@ -10,7 +10,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from . import camera_counts, parameters, recorder, refusals, restore
 from .jobs import Jobs, job_reports, queue, refinement, run
 from .messages.times import follow_clock, steady_timer
-from .parts import announcer, count_store, intake, mesh_queue, outlines, part_builder
+from .parts import announcer, checks, count_store, intake, mesh_queue, outlines, part_builder
 from .parts.part_store import MeshLog, PartStore
 from .parts.result_store import SECONDS_BETWEEN, ResultStore
 from .services import goals, plate_fits, services
@@ -76,9 +76,11 @@ class PoseStatsNode(AnsweringNode):
                           Jobs(f"{run_name}_feeding", feeding, log.error, run.run_flips))
         self.refinement = refinement.Refinement(self._settings, self.results, self.jobs,
                                                 self.announcer)
+        self.checks = checks.Checks(self._settings, self.parts, self.results,
+                                    self.mesh_queue.is_quiet, self.refinement.refine, log.error)
         self.intake = intake.Intake(self._settings, self.parts, self.results, self.announcer,
                                     self.mesh_queue, self.builder, self.refusals,
-                                    self.refinement.refine, log)
+                                    self.checks.follow, log)
         self.counts = camera_counts.CountSubscription(self, self.recorder, self.parts.current,
                                                       self.refusals, mesh_log.introduce,
                                                       self.learnt.add_counts)
@@ -109,7 +111,8 @@ class PoseStatsNode(AnsweringNode):
                                                            self.parts.current, self.recorder,
                                                            self.refusals)
         services.Services(self, self._settings, self.parts, self.results, self.announcer, requests,
-                          self.intake, self.refinement, self.jobs, self.reports, self.outlines)
+                          self.intake, self.checks, self.refinement, self.jobs, self.reports,
+                          self.outlines)
         flips, feeding = zip(self.flip_jobs, self.flip_reports, strict=True)
         FeedingService(self, self._settings, self.parts, *feeding, self.flip_reports[0])
         self.fits = plate_fits.PlateFits(self, self._settings, self.parts, self.learnt,
@@ -138,6 +141,7 @@ class PoseStatsNode(AnsweringNode):
         self._mending.start()
         self._mending.join(MENDING_SECONDS)
         self.mesh_queue.start()
+        self.checks.start()
         for jobs in (self.jobs, *self.flip_jobs):
             jobs.start()
         self.intake.restore(shown)
@@ -162,8 +166,8 @@ class PoseStatsNode(AnsweringNode):
         self.requests.close()
         self.builder.close()
         self.outlines.close()
-        ends = [self.mesh_queue.close, partial(self.answers.close, LAST_SECONDS),
-                partial(self.fits.close, FIT_SECONDS),
+        ends = [self.mesh_queue.close, self.checks.close,
+                partial(self.answers.close, LAST_SECONDS), partial(self.fits.close, FIT_SECONDS),
                 *(partial(jobs.close, "the node ended") for jobs in (self.jobs, *self.flip_jobs))]
         with ThreadPoolExecutor(len(ends)) as closing:  # each may take its time
             list(closing.map(lambda end: end(), ends))

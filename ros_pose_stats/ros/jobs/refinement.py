@@ -6,9 +6,9 @@ import numpy as np
 from ros_pose_stats_msgs.msg import PoseStatistics
 
 from ...errors import RequestError
-from ...estimators.expected import explain_best
+from ...estimators import best_method
 from ...methods import AUTO, HYBRID
-from ...planning import confidence
+from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..messages import statistics_messages
@@ -57,19 +57,25 @@ class Refinement:
         if wanted and not _fine_enough(known, request, target):
             self._jobs.submit(request, known_part.at_hand(known.part), settings)
 
+    def answer_checked(self, known: known_part.KnownPart, checked: PoseStatistics,
+                       scene: DropScene) -> tuple[PoseStatistics, str]:
+        """What answers where no target was asked for, and why."""
+        best, dropped = best_method(scene.restitution), self._results.find_drops(known, scene)
+        if (dropped is not None and dropped.drops > checked.drops
+                and statistics_messages.refutes(dropped)):
+            return dropped, f"Drops already made contradict {best}."
+        return checked, hybrid.explain_check(best, checked.drops)
+
     def answer(self, known: known_part.KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
         """The best that can be said at once, and why; drops follow if it misses the target.
 
-        A target error of 0 stands for none. Drops that contradicted the estimate take its place.
+        Drops that contradicted the estimate take its place.
         """
         best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
-        choice = explain_best(best.method)
         if dropped is not None and statistics_messages.refutes(dropped):
-            choice, best = f"Drops already made contradict {best.method}.", dropped
-        if not target_error:
-            return best, choice
+            best = dropped
         bound = credible_bound(known.part, best, scene)
         if bound <= target_error:
             return best, confidence.enough(_means(best), bound, target_error)
@@ -90,11 +96,11 @@ class Refinement:
         return min(settings.drops, settings.max_drops)
 
     def _aim(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> float:
-        """The bound at which drops may end; with a higher one they might not be latched.
-
-        A larger expected error than the estimate's own never takes its place.
-        """
-        return min(target_error, self._results.estimate(known, AUTO, scene).expected_error)
+        """The bound at which drops may end; with a higher one they might not be latched."""
+        model = known.shown.model
+        if model is None or known.shown.scene != scene:
+            return target_error
+        return min(target_error, statistics_messages.known_error(model))
 
     def _start(self, known: known_part.KnownPart, target_error: float, scene: DropScene) -> str:
         """Begin to drop; what there is to say about it."""

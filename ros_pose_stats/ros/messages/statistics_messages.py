@@ -171,13 +171,13 @@ def replaces(new: PoseStatisticsMessage, old: PoseStatisticsMessage) -> bool:
 
     A larger expected error never replaces a smaller one for the same digest, but that a
     simulation ends what it has shown of itself: its last drops may raise the error a little.
-    Of two estimates the newer one counts, which is by the method that is wanted now. What drops
-    have refuted comes back only with as many drops behind it, however small the error that it
-    tells of itself.
+    Of two results that no job made, estimates alone or checked, the newer one counts: it is by
+    the method that is wanted now, or has drops beside it. What drops have refuted comes back only
+    with as many drops behind it, however small the error that it tells of itself.
     """
     if new.part_digest == old.part_digest and refutes(new) != refutes(old):
         return new.drops >= old.drops
-    if not new.drops and not old.drops and new.method != old.method:
+    if not (new.job_id or old.job_id) and new.method != old.method:
         return True
     if new.final and new.job_id and new.job_id == old.job_id:
         return True

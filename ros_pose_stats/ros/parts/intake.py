@@ -44,17 +44,17 @@ LONGEST_ACCEPTANCE = 0.5
 class Intake:
     """Puts into the two lanes all that has to be built, and makes known parts of it there.
 
-    `refine`: called with each part that is new, or shown in another scene.
+    `follow`: called with each part that is new, or shown in another scene.
     """
 
     def __init__(self, settings: Callable[[], parameters.Settings], parts: PartStore,
                  results: ResultStore, announcer: Announcer, lanes: MeshQueue,
                  builder: part_builder.PartBuilder, refusals: Refusals,
-                 refine: Callable[[KnownPart], object], log: Any) -> None:
+                 follow: Callable[[KnownPart], object], log: Any) -> None:
         self._settings = settings
         self._parts, self._results, self._announcer = parts, results, announcer
         self._lanes, self._builder, self._refusals = lanes, builder, refusals
-        self._refine, self._log = refine, log
+        self._follow, self._log = follow, log
         self._coming: list[Future[None]] = []
 
     def take(self, request: part_requests.PartRequest) -> KnownPart:
@@ -72,7 +72,7 @@ class Intake:
             self._parts.put(known, request, settings.max_parts, settings.max_part_bytes)
             self._results.show_best(known)
             self._announcer.log_part(known)
-            self._refine(known)
+            self._follow(known)
         return known
 
     def take_published(self, request: part_requests.PartRequest, topic: str, size: int) -> None:
@@ -134,7 +134,7 @@ class Intake:
     def _show_again(self, known: KnownPart) -> None:
         self._builder.find_poses(known.part, self._settings().scene())
         self._results.show_best(known)
-        self._refine(known)
+        self._follow(known)
 
     def restore(self, shown: Mapping[str, bool]) -> None:
         """Build parts of an earlier run when nothing else waits, first those that show nothing.
@@ -162,6 +162,8 @@ class Intake:
             known.source.get()
             if to_show:
                 self._show_again(known)
+            elif self._results.lacks_check(known):
+                self._follow(known)
         except (TakesLongError, part_builder.NotBuiltError):
             raise
         except PoseStatsError as refusal:

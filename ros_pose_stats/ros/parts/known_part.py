@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from geometry_msgs.msg import Vector3
 from numpy.typing import NDArray
 from ros_pose_stats_msgs.msg import PoseStatistics
 
@@ -148,8 +149,8 @@ class ShiftedParts:
         return known_as(part, known)
 
 
-def shift_warning(offset: NDArray[np.float64]) -> str:
+def shift_warning(offset: Vector3) -> str:
     """What the answer for a shifted centre of mass says of it."""
     return (f"COM_SHIFTED: the centre of mass is shifted by "
-            f"{listed([millimetres(float(x)) for x in offset])} mm along the part's axes, the "
-            f"inertia about it is kept; what is latched is of the part as it was sent.")
+            f"{listed([millimetres(x) for x in (offset.x, offset.y, offset.z)])} mm along the "
+            f"part's axes, the inertia about it is kept; what is latched is of the part as it was sent.")

@@ -240,6 +240,11 @@ class MeshQueue:
         with self._changed:
             return sum(len(tasks) for lane in self._lanes.values() for tasks in lane)
 
+    def is_quiet(self) -> bool:
+        """Whether nothing waits that is soon done."""
+        with self._changed:
+            return not any(self._lanes[Lane.QUICK])
+
     def close(self) -> bool:
         """Drop what waits, finish what soon is; whether nothing is computed any more."""
         with self._changed:

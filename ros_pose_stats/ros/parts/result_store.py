@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,8 +13,10 @@ from std_msgs.msg import Header
 
 from ... import records
 from ...estimators.estimate import estimate_in
-from ...methods import OBSERVED
+from ...methods import AUTO, OBSERVED
+from ...planning import hybrid
 from ...records import DropScene
+from ...simulation.request import Watch, drop_request
 from ..messages import part_requests, statistics_messages as messages, times
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
@@ -31,12 +34,15 @@ SECONDS_BETWEEN = 1.0
 BEST = "best"
 """What was latched last for a scene; it is latched at once where the scene comes again."""
 
+CHECKED = "checked"
+"""The default estimate with some drops beside it; it answers whoever asks for no other."""
+
 REFINED = "refined"
 """The best drops that refined an estimate, in any scene; they answer whoever asks again."""
 
 
 class Key(NamedTuple):
-    """What a result is remembered as, `BEST`, `REFINED` or by its method, and what it is of."""
+    """A result's role (`BEST`, `CHECKED`, `REFINED` or its method), and what it is of."""
 
     role: str
     part_id: str
@@ -96,9 +102,9 @@ class ResultStore:
                 self._latch(known, shown.model, scene)
             else:
                 self._announcer.publish_result(known, last, serialize_message(last))
-        for role in (model.method, BEST):
-            if role == BEST or not model.drops:
-                self._results.put(self._key(role, known, scene), shown.model)
+        roles = [BEST] if model.job_id else [BEST, CHECKED if model.drops else model.method]
+        for role in roles:
+            self._results.put(self._key(role, known, scene), shown.model)
         return True
 
     def show_waiting(self) -> None:
@@ -125,19 +131,57 @@ class ResultStore:
 
     def _candidates(self, known: KnownPart, scene: DropScene) -> Iterator[PoseStatistics]:
         """All that could be shown of a part; each is looked up when those before were offered."""
-        best = self._results.get(self._key(BEST, known, scene))
+        best, settings = self._results.get(self._key(BEST, known, scene)), self._settings()
         if best is not None:
             yield best
         with known.numbers.lock:  # until it is offered, so that nothing comes in between
             if known.shown.model is not None and known.shown.scene == scene:
-                yield _labelled(known.shown.model, self._settings())
-        yield self.estimate(known, "", scene)
+                model = _labelled(known.shown.model, settings)
+                if model.drops and not model.job_id:
+                    self._results.put(self._key(CHECKED, known, scene), model)
+                yield model
+        checked = self.checked(known, scene) if settings.default_method == AUTO else None
+        yield checked or self.estimate(known, "", scene)
 
     def remembers(self, known: KnownPart, method: str, scene: DropScene) -> bool:
-        """Whether an analytic result is at hand; raises as `estimate`."""
-        name = part_requests.estimator_name(method or self._settings().default_method,
-                                            scene.restitution)
+        """Whether an answer without a target is at hand; raises as `estimate`."""
+        name = method or self._settings().default_method
+        if name == AUTO:
+            return self.checked(known, scene) is not None
+        name = part_requests.estimator_name(name, scene.restitution)
         return self._results.get(self._key(name, known, scene)) is not None
+
+    def checked(self, known: KnownPart, scene: DropScene) -> PoseStatistics | None:
+        """The checked estimate, if it was made before."""
+        return self._results.get(self._key(CHECKED, known, scene))
+
+    def lacks_check(self, known: KnownPart) -> bool:
+        """Whether a part shows an estimate alone where a checked one is wanted."""
+        settings, shown = self._settings(), known.shown
+        scene = settings.scene(known.scene_override)
+        return (settings.default_method == AUTO and self.checked(known, scene) is None
+                and not (shown.model is not None and shown.model.drops and shown.scene == scene))
+
+    def check(self, known: KnownPart, scene: DropScene,
+              should_stop: Callable[[], bool]) -> PoseStatistics:
+        """Drop a part some times beside its estimate, as the library does, and offer the outcome.
+
+        Raises PoseStatsError if the part cannot be built, CancelledError if it is to stop.
+        """
+        settings, message = self._settings(), self.checked(known, scene)
+        if message is None:
+            part = known.part
+            request = drop_request(hybrid.CHECK_DROPS, part.seed, 0.0, settings.threads())
+            statistics, _ = hybrid.checked(estimate_in(part, scene, AUTO), part, scene, request,
+                                           Watch(None, should_stop, background=True))
+            if should_stop():
+                raise CancelledError
+            message = (self.number_result(known, statistics, settings) if statistics.drops
+                       else self.estimate(known, AUTO, scene))
+            self._results.put(self._key(CHECKED, known, scene), message)
+        if settings.default_method == AUTO:
+            self.offer_results(known, scene, [message])
+        return message
 
     def estimate(self, known: KnownPart, method: str, scene: DropScene) -> PoseStatistics:
         """An analytic result, from memory where it was asked for before; raises PoseStatsError."""

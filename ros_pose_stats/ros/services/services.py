@@ -24,6 +24,7 @@ from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
 from ..parts import known_part, part_store, result_store
 from ..parts.announcer import Announcer
+from ..parts.checks import Checks
 from ..parts.intake import Intake
 from ..parts.outlines import Outlines, outline_messages
 from ..recorder import ANSWERS
@@ -98,14 +99,14 @@ class Services:
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore,
                  results: result_store.ResultStore, announcer: Announcer, requests: Requests,
-                 intake: Intake, refinement: Refinement, jobs: Jobs, reports: JobReports,
-                 outlines: Outlines) -> None:
+                 intake: Intake, checks: Checks, refinement: Refinement, jobs: Jobs,
+                 reports: JobReports, outlines: Outlines) -> None:
         self._settings = settings
         self._parts = parts
         self._results = results
         self._announcer = announcer
         self._requests, self._intake = requests, intake
-        self._refinement = refinement
+        self._checks, self._refinement = checks, refinement
         self._jobs = jobs
         self._reports = reports
         self._outlines = outlines
@@ -149,21 +150,34 @@ class Services:
         scene = self._settings().scene((request.restitution, request.drop_height),
                                        resolved.scene_override)
         prepared = self._intake.prepared(known, scene)
-        go_on = partial(self._answer, request, response, received, known, scene, prepared, offset)
+        go_on = partial(self._check_part, request, response, received, known, scene, prepared)
         return go_on() if prepared.done() else Later(prepared, go_on)
 
-    def _answer(self, request: Any, response: Any, received: known_part.KnownPart,
-                known: known_part.KnownPart,
-                scene: DropScene, prepared: Future[Any], offset: Array) -> None:
-        """Answer for a part as it is asked about, once the state has it as it was received."""
+    def _check_part(self, request: Any, response: Any, received: known_part.KnownPart,
+                    known: known_part.KnownPart, scene: DropScene,
+                    prepared: Future[Any]) -> Later | None:
+        """Have an estimate that nobody chose checked by drops; with a target others may do."""
         wait_for(prepared)
-        if offset.any():  # drops in the background would be of the part as it is known
-            message = with_warning(self._named(known, request, scene, AS_ITSELF),
-                                 known_part.shift_warning(offset))
-        elif (request.method or self._settings().default_method) == methods.AUTO:
+        is_auto = (request.method or self._settings().default_method) == methods.AUTO
+        checked = self._checks.begin(known, scene) if is_auto and not request.target_error else (
+            None)
+        go_on = partial(self._answer, request, response, received, known, scene, is_auto, checked)
+        return go_on() if checked is None or checked.done() else Later(checked, go_on)
+
+    def _answer(self, request: Any, response: Any, received: known_part.KnownPart,
+                known: known_part.KnownPart, scene: DropScene, is_auto: bool,
+                checked: Future[PoseStatistics] | None) -> None:
+        """Answer for a part as it is asked about, once the state has it as it was received."""
+        if checked is not None:
+            message, response.message = self._refinement.answer_checked(known, wait_for(checked),
+                                                                        scene)
+        elif is_auto and known is received:
             message, response.message = self._refinement.answer(known, request.target_error, scene)
-        else:
-            message = self._named(known, request, scene, BY_DROPS)
+        else:  # drops in the background would be of the part as it is known
+            message = self._named(known, request, scene,
+                                  BY_DROPS if known is received else AS_ITSELF)
+        if known is not received:
+            message = with_warning(message, known_part.shift_warning(request.com_offset))
         if not self._parts.is_kept(received):
             message = self._announcer.warn_unrecorded(message)
         response.statistics = self._announcer.record(ANSWERS, received, message)
