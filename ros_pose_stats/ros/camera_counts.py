@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import ObservedParts, PoseCounts
@@ -22,39 +21,16 @@ from .refusals import Refusals
 from .settings import Settings
 from .transport.batches import BatchSubscription
 
-Array = NDArray[np.float64]
-
-MOST_BYTES = 2**20
-"""Of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen."""
+MOST_BYTES = 2**20  # of a camera's message: counts of some 80 000 poses, or some 16 000 parts seen
 
 
-class ObservedPoses(NamedTuple):
-    """Parts that a camera saw at once."""
-
-    stamp: int  # nanoseconds
-    frame_id: str
-    part_id: str
-    orientations: Array  # (n, 4); x y z w
-    confidence: Array  # (n,); 0 to 1
-
-
-def counts_of_bytes(data: bytes) -> PoseCounts:
-    """What a camera counted; raises RequestError if the bytes are none, or far too many."""
-    return _message_of_bytes(data, PoseCounts)
-
-
-def observed_of_bytes(data: bytes) -> ObservedPoses:
+def observed_of_bytes(data: bytes) -> ObservedNumbers:
     """What a camera saw; raises RequestError if the bytes or its confidences are none."""
     _check_size(data, ObservedParts)
     try:
         numbers = observed_numbers(data)
     except NotPlainCdrError:
-        again = serialize_message(_message_of_bytes(data, ObservedParts))
-        numbers = observed_numbers(again)
-    return _checked(numbers)
-
-
-def _checked(numbers: ObservedNumbers) -> ObservedPoses:
+        numbers = observed_numbers(serialize_message(_message_of_bytes(data, ObservedParts)))
     parts, confidence = len(numbers.poses), numbers.confidence
     if not len(confidence):
         confidence = np.ones(parts)
@@ -65,8 +41,7 @@ def _checked(numbers: ObservedNumbers) -> ObservedPoses:
     if len(wrong):
         raise RequestError("confidences from 0 to 1", f"{wrong[0]:g}",
                            "divide percentages by 100")
-    return ObservedPoses(numbers.stamp, numbers.frame_id, numbers.part_id, numbers.poses[:, 3:],
-                         confidence)
+    return numbers._replace(confidence=confidence)
 
 
 def _check_size(data: bytes, kind: type) -> None:
@@ -85,12 +60,8 @@ def _message_of_bytes(data: bytes, kind: type) -> Any:
 
 
 COUNTS_TOPIC = "~/pose_counts"
-
-MOST_PROBLEMS = 60
-"""Counts that cannot be compared, of which each is told, in a minute."""
-
-MOST_PARTS = 10**6
-"""In one count."""
+MOST_PROBLEMS = 60  # counts that cannot be compared, of which each is told, in a minute
+MOST_PARTS = 10**6  # in one count
 
 
 class CountSubscription:
@@ -100,24 +71,16 @@ class CountSubscription:
                  known: Callable[[str], KnownPart | None], refusals: Refusals,
                  introduce: Callable[[KnownPart], object],
                  learn: Callable[[KnownPart, PoseCounts], bool]) -> None:
-        self._log = node.get_logger()
-        self._recorder = recorder
-        self._known = known
-        self._refusals = refusals
-        self._introduce = introduce
-        self._learn = learn
-        self._batches = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
-                                          recorder.count_lost, refusals)
-
-    def take_waiting(self) -> None:
-        """Record what the middleware still has, at the end of the node."""
-        self._batches.take_waiting()
+        self._log, self._recorder, self._refusals = node.get_logger(), recorder, refusals
+        self._known, self._introduce, self._learn = known, introduce, learn
+        self.take_waiting = BatchSubscription(node, PoseCounts, COUNTS_TOPIC, "counts", self._take,
+                                              recorder.count_lost, refusals).take_waiting
 
     def _take(self, received: list[bytes]) -> None:
         sound: list[tuple[bytes, PoseCounts]] = []
         for data in received:
             try:
-                counts = counts_of_bytes(data)
+                counts = _message_of_bytes(data, PoseCounts)
                 # ROS reads a text that lacks its closing zero byte; other readers of bags do not.
                 sound.append((serialize_message(counts), counts))
             except RequestError as refusal:
@@ -171,9 +134,7 @@ def count_problem(counts: PoseCounts, known: Callable[[str], KnownPart | None]) 
 
 
 OBSERVED_TOPIC = "~/observed_parts"
-
-LEAST_CONFIDENCE = 0.5
-"""A camera that is less sure of a part says nothing about its pose."""
+LEAST_CONFIDENCE = 0.5  # a camera that is less sure of a part says nothing about its pose
 
 
 class ObservedSubscription:
@@ -182,16 +143,11 @@ class ObservedSubscription:
     def __init__(self, node: Node, settings: Callable[[], Settings], counts: CountSubscription,
                  known: Callable[[str], KnownPart | None], recorder: Recorder,
                  refusals: Refusals) -> None:
-        self._settings = settings
-        self._counts = counts
-        self._known = known
-        self._refusals = refusals
-        self._batches = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
-                                          self._take, recorder.count_lost, refusals)
-
-    def take_waiting(self) -> None:
-        """Count what the middleware still has, at the end of the node."""
-        self._batches.take_waiting()
+        self._settings, self._counts = settings, counts
+        self._known, self._refusals = known, refusals
+        self.take_waiting = BatchSubscription(node, ObservedParts, OBSERVED_TOPIC, "messages",
+                                              self._take, recorder.count_lost,
+                                              refusals).take_waiting
 
     def _take(self, received: list[bytes]) -> None:
         sound = []
@@ -205,7 +161,7 @@ class ObservedSubscription:
         self._counts.take_counts(sound)
 
 
-def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None],
+def count_observed(seen: ObservedNumbers, known: Callable[[str], KnownPart | None],
                    settings: Settings) -> PoseCounts | None:
     """Count the poses of parts that a camera saw on the plate; None where it saw none."""
     if seen.frame_id not in ("", settings.plate_frame):
@@ -216,10 +172,10 @@ def count_observed(seen: ObservedPoses, known: Callable[[str], KnownPart | None]
     if part is None or part.shown.latched is None or part.shown.scene is None:
         raise RequestError("the part_id of a known part", shown(seen.part_id),
                            "publish its mesh on ~/part_mesh first")
-    if not len(seen.orientations):
+    if not len(seen.poses):
         return None
     latched = part.shown.latched
-    poses = classify_orientations(part.part, seen.orientations,
+    poses = classify_orientations(part.part, seen.poses[:, 3:],
                                   cluster_tolerance=latched.cluster_tolerance,
                                   round_sides=latched.round_sides)
     sure = (poses >= 0) & (seen.confidence >= LEAST_CONFIDENCE)

@@ -36,7 +36,16 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")
     # The node would refuse a scene that is out of range only once the part has arrived there.
     DropScene(scenes.DEFAULT_RESTITUTION if restitution is None else restitution, drop_height)
-    message, line, warnings = _message(file, unit, center_of_mass, mass, density, part_id)
+    part_id = part_id or Path(file).stem
+    check_name(part_id)
+    mesh = files.read_mesh(file, unit)
+    properties = mass_properties.check_given(center_of_mass, mass, None, density)
+    part = parts.part_of_file(mesh, properties, part_id)  # what the node would refuse, too
+    given = (part.mass, part.center_of_mass) if any(
+        value is not None for value in properties) else ()
+    message = part_message(PartRequest(
+        part_id, np.asarray(mesh.vertices, dtype=np.float64),
+        np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given), part_id, now())
     if restitution is not None:
         message.restitution = restitution
     if drop_height is not None:
@@ -51,28 +60,10 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
             raise RequestError("the name of a ROS topic", f"'{topic}'",
                                "for instance /pose_stats/part_mesh") from error
         publisher.publish(message)
-        print(f"{line} published on {topic}", *warnings, sep="\n", flush=True)
+        print(f"{part_line(part, None)} published on {topic}", *part.warnings, sep="\n",
+              flush=True)
         stop.wait(math.inf if seconds is None else seconds)
         node.destroy_node()
     finally:
         rclpy.try_shutdown()
     return 0
-
-
-def _message(file: str, unit: str | None, center_of_mass: Sequence[float] | None,
-             mass: float | None, density: float | None, part_id: str
-             ) -> tuple[PartMesh, str, tuple[str, ...]]:
-    """The file as a message, a line about it, and the part's warnings.
-
-    What the node would refuse is refused here, with the reason.
-    """
-    part_id = part_id or Path(file).stem
-    check_name(part_id)
-    mesh = files.read_mesh(file, unit)
-    properties = mass_properties.check_given(center_of_mass, mass, None, density)
-    part = parts.part_of_file(mesh, properties, part_id)
-    known = any(value is not None for value in properties)
-    given = (part.mass, part.center_of_mass) if known else ()
-    request = PartRequest(part_id, np.asarray(mesh.vertices, dtype=np.float64),
-                          np.asarray(mesh.triangles, dtype=np.uint32), mesh.unit, *given)
-    return part_message(request, part_id, now()), part_line(part, None), part.warnings

@@ -41,11 +41,7 @@ def definitions() -> dict[str, str]:
 
 
 def as_of_today(kind: str, definition: str, data: bytes) -> bytes | None:
-    """A message of another definition, field by field by name; None where it cannot be read.
-
-    CDR holds no names, so that bytes of another definition would be read into wrong fields. A
-    field that it does not have keeps its default.
-    """
+    """A message of another definition, by the names of its fields; None where it is unreadable."""
     if definition == _definition(kind):
         return data
     decoded = _decoders.decode(RawMessage("", f"{PACKAGE}/msg/{kind}", data, 0, definition))

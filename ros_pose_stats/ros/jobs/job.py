@@ -102,11 +102,6 @@ class Job:
         """Ask the job to end; the first reason stays."""
         self.cancel_reason = self.cancel_reason or reason
 
-    def rewind(self) -> None:
-        """Back to the queue: it will begin again with the same seed."""
-        self.state = State.QUEUED
-        self.drops_done = 0
-
     def take(self, progress: DropProgress) -> None:
         """Note how far the run is, and now and then its statistics."""
         self.drops_done = progress.drops

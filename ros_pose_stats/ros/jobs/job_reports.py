@@ -21,8 +21,7 @@ from .job import Job, JobListener, State as JobState
 MOST_ANSWER_BYTES = 256 * 2**20
 """Of the results of ended jobs that are kept; older ones are in the bag only."""
 
-SECONDS_BETWEEN = 1.0
-"""A running job is kept as far as it is this often."""
+SECONDS_BETWEEN = 1.0  # a running job is kept as far as it is this often
 
 
 def job_event(job: Job, event: int, message: str = "") -> JobEvent:
@@ -71,9 +70,9 @@ class JobReports(JobListener):
     """Keeps and records what happens to jobs of drops; says the end of each in one line."""
 
     def __init__(self, results: result_store.ResultStore, parts: part_store.PartStore,
-                 announcer: Announcer,
-                 recorder: Recorder, state: State, say: Callable[[str], object],
-                 restored: Iterable[tuple[str, int]] = ()) -> None:
+                 announcer: Announcer, recorder: Recorder, state: State,
+                 say: Callable[[str], object],
+                 restored: Iterable[tuple[str, int]]) -> None:
         self._results, self._parts, self._announcer = results, parts, announcer
         self._recorder, self._state = recorder, state
         self._say = say
@@ -83,10 +82,7 @@ class JobReports(JobListener):
         self._answer_bytes = sum(size for _, size in self._answered)
 
     def queued(self, job: Job) -> bool:
-        """Keep the acceptance before it is told.
-
-        Nobody is told of what the node starts by itself, so that does not wait for the disk.
-        """
+        """Keep the acceptance, on the disk before a client is told of it."""
         known = self._part_of(job)
         if known is not None:
             self._announcer.introduce(known)

@@ -1,8 +1,6 @@
 """A bounded queue of simulations, worked off one by one by threads around the kernels.
 
-One simulation runs at a time, on all the threads that the node is allowed; clients come
-first, refinements that the node started itself give way to them and begin again later (drop
-k depends on the seed and k alone, so nothing is lost but time).
+Clients come first; refinements that the node started itself give way and begin again later.
 """
 
 import itertools
@@ -24,8 +22,7 @@ Run = Callable[[Job, Part, JobListener, Callable[[], bool]],
                tuple[PoseStatistics | FlipStatistics, Ending]]
 """Computes what a job asks for, as `run_drops` does."""
 
-KEPT = 1000
-"""Finished jobs that can still be asked for."""
+KEPT = 1000  # finished jobs that can still be asked for
 
 CUT_SHORT = ("TIME_LIMIT", "TARGET_MISSED")
 """Warnings of a run that ended at a bound; they are the message of its end."""
@@ -42,16 +39,14 @@ class Jobs:
 
     def __init__(self, run_name: str, listener: JobListener,
                  on_failure: Callable[[str], object], run: Run = run_drops) -> None:
-        self._compute = run
-        self._run_name = run_name
-        self._listener = listener
-        self._on_failure = on_failure
+        self._run_name, self._listener = run_name, listener
+        self._on_failure, self._compute = on_failure, run
         self._numbers = itertools.count(1)
         self._known: dict[str, Job] = {}
         self._ended: deque[str] = deque()
         self._asked: deque[Job] = deque()
         self._refinements: deque[Job] = deque()
-        self._running: Job | None = None
+        self.running: Job | None = None
         self._accepting = threading.Lock()
         self._changed = threading.Condition()
         self._closing = ""
@@ -69,7 +64,10 @@ class Jobs:
                 if twin is None:
                     self._check_room(request, settings.max_queued_jobs)
             if twin is not None:
-                return self._join(twin, request)
+                if not request.refinement and not twin.asked:  # a client is told of it now
+                    twin.asked = True
+                    twin.recorded = self._listener.joined(twin) and twin.recorded
+                return twin
             seed = request.seed or secrets.randbits(32) or 1
             job = Job(f"{self._run_name}_{next(self._numbers):04d}", request, part, seed, settings,
                       asked=not request.refinement)
@@ -84,13 +82,6 @@ class Jobs:
                 self._end(job, State.CANCELLED, too_late)
             return job
 
-    def _join(self, job: Job, request: JobRequest) -> Job:
-        """Have somebody else share a job; what a client is told of is on record."""
-        if not request.refinement and not job.asked:
-            job.asked = True
-            job.recorded = self._listener.joined(job) and job.recorded
-        return job
-
     def cancel(self, job_id: str, reason: str) -> Job | None:
         """Ask a job to end; None if it is not known. One that has ended stays as it is."""
         with self._changed:
@@ -98,8 +89,11 @@ class Jobs:
             if job is None or job.state.ended:
                 return job
             job.cancel(reason)
-            waiting = self._take_out(job)
-        if waiting:
+            waiting = next((jobs for jobs in (self._asked, self._refinements)
+                            if job in jobs), None)
+            if waiting is not None:
+                waiting.remove(job)
+        if waiting is not None:
             self._end(job, State.CANCELLED, reason)
         return job
 
@@ -132,11 +126,6 @@ class Jobs:
         with self._changed:
             return len(self._asked), len(self._refinements)
 
-    @property
-    def running(self) -> Job | None:
-        """The job that runs."""
-        return self._running
-
     def close(self, reason: str) -> bool:
         """Cancel all and wait a while for the thread; whether nothing is computed any more."""
         with self._changed:
@@ -144,8 +133,8 @@ class Jobs:
             waiting = [*self._asked, *self._refinements]
             self._asked.clear()
             self._refinements.clear()
-            if self._running is not None:
-                self._running.cancel(reason)
+            if self.running is not None:
+                self.running.cancel(reason)
             self._changed.notify_all()
         for job in waiting:
             self._end(job, State.CANCELLED, reason)
@@ -153,7 +142,7 @@ class Jobs:
             pass
         if self._thread.is_alive():
             self._thread.join(LAST_SECONDS)
-        running = self._running
+        running = self.running
         if self._thread.is_alive() and running is not None:
             self._end(running, State.CANCELLED, reason)
         return not self._thread.is_alive()
@@ -171,16 +160,9 @@ class Jobs:
     def _check_room(self, request: JobRequest, most: int) -> None:
         if self._closing:
             raise RequestError("a running node", "one that is ending", "start it again")
-        if not request.refinement and len(self._asked) >= most + (self._running is None):
+        if not request.refinement and len(self._asked) >= most + (self.running is None):
             raise RequestError(f"at most {most} simulations waiting (parameter max_queued_jobs)",
                                "a full queue", "wait, or cancel one")
-
-    def _take_out(self, job: Job) -> bool:
-        for waiting in (self._asked, self._refinements):
-            if job in waiting:
-                waiting.remove(job)
-                return True
-        return False
 
     def _work(self) -> None:
         while (job := self._next()) is not None:
@@ -190,7 +172,7 @@ class Jobs:
                 self._on_failure(f"{job.job_id}: {type(error).__name__}: {error}")
                 self._end(job, State.FAILED, f"internal failure: {type(error).__name__}: {error}")
             with self._changed:
-                self._running = None
+                self.running = None
 
     def _next(self) -> Job | None:
         with self._changed:
@@ -200,7 +182,7 @@ class Jobs:
                 return None
             job = (self._asked or self._refinements).popleft()
             job.state = State.RUNNING
-            self._running = job
+            self.running = job
             return job
 
     def _run(self, job: Job) -> None:
@@ -230,7 +212,7 @@ class Jobs:
         """Back to the front of the queue; False if it was cancelled meanwhile."""
         with self._changed:
             if not job.cancel_reason:
-                job.rewind()
+                job.state, job.drops_done = State.QUEUED, 0
                 self._refinements.appendleft(job)
             return not job.cancel_reason
 

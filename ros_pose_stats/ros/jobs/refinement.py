@@ -35,12 +35,9 @@ class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
     def __init__(self, settings: Callable[[], Settings], results: result_store.ResultStore,
-                 jobs: Jobs,
-                 announcer: Announcer) -> None:
-        self._settings = settings
-        self._results = results
-        self._jobs = jobs
-        self._announcer = announcer
+                 jobs: Jobs, announcer: Announcer) -> None:
+        self._settings, self._results = settings, results
+        self._jobs, self._announcer = jobs, announcer
 
     def refine(self, known: known_part.KnownPart) -> None:
         """Refine a part's latched result in the background, if that is wanted and not done."""
@@ -68,10 +65,7 @@ class Refinement:
 
     def answer(self, known: known_part.KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
-        """The best that can be said at once, and why; drops follow if it misses the target.
-
-        Drops that contradicted the estimate take its place.
-        """
+        """The best that can be said at once, and why; drops follow if it misses the target."""
         best, dropped = self._results.estimate(known, AUTO, scene), self._results.find_drops(
             known, scene)
         if dropped is not None and statistics_messages.refutes(dropped):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +16,11 @@ from ...resting.poses import poses_in
 from ...simulation import flips, simulate
 from ...simulation.request import Watch, drop_request
 from ...statistics.prefix import Judge, target_reached
-from ..parts.memory import Memory
+from ..parts.known_part import Memory
 from .job import COMBINED_SECONDS, FlipRequest, Job, JobListener, State
 
-MOST_POSES = 1000
-"""A transition matrix of more takes tens of megabytes."""
-
-REMEMBERED = 2_000_000
-"""Transitions, of which each takes some 24 bytes."""
+MOST_POSES = 1000  # a transition matrix of more takes tens of megabytes
+REMEMBERED = 2_000_000  # transitions, of which each takes some 24 bytes
 
 
 class Ending(Enum):
@@ -92,36 +89,25 @@ def run_drops(job: Job, part: Part, listener: JobListener,
     return counted, stop.ending
 
 
-class FlipKey(NamedTuple):
-    """On what flips depend, but for their number and seed; not on the drop height."""
-
-    digest: str
-    restitution: float
-    cluster_tolerance: float
-    round_sides: int
-    kick_height: float
+FlipKey = tuple[str, float, float, int, float]
 
 
 def flip_key(digest: str, scene: DropScene, kick_height: float) -> FlipKey:
-    """The key of flips in a scene."""
-    return FlipKey(digest, scene.restitution, scene.cluster_tolerance, scene.round_sides,
-                   kick_height)
+    """On what flips depend, but for their number and seed; not on the drop height."""
+    return digest, scene.restitution, scene.cluster_tolerance, scene.round_sides, kick_height
 
 
 class FlipReports(JobListener):
     """Remembers flips up to a bound; they are not recorded, for a seed gives them again."""
 
     def __init__(self) -> None:
-        self._best: Memory[FlipKey, FlipStatistics] = Memory(REMEMBERED, _transitions)
-        self._of_jobs: Memory[str, FlipStatistics] = Memory(REMEMBERED, _transitions)
+        def transitions(counted: FlipStatistics) -> int:
+            return int(counted.counts.size)
 
-    def of_job(self, job_id: str) -> FlipStatistics | None:
-        """What a job counted, without the poses themselves."""
-        return self._of_jobs.get(job_id)
-
-    def best(self, key: FlipKey) -> FlipStatistics | None:
-        """The most flips of a key."""
-        return self._best.get(key)
+        # the most flips of a key, and those of a job, without the poses themselves
+        self._best: Memory[FlipKey, FlipStatistics] = Memory(REMEMBERED, transitions)
+        self._of_jobs: Memory[str, FlipStatistics] = Memory(REMEMBERED, transitions)
+        self.best, self.of_job = self._best.get, self._of_jobs.get
 
     def ended(self, job: Job, state: State) -> None:
         """Remember what was counted."""
@@ -133,10 +119,6 @@ class FlipReports(JobListener):
         before = self._best.get(key)
         if counted.flips and (before is None or before.flips < counted.flips):
             self._best.put(key, counted)
-
-
-def _transitions(counted: FlipStatistics) -> int:
-    return int(counted.counts.size)
 
 
 def pose_count(part: Part, scene: DropScene) -> int:
@@ -161,8 +143,7 @@ def run_flips(job: Job, part: Part, listener: JobListener,
               should_give_way: Callable[[], bool]) -> tuple[FlipStatistics, Ending]:
     """Flip the part as the job asks; see `run_drops`."""
     request = job.request
-    if not isinstance(request, FlipRequest):
-        raise TypeError(f"expected a FlipRequest, got {type(request).__name__}")
+    assert isinstance(request, FlipRequest)
     scene, stop = request.scene, _Stop(job, should_give_way)
     poses = pose_count(part, scene)
     total = flips_in_all(poses, request.drops, job.settings)

@@ -32,11 +32,8 @@ from .known_part import KnownPart
 
 Array = NDArray[np.float64]
 
-MOST_POSES = 16
-"""Poses drawn of a part, the most probable ones."""
-
-MOST_DRAWN = 400
-"""Poses drawn in all; with many parts fewer of each."""
+MOST_POSES = 16  # poses drawn of a part, the most probable ones
+MOST_DRAWN = 400  # poses drawn in all; with many parts fewer of each
 
 MOST_TRIANGLES = 32_000
 """Of the whole array, with some hundred drawn poses: 2.3 MB, at most once a second."""
@@ -44,21 +41,13 @@ MOST_TRIANGLES = 32_000
 FINENESS = (4000, 2000, 1000, 500, 250, 100)
 """Triangles of one drawn part; few steps, so that parts are seldom decimated anew."""
 
-GAP = 0.6
-"""Between the parts, in radii."""
-
-LETTER = 0.35
-"""Height of the labels, in radii."""
+GAP = 0.6  # between the parts, in radii
+LETTER = 0.35  # height of the labels, in radii
 
 
 def poses_each(parts: int) -> int:
     """How many poses of each of so many parts are drawn."""
     return max(1, min(MOST_POSES, MOST_DRAWN // max(parts, 1)))
-
-
-def triangles_each(drawn: int) -> int:
-    """How many triangles a drawn pose may have where `drawn` poses are drawn."""
-    return next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
 
 
 def marker_array(rows: Sequence[tuple[PoseStatistics, Array]]) -> bytes:
@@ -79,9 +68,8 @@ def _row(result: PoseStatistics, triangles: Array, y: float, most: int) -> list[
     for place, pose in enumerate(result.poses[:most]):
         x = place * step
         markers.append(_body(result, pose, triangles, x, y))
-        text = f"{pose.index}: {100.0 * pose.probability:.1f} %"
-        if math.isnan(pose.probability):
-            text = f"{pose.index}: -"
+        share = "-" if math.isnan(pose.probability) else f"{100.0 * pose.probability:.1f} %"
+        text = f"{pose.index}: {share}"
         markers.append(_label(result, pose.index + 1, text,
                               (x, y, pose.top + 0.5 * LETTER * result.radius)))
     return markers
@@ -120,9 +108,7 @@ SECONDS_BETWEEN_MARKERS = 1.0
 PARTING_SECONDS = 1.0
 """A subscriber that has not taken a part's last message by then is not waited for."""
 
-GLANCE = 0.01
-"""Seconds between looks at whether it has."""
-
+GLANCE = 0.01  # seconds between looks at whether it has
 NOT_RECORDED = "NOT_RECORDED: this could not be written down: {}."
 
 
@@ -138,16 +124,13 @@ class _Shown:
 class Announcer:
     """Publishes and records results; a mesh goes on record by `introduce` before them.
 
-    Each part has a publisher of its own on the same topic: reliable, transient local, depth 1.
-    A late joiner gets the current result of every part, whatever the others do.
+    Each part has a publisher of its own on the same topic, so that late joiners get all parts.
     """
 
     def __init__(self, node: Node, recorder: Recorder, state: State,
                  introduce: Callable[[KnownPart], object], floods: Floods) -> None:
-        self._node = node
-        self._recorder, self._state = recorder, state
-        self.introduce = introduce
-        self._floods = floods
+        self._node, self._recorder, self._state = node, recorder, state
+        self.introduce, self._floods = introduce, floods
         self._shown: dict[str, _Shown] = {}
         self._leaving: dict[str, tuple[Publisher, float]] = {}
         self._lock = threading.Lock()
@@ -252,6 +235,7 @@ class Announcer:
             shown = [self._shown[part_id] for part_id in sorted(self._shown)
                      if self._shown[part_id].known.source.is_built]
         each = poses_each(len(shown))
-        most = triangles_each(sum(min(len(row.message.poses), each) for row in shown))
+        drawn = sum(min(len(row.message.poses), each) for row in shown)
+        most = next((fine for fine in FINENESS if fine * drawn <= MOST_TRIANGLES), FINENESS[-1])
         self._markers.publish(marker_array(
             [(row.message, visible_triangles(row.known.part, most)) for row in shown]))

@@ -15,14 +15,9 @@ from .known_part import KnownPart, at_hand
 from .part_store import PartStore
 from .result_store import ResultStore
 
-MOST_WAITING = 256
-"""Checks that are asked for; each takes some 50 ms."""
-
-PAUSE = 0.05
-"""Seconds between looks at whether meshes still wait."""
-
-LAST_SECONDS = 0.5
-"""A check may go on for so long when the node ends."""
+MOST_WAITING = 256  # checks that are asked for; each takes some 50 ms
+PAUSE = 0.05  # seconds between looks at whether meshes still wait
+LAST_SECONDS = 0.5  # a check may go on for so long when the node ends
 
 
 class _Check(NamedTuple):
@@ -93,8 +88,10 @@ class Checks:
         """The next check, and whether a part shows it that is to be refined then."""
         with self._changed:
             while not self._closed:
-                if self._checks:
-                    return next(iter(self._checks.values())), False
+                if self._checks:  # new parts before other scenes of known ones
+                    checks = list(self._checks.values())
+                    return next((check for check in checks
+                                 if check.known.part_id in self._shown), checks[0]), False
                 if self._shown and self._is_quiet():
                     name = next(iter(self._shown))
                     del self._shown[name]

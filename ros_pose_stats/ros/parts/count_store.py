@@ -28,8 +28,7 @@ from . import known_part, part_store
 
 Index = NDArray[np.int64]
 
-RECENT = 400
-"""Parts that are compared with all those before."""
+RECENT = 400  # parts that are compared with all those before
 
 CHANCE = 1e-4
 """Below it, a change is more than chance: a cell that does not change alarms once in some
@@ -43,10 +42,7 @@ class Ground(NamedTuple):
     plate: str
 
     def goes_on_as(self, other: "Ground", known: known_part.KnownPart) -> bool:
-        """Whether only `round_sides` is new, and the poses of the part keep their numbers.
-
-        A plate that was fitted may bring sides of its own; what it was fitted to still counts.
-        """
+        """Whether only `round_sides` is new, as of a plate, and poses keep their numbers."""
         tolerance, sides = self.numbering
         new = other.numbering.round_sides
         return (other == Ground(Numbering(tolerance, new), self.plate)

@@ -28,11 +28,8 @@ from .mesh_queue import MeshQueue
 from .part_store import PartStore
 from .result_store import ResultStore
 
-DEPTH = 100
-"""Messages that wait in the middleware."""
-
-TRIES = 3
-"""Of building a part of an earlier run, where something fails inside the program."""
+DEPTH = 100  # messages that wait in the middleware
+TRIES = 3  # of building a part of an earlier run, where something fails inside the program
 
 LARGE_BYTES = 36 * part_builder.LARGE_TRIANGLES
 """Of a part that is not built yet; it may take longer than others should wait."""
@@ -58,11 +55,7 @@ class Intake:
         self._coming: list[Future[None]] = []
 
     def take(self, request: part_requests.PartRequest) -> KnownPart:
-        """Make a mesh a known part, estimated, kept and latched.
-
-        A copy of what is known is ignored; one that was refused is refused again at once. Raises
-        PoseStatsError with one line that says what is wrong.
-        """
+        """Make a mesh that is no copy a known part, and latch it; raises PoseStatsError."""
         settings = self._settings()
         part_requests.check_request(request, settings.max_mesh_bytes)
         scene = settings.scene((request.restitution, request.drop_height))
@@ -83,10 +76,7 @@ class Intake:
 
     def take_sent(self, request: part_requests.PartRequest, source: str,
                   accepted: threading.Event | None) -> Future[KnownPart]:
-        """Queue a mesh that came with a request; raises RequestError if there is no room for it.
-
-        `accepted`: it is begun with only then.
-        """
+        """Queue a mesh of a request, to be begun once `accepted`; raises RequestError if full."""
         def take() -> KnownPart:
             if accepted is not None:
                 accepted.wait(LONGEST_ACCEPTANCE)
@@ -137,10 +127,7 @@ class Intake:
         self._follow(known)
 
     def restore(self, shown: Mapping[str, bool]) -> None:
-        """Build parts of an earlier run when nothing else waits, first those that show nothing.
-
-        `shown`: whether a part's last result is latched again.
-        """
+        """Build parts of an earlier run when nothing else waits, first those not `shown` again."""
         latest_first = self._parts.all()[::-1]
         for known in sorted(latest_first, key=lambda known: shown[known.part_id]):
             coming = self._build_later(known, not shown[known.part_id])

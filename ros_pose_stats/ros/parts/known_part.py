@@ -1,11 +1,12 @@
-"""A part that the node knows, and the same with its centre of mass somewhere else."""
+"""A part that the node knows, the same with its centre of mass elsewhere, bounded memories."""
 
 import math
 import threading
-from collections.abc import Callable
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from geometry_msgs.msg import Vector3
@@ -15,15 +16,15 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...mesh.parts import shift_center
 from ...records import DropScene, Part
 from ...text import listed, millimetres
-from .memory import Memory
 
 if TYPE_CHECKING:
     from .count_store import CellCounts
 
 T = TypeVar("T")
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
 
-NODE_SCENE = (-1.0, -1.0)
-"""Restitution and drop height of a part that has no scene of its own."""
+NODE_SCENE = (-1.0, -1.0)  # restitution and drop height of a part that has no scene of its own
 
 
 def at_hand(value: T) -> Future[T]:
@@ -31,6 +32,40 @@ def at_hand(value: T) -> Future[T]:
     future: Future[T] = Future()
     future.set_result(value)
     return future
+
+
+class Memory(Generic[K, V]):
+    """A bounded dictionary for several threads; the newest value stays, whatever its weight."""
+
+    def __init__(self, most: int, weight: Callable[[V], int] = lambda value: 1) -> None:
+        self._most = most
+        self._weight = weight
+        self._values: OrderedDict[K, V] = OrderedDict()
+        self._sum = 0
+        self._lock = threading.Lock()
+
+    def get(self, key: K) -> V | None:
+        """A value, which counts as used now; None where there is none."""
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+            return self._values.get(key)
+
+    def put(self, key: K, value: V) -> None:
+        """Keep a value in place of the one before."""
+        with self._lock:
+            if key in self._values:
+                self._sum -= self._weight(self._values.pop(key))
+            self._values[key] = value
+            self._sum += self._weight(value)
+            while self._sum > self._most and len(self._values) > 1:
+                self._sum -= self._weight(self._values.popitem(last=False)[1])
+
+    def clear(self) -> None:
+        """Let go of everything."""
+        with self._lock:
+            self._values.clear()
+            self._sum = 0
 
 
 @dataclass(eq=False)
@@ -66,11 +101,7 @@ class Shown:
 
 
 class PartSource:
-    """Gives a part: the one at hand, or one that is built when somebody first asks for it.
-
-    `build`: may raise PoseStatsError, and `TakesLongError` in a lane of meshes; it is called again
-    the next time.
-    """
+    """Gives a part: the one at hand, or one that is built when somebody first asks for it."""
 
     def __init__(self, part: Part | None, build: Callable[[], Part] | None = None) -> None:
         self._part, self._build = part, build
@@ -118,8 +149,7 @@ def known_as(part: Part, like: KnownPart | None = None) -> KnownPart:
                      PartSource(part), like.numbers)
 
 
-BUILT_BYTES = 64 * 2**20
-"""Of parts that are kept because they may come again."""
+BUILT_BYTES = 64 * 2**20  # of parts that are kept because they may come again
 
 
 def memory_of_parts() -> Memory[Any, Part]:
@@ -153,4 +183,5 @@ def shift_warning(offset: Vector3) -> str:
     """What the answer for a shifted centre of mass says of it."""
     return (f"COM_SHIFTED: the centre of mass is shifted by "
             f"{listed([millimetres(x) for x in (offset.x, offset.y, offset.z)])} mm along the "
-            f"part's axes, the inertia about it is kept; what is latched is of the part as it was sent.")
+            f"part's axes, the inertia about it is kept; what is latched is of the part as it "
+            f"was sent.")

@@ -22,18 +22,14 @@ ROOM = 4
 The large ones take half of that at most, so that there is always room for small ones.
 """
 
-LAST_SECONDS = 0.5
-"""What is in hand may be finished for so long when the queue is closed."""
+LAST_SECONDS = 0.5  # what is in hand may be finished for so long when the queue is closed
 
 
 class Lane(IntEnum):
     """Where a task waits."""
 
-    QUICK = 0
-    """It is done in the node, in moments."""
-
-    SLOW = 1
-    """It may take all the time that a mesh may take, in another process."""
+    QUICK = 0  # done in the node, in moments
+    SLOW = 1  # it may take all the time that a mesh may take, in another process
 
 
 class Rank(IntEnum):
@@ -46,8 +42,6 @@ class Rank(IntEnum):
 
 @dataclass(eq=False)
 class _Task:
-    """Something to do."""
-
     work: Callable[[], Any]
     size: int  # bytes that it holds on to
     part_id: str  # empty: of no name
@@ -71,11 +65,8 @@ class _Task:
 class MeshQueue:
     """Two lanes, each with a thread of its own.
 
-    A small mesh begins in the quick lane, a large one in the slow one. What turns out to take
-    long goes on to the slow lane, and so does what comes under the name of a mesh there: of two
-    meshes of one name the later one is done last.
-
-    `most_bytes`: how many bytes a single mesh may have.
+    What is large, takes long or comes under the name of a mesh in the slow lane goes there: of two
+    meshes of one name the later one is done last. `most_bytes`: of a single mesh.
     """
 
     def __init__(self, most_bytes: Callable[[], int]) -> None:
@@ -101,12 +92,10 @@ class MeshQueue:
 
     def put(self, work: Callable[[], T], size: int, part_id: str = "",
             large: bool = False) -> Future[T]:
-        """Queue a task; waits while the quick lane is full.
+        """Queue a task; waits while the quick lane is full, and is refused where the slow one is.
 
         `work`: may raise `TakesLongError`, and is called again in the slow lane then; `size`:
-        bytes that it holds on to; `part_id`: tasks of one name are done in their order. Returns of
-        what `work` returns or raises; cancelled where the queue is closed, and refused where the
-        slow lane is full: to wait for that would hold up small meshes.
+        bytes that it holds on to; `part_id`: tasks of one name are done in their order.
         """
         task = _Task(work, size, part_id, large, Rank.MESH)
         with self._changed:
@@ -120,22 +109,20 @@ class MeshQueue:
 
     def put_first(self, work: Callable[[], T], size: int = 0, part_id: str = "",
                   large: bool = False) -> Future[T]:
-        """Queue a task that a client waits for, before the others; never waits itself.
-
-        Raises RequestError if there is no room for it.
-        """
+        """Queue a task before the others, at once; raises RequestError if there is no room."""
         task = _Task(work, size, part_id, large, Rank.URGENT)
         with self._changed:
-            problem = self._lack_of_room(task)
-            if problem is not None:
-                raise problem
+            self._refuse_without_room(task)
             self._append(task)
         return task.future
 
     def check_room(self, size: int, part_id: str = "", large: bool = False) -> None:
         """Refuse what `put_first` would refuse; raises RequestError if there is no room for it."""
         with self._changed:
-            problem = self._lack_of_room(_Task(lambda: None, size, part_id, large, Rank.URGENT))
+            self._refuse_without_room(_Task(lambda: None, size, part_id, large, Rank.URGENT))
+
+    def _refuse_without_room(self, task: _Task) -> None:
+        problem = self._lack_of_room(task)
         if problem is not None:
             raise problem
 
@@ -173,7 +160,6 @@ class MeshQueue:
         return None
 
     def _append(self, task: _Task) -> None:
-        """Take in a task."""
         if self._closed:
             task.future.cancel()
             return
@@ -188,7 +174,6 @@ class MeshQueue:
         self._changed.notify_all()
 
     def _remove(self, task: _Task) -> None:
-        """Let go of a task that has been done."""
         self._bytes[task.large] -= task.size
         others = self._names.get(task.part_id, [])
         if task in others:
@@ -198,11 +183,10 @@ class MeshQueue:
         self._changed.notify_all()
 
     def _run(self, lane: Lane) -> None:
-        while self._do_next(lane):
+        while self._do_next(lane):  # and let go of it
             pass
 
     def _do_next(self, lane: Lane) -> bool:
-        """Do the next task, of which nothing is held on to; false once the queue is closed."""
         task = self._next(lane)
         if task is None:
             return False

@@ -18,27 +18,20 @@ from .part_builder import is_large, prepare
 MOST_WORK = 500_000
 """Triangles in all outlines of an answer, each with what any outline takes: a second or two."""
 
-OUTLINE = 200
-"""Triangles that take as long as what every outline takes."""
-
+OUTLINE = 200  # triangles that take as long as what every outline takes
 MOST_WAITING = 16
-
-SECONDS = 20.0
-"""For the outlines of a large part; machines are shared."""
+SECONDS = 20.0  # for the outlines of a large part; machines are shared
 
 
 class Outline(NamedTuple):
-    """One outline: corners of each of its rings, and coordinates x, y one after the other."""
+    """One outline."""
 
-    corners: list[int]
-    points: bytes  # float64; metres
+    corners: list[int]  # of each of its rings
+    points: bytes  # float64; metres; x and y one after the other
 
 
 class Outlines:
-    """Computes outlines in a thread of its own, those of large parts in a process.
-
-    The library behind them locks the interpreter for all of one outline.
-    """
+    """Computes outlines in a thread, those of large parts in a process: they lock Python."""
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(1, "outlines")

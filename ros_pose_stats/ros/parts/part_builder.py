@@ -1,7 +1,7 @@
 """Builds parts: small ones here, what takes long in a process that can be stopped."""
 
 import os
-from typing import Any, NamedTuple
+from typing import Any
 
 from ... import errors, methods
 from ...batch.worker import ProcessDiedError, TookLongError, Worker
@@ -13,31 +13,19 @@ from ...records import DropScene, Part
 from ...resting.poses import are_found
 from ..messages.part_requests import PartRequest, part_of
 
-LARGE_TRIANGLES = 5000
-"""A mesh with more of them may take longer than others should wait."""
-
-CORNERS = 3
-"""Vertices a triangle where each has its own."""
-
-HERE_SECONDS = 0.05
-"""For looking in the node how the bodies of a mesh lie to each other."""
-
-BUDGET_SECONDS = 60.0
-"""For one mesh."""
-
-NICENESS = 10
-"""Drops and answers come first."""
+LARGE_TRIANGLES = 5000  # a mesh with more of them may take longer than others should wait
+CORNERS = 3  # vertices a triangle where each has its own
+HERE_SECONDS = 0.05  # for looking in the node how the bodies of a mesh lie to each other
+BUDGET_SECONDS = 60.0  # for one mesh
+NICENESS = 10  # drops and answers come first
 
 
 class NotBuiltError(errors.RequestError):
     """A part that was not built for a reason that is not the mesh's."""
 
 
-class _Built(NamedTuple):
-    """A part with all that was prepared on the way to its first estimate and picture."""
-
-    part: Part
-    prepared: dict[Any, Any]
+# a part with all that was prepared on the way to its first estimate and picture
+_Built = tuple[Part, dict[Any, Any]]
 
 
 def is_large(request: PartRequest | Part) -> bool:
@@ -63,7 +51,7 @@ def build(request: PartRequest | Part, scene: DropScene) -> _Built | errors.Pose
         part = request if isinstance(request, Part) else part_of(request)
         estimate_in(part, scene, methods.AUTO)
         visible_triangles(part)  # for its markers
-        return _Built(part, part.all_prepared())
+        return part, part.all_prepared()
     except errors.PoseStatsError as refusal:
         return refusal
     except Exception as error:  # belongs to whoever asked
@@ -85,14 +73,14 @@ class PartBuilder:
             except TakesLongError:
                 if quick:
                     raise
-        built = self._ask(request, scene)
-        built.part.keep_all(built.prepared)
-        return built.part
+        part, prepared = self._ask(request, scene)
+        part.keep_all(prepared)
+        return part
 
     def find_poses(self, part: Part, scene: DropScene) -> None:
         """Have the poses of a large part at hand; raises as `build`."""
         if is_large(part) and not are_found(part, scene):
-            part.keep_all(self._ask(part, scene).prepared)
+            part.keep_all(self._ask(part, scene)[1])
 
     def _ask(self, request: PartRequest | Part, scene: DropScene) -> _Built:
         try:

@@ -15,17 +15,12 @@ from ..messages import part_messages, part_requests, times
 from ..recorder import JOB_EVENTS, PART_MESH, POSE_STATISTICS, Recorder
 from ..state import Change, State
 from ..state.tables import Row
-from . import memory, part_builder
-from .known_part import KnownPart, Numbers, PartSource, memory_of_parts
+from . import part_builder
+from .known_part import KnownPart, Memory, Numbers, PartSource, memory_of_parts
 
-REFUSED = 1024
-"""Refused meshes kept for when they come again."""
-
-NUMBERED = 1024
-"""Forgotten parts whose revisions go on where they come again."""
-
-RECORDED = 4096
-"""Meshes that are known to be in the bag."""
+REFUSED = 1024  # refused meshes kept for when they come again
+NUMBERED = 1024  # forgotten parts whose revisions go on where they come again
+RECORDED = 4096  # meshes that are known to be in the bag
 
 
 class MeshLog:
@@ -34,14 +29,11 @@ class MeshLog:
     def __init__(self, recorder: Recorder, state: State) -> None:
         self._recorder, self._state = recorder, state
         self._bag = -1
-        self._recorded: memory.Memory[tuple[str, str], bool] = memory.Memory(RECORDED)
+        self._recorded: Memory[tuple[str, str], bool] = Memory(RECORDED)
         self._lock = threading.RLock()
 
     def introduce(self, known: KnownPart) -> None:
-        """Put a part's mesh on record, and the result that a start has latched, unless they are.
-
-        The bag of each run stands alone, also one that is begun because another was deleted.
-        """
+        """Put a part's mesh on record, and the result that a start has latched, once a bag."""
         with self._lock:
             if self._bag != self._recorder.bag:
                 self._recorded.clear()
@@ -72,10 +64,10 @@ class PartStore:
         self._used: set[str] = set()
         self._uses = itertools.count(1)
         self._lock = threading.Lock()
-        self._refused: memory.Memory[tuple[str, bytes], PoseStatsError] = memory.Memory(REFUSED)
+        self._refused: Memory[tuple[str, bytes], PoseStatsError] = Memory(REFUSED)
         # also after another mesh of the same name has come
-        self._built: memory.Memory[tuple[str, bytes], Part] = memory_of_parts()
-        self._numbers: memory.Memory[str, Numbers] = memory.Memory(NUMBERED)
+        self._built: Memory[tuple[str, bytes], Part] = memory_of_parts()
+        self._numbers: Memory[str, Numbers] = Memory(NUMBERED)
 
     def restore(self, most: int, most_bytes: int) -> list[KnownPart]:
         """Know the parts of the state again, the last used ones; each is built when asked for."""
@@ -102,11 +94,7 @@ class PartStore:
         return part
 
     def resolve(self, request: part_requests.PartRequest) -> tuple[KnownPart, bool]:
-        """The part that a mesh is, and whether it is new: not known yet, and here by `put` only.
-
-        Raises PoseStatsError with one line that says what is wrong; at once where the mesh was
-        refused before.
-        """
+        """The part that a mesh is, and whether it is to be `put`; raises PoseStatsError."""
         same = self._same(request.part_id, request.content)
         if same is None:
             part = self._build(request)
@@ -152,11 +140,7 @@ class PartStore:
 
     def put(self, known: KnownPart, request: part_requests.PartRequest, most: int,
             most_bytes: int) -> None:
-        """Keep, record and remember a part, with no result of the same name between the two.
-
-        It takes the place of one of the same id, and of the oldest beyond `most` parts and
-        `most_bytes` of them all. Raises MeshError if the part alone takes more.
-        """
+        """Keep a part in place of one of its name, and of the oldest; raises MeshError."""
         known.size = part.array_bytes(known.part, request)
         if known.size > most_bytes:
             raise MeshError(f"a part that takes at most {most_bytes} bytes in memory (parameter "

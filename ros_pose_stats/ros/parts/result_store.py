@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message, serialize_message
 from ros_pose_stats_msgs.msg import PoseStatistics
@@ -21,15 +20,14 @@ from ..messages import part_requests, statistics_messages as messages, times
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
 from ..state import Change, State
-from . import count_store, memory, part_store
+from . import count_store, part_store
 from .announcer import Announcer
-from .known_part import KnownPart
+from .known_part import KnownPart, Memory
 
 REMEMBERED_POSES = 20_000
 """Poses of results kept for parts and scenes that come again; some 2 kB each."""
 
-SECONDS_BETWEEN = 1.0
-"""A part that is being refined is published at most this often."""
+SECONDS_BETWEEN = 1.0  # a part that is being refined is published at most this often
 
 BEST = "best"
 """What was latched last for a scene; it is latched at once where the scene comes again."""
@@ -41,31 +39,18 @@ REFINED = "refined"
 """The best drops that refined an estimate, in any scene; they answer whoever asks again."""
 
 
-class Key(NamedTuple):
-    """A result's role (`BEST`, `CHECKED`, `REFINED` or its method), and what it is of."""
-
-    role: str
-    part_id: str
-    digest: str
-    scene: DropScene
-    plate: str
-    plate_error: float
-    plate_frame: str
+Key = tuple[str, str, str, DropScene, str, float, str]
 
 
 class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
     def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 counts: count_store.CountStore,
-                 announcer: Announcer, state: State) -> None:
-        self._settings = settings
-        self._parts = parts
-        self._counts = counts
-        self._announcer = announcer
-        self._state = state
+                 counts: count_store.CountStore, announcer: Announcer, state: State) -> None:
+        self._settings, self._parts, self._counts = settings, parts, counts
+        self._announcer, self._state = announcer, state
         self._waiting: dict[str, KnownPart] = {}
-        self._results: memory.Memory[Key, PoseStatistics] = memory.Memory(
+        self._results: Memory[Key, PoseStatistics] = Memory(
             REMEMBERED_POSES, lambda message: len(message.poses))
 
     def restore(self, known: KnownPart) -> None:
@@ -196,7 +181,7 @@ class ResultStore:
 
     def keep_refinement(self, known: KnownPart, message: PoseStatistics,
                         scene: DropScene) -> None:
-        """Remember drops that refined an estimate, for whoever asks again, in any scene."""
+        """Remember drops that refined an estimate."""
         key = self._key(REFINED, known, scene)
         before = self._results.get(key)
         if before is None or messages.replaces(message, before):
@@ -280,9 +265,10 @@ class ResultStore:
             numbers.newest)))
 
     def _key(self, role: str, known: KnownPart, scene: DropScene) -> Key:
+        """The key of a role (`BEST`, `CHECKED`, `REFINED` or a method) of a part in a scene."""
         settings = self._settings()
-        return Key(role, known.part_id, known.digest, scene, settings.plate,
-                   settings.plate_error, settings.plate_frame)
+        return (role, known.part_id, known.digest, scene, settings.plate, settings.plate_error,
+                settings.plate_frame)
 
 
 def _labelled(message: PoseStatistics, settings: Settings) -> PoseStatistics:

@@ -64,7 +64,7 @@ def assert_serves(client):
     part = library_part(WEDGE, part_id)
     answer = client.good("estimate", part=flat(WEDGE, part_id)).statistics
     assert probabilities(answer.poses) == pytest.approx(
-        probabilities(estimate(part, "split").poses))
+        probabilities(estimate(part).poses))
     dropped = finished(client, start(client, part_id, 300, seed=5)).statistics
     assert counts(dropped.poses) == counts(simulate(part, 300, seed=5).poses)
     MeshPublisher(client, "/tuned/cad", Mesh).matched().publish(mesh(WEDGE))
@@ -226,8 +226,8 @@ def test_clients_are_answered_in_turn(domain, cell):
     with QuickClient(domain) as greedy, QuickClient(domain) as other:
         greedy.good("estimate", part_id=part_id)
         other.good("estimate", part_id=part_id)
-        sent = [greedy.send("estimate", part_id=part_id, restitution=0.3 + 1e-4 * number)
-                for number in range(600)]
+        sent = [greedy.send("estimate", part_id=part_id, method="split",
+                            restitution=0.3 + 1e-4 * number) for number in range(600)]
         until(lambda: any(one.done() for one in sent))
         other.good("estimate", part_id=part_id)
         assert not all(one.done() for one in sent)

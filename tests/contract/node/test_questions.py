@@ -47,7 +47,8 @@ class TestDropping:
             assert told == pytest.approx(value, rel=1e-9) and low < told < high
         assert answer.accepted_low > 0.0 and answer.accepted_high < 1.0
         assert interval(answer, "flips") == (0.0, 0.0, 0.0)
-        assert answer.message == "From an estimate (split)." and not answer.transition
+        drops = latched(cell, part_id).drops
+        assert answer.message == f"From {drops} drops (hybrid)." and not answer.transition
 
     def test_drops_make_it_surer_once_they_are_latched(self, cell):
         part_id = known_part(cell)
@@ -84,7 +85,7 @@ class TestFlips:
         assert told == pytest.approx(60.0 / (60.0 / RATE + CYCLE * flips), rel=1e-9)
         assert low < told < high
         assert interval(answer, "accepted") == interval(answer, "passes") == (1.0, 1.0, 1.0)
-        assert answer.message.startswith("From an estimate (split) and ")
+        assert " drops (hybrid) and " in answer.message
         again = cell.good("feeding", part_id=part_id, kick_height=KICK, wanted=[1], rate=10.0,
                           cycle_time=1.0)
         assert again.transition == answer.transition and again.flips != answer.flips

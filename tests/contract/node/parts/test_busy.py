@@ -57,7 +57,7 @@ def test_small_meshes_known_parts_and_lists_do_not_wait(tuned, publisher, pid):
 
 def test_a_large_part_is_the_library_s(tuned):
     told = tuned.good("estimate", part=flat(MEDIUM, new_id())).statistics
-    expected = estimate(library_part(MEDIUM), "split")
+    expected = estimate(library_part(MEDIUM))
     assert (told.part_digest, told.warnings) == (expected.part_digest, list(expected.warnings))
     assert probabilities(told.poses) == pytest.approx(probabilities(expected.poses))
 

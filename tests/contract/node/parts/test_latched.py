@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
+import trimesh
 
-from ..harness.cell import latched
+from ros_pose_stats import estimate
+
+from ..harness.cell import MeshPublisher, latched
 from ..harness.client import until
 from ..harness.jobs import LONG, cancelled, finished, get, known_part, running_with_results, start
-from ..harness.parts import WEDGE, flat, whole
+from ..harness.parts import WEDGE, flat, library_part, whole
+from .test_estimate import assert_like_library
 
 OTHERS = {"other method": {"method": "csae"}, "restitution": {"restitution": 0.2},
           "drop height": {"drop_height": 3.0}}
@@ -29,23 +34,41 @@ def test_late_joiners_get_the_result_of_every_part(cell):
         first = joiner.wait(parts[0])
     assert (first.method, first.final, first.job_id) == ("simulation", True, done.job_id)
     assert first.poses == done.poses
-    assert {latched(cell, part_id).method for part_id in parts[1:]} == {"split"}
+    assert {latched(cell, part_id).method for part_id in parts[1:]} == {"hybrid"}
 
 
 def test_a_larger_error_never_replaces_a_smaller_one(cell):
     part_id = known_part(cell)
     assert finished(cell, start(cell, part_id, 3, seed=1)).statistics.drops == 3
-    assert latched(cell, part_id).method == "split"
+    assert latched(cell, part_id).method == "hybrid"
     finished(cell, start(cell, part_id, 4000, seed=1))
     best = latched(cell, part_id)
     assert (best.method, best.drops) == ("simulation", 4000)
     assert finished(cell, start(cell, part_id, 1000, seed=2)).statistics.drops == 1000
     for method in ("area", ""):
-        assert cell.good("estimate", part_id=part_id, method=method).statistics.drops == 0
+        assert not cell.good("estimate", part_id=part_id, method=method).statistics.job_id
     cell.good("estimate", part=flat(WEDGE, part_id))
     assert whole(latched(cell, part_id)) == whole(best)
     finished(cell, start(cell, part_id, 8000, seed=2))
     assert latched(cell, part_id).drops == 8000
+
+
+def test_an_estimate_gives_way_to_its_check_whatever_its_error(cell):
+    """A half cylinder rocks; drops beside its estimate tell a larger error."""
+    angle, part_id = np.linspace(0.0, np.pi, 25), known_part(cell)
+    half = 0.02 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    hull = trimesh.convex.convex_hull(np.concatenate([half, half + np.array((0.0, 0.0, 0.03))]))
+    surface = hull.vertices, hull.faces
+    expected = estimate(library_part(surface, part_id))
+    with cell.late_joiner() as joiner:
+        joiner.wait(part_id)
+        MeshPublisher(cell).matched().publish(flat(surface, part_id))
+        joiner.wait(part_id, lambda told: told.part_digest == expected.part_digest and told.drops)
+        *_, estimated, checked = joiner.of(part_id)
+    assert estimated.method == "split" and estimated.expected_error < checked.expected_error
+    assert_like_library(checked, expected)
+    for _ in range(2):
+        assert whole(cell.good("estimate", part_id=part_id).statistics) == whole(checked)
 
 
 def test_a_cancelled_simulation_counts_with_what_it_has(cell):
@@ -61,7 +84,7 @@ def test_a_cancelled_simulation_counts_with_what_it_has(cell):
 def test_answers_to_other_questions_are_not_latched(cell, asked):
     part_id = known_part(cell)
     before = latched(cell, part_id)
-    assert cell.good("estimate", part_id=part_id, **asked).statistics.drops == 0
+    assert not cell.good("estimate", part_id=part_id, **asked).statistics.job_id
     if "method" not in asked:
         assert finished(cell, start(cell, part_id, 3000, **asked)).statistics.drops == 3000
     assert whole(latched(cell, part_id)) == whole(before)
@@ -93,9 +116,9 @@ def test_while_a_simulation_goes_on_numbers_rise_and_errors_fall(cell):
         job_id = start(cell, part_id, LONG)
         until(lambda: len(joiner.of(part_id)) > 2)
         cancelled(cell, job_id)
-        joiner.wait(part_id, lambda message: message.final and message.drops)
+        joiner.wait(part_id, lambda message: message.final and message.job_id)
         first, *told = joiner.of(part_id)
-    assert first.final and not first.drops
+    assert first.final and not first.job_id
     assert [message.final for message in told] == [False] * (len(told) - 1) + [True]
     assert all(b.revision > a.revision for a, b in pairwise([first, *told]))
     assert all(b.expected_error <= a.expected_error for a, b in pairwise(told[:-1]))
@@ -105,7 +128,7 @@ def test_while_a_simulation_goes_on_numbers_rise_and_errors_fall(cell):
 def test_every_other_result_has_another_number(cell):
     part_id = known_part(cell)
     job_id = start(cell, part_id, LONG)
-    drops_of = {latched(cell, part_id).revision: 0}
+    drops_of = {(first := latched(cell, part_id)).revision: first.drops}
 
     def look():
         told = running_with_results(cell, job_id).statistics

@@ -174,7 +174,7 @@ def test_bags_may_go_and_a_new_scene_is_estimated(lives, third, begin, folder):
         now = until(lambda: len(found := shown(client)) == 6 and found, "six results")
         assert {"seen", "simulated", "own scene"} <= now.keys()
         assert all(told.header.frame_id == "feeder" for told in now.values())
-        assert (now["simulated"].method, now["simulated"].restitution) == ("split", 0.3)
+        assert (now["simulated"].job_id, now["simulated"].restitution) == ("", 0.3)
         assert now["simulated"].revision > third.shown["simulated"].revision
         assert now["own scene"].restitution == 0.2
         assert now["seen"].observed == 101
