@@ -25,12 +25,10 @@ def publish_part(file: str, unit: str | None, center_of_mass: Sequence[float] | 
                  arguments: Sequence[str], *, mass: float | None = None,
                  density: float | None = None, restitution: float | None = None,
                  drop_height: float | None = None) -> int:
-    """Publish until SIGINT, SIGTERM or the end of the time.
+    """Publish until SIGINT, SIGTERM or the end of the time; raises PoseStatsError.
 
-    `unit`: default: what the file declares, else metres; `part_id`: empty: the file's name without
-    its suffix; `density`: kg/m³, in place of the mass; `restitution, drop_height`: of the part's
-    own scene, the height of the centre of mass in metres; default: the node's. Raises
-    PoseStatsError if the file is no mesh of a part, or the scene is out of its range.
+    `unit`: default: what the file declares, else metres; `part_id`: empty: the file's stem;
+    `density`: kg/m³, in place of the mass; `restitution, drop_height`: default: the node's.
     """
     if seconds is not None and not seconds >= 0.0:
         raise RequestError("seconds from 0 on", f"{seconds}", "leave them out to go on")

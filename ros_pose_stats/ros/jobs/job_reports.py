@@ -154,10 +154,7 @@ class JobReports(JobListener):
         self._state.put(Change("jobs", job_id, None))
 
     def _report(self, event: JobEvent, answer: bytes = b"") -> tuple[bool, int]:
-        """Put on record and keep what happened; whether it is there, and the state's change.
-
-        Answers are kept of the newest jobs, as far as there is room.
-        """
+        """Record and keep what happened; whether it is recorded, and the state's change."""
         with self._recorder.step:
             recorded = self._recorder.record(JOB_EVENTS, serialize_message(event))
             change = self._state.put(job_change(event, answer))

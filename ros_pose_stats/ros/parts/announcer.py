@@ -122,10 +122,7 @@ class _Shown:
 
 
 class Announcer:
-    """Publishes and records results; a mesh goes on record by `introduce` before them.
-
-    Each part has a publisher of its own on the same topic, so that late joiners get all parts.
-    """
+    """Publishes results, each part's by a publisher of its own so that late joiners get all."""
 
     def __init__(self, node: Node, recorder: Recorder, state: State,
                  introduce: Callable[[KnownPart], object], floods: Floods) -> None:
@@ -190,10 +187,7 @@ class Announcer:
         self._changed.set()
 
     def _see_off(self) -> None:
-        """Destroy publishers that go once their last message has arrived.
-
-        The middleware would wait for that with the interpreter locked, so it is only asked.
-        """
+        """Destroy publishers once their last message is there; to wait would lock Python."""
         while self._leaving:
             time.sleep(GLANCE)
             with self._lock, suppress(InvalidHandle):  # the node has ended meanwhile

@@ -39,10 +39,7 @@ LONGEST_ACCEPTANCE = 0.5
 
 
 class Intake:
-    """Puts into the two lanes all that has to be built, and makes known parts of it there.
-
-    `follow`: called with each part that is new, or shown in another scene.
-    """
+    """Builds known parts in the two lanes; `follow` is called with each that is shown anew."""
 
     def __init__(self, settings: Callable[[], parameters.Settings], parts: PartStore,
                  results: ResultStore, announcer: Announcer, lanes: MeshQueue,

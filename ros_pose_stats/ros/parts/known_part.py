@@ -165,10 +165,7 @@ class ShiftedParts:
         self._parts: Memory[tuple[str, str, bytes], Part] = memory_of_parts()
 
     def shift(self, known: KnownPart, offset: NDArray[np.float64]) -> KnownPart:
-        """The part with its centre of mass shifted by `offset` (3,) metres, not latched.
-
-        Raises MassPropertiesError if that leads out of the part's hull.
-        """
+        """The part with its centre of mass shifted by (3,) metres; raises MassPropertiesError."""
         if not offset.any():
             return known
         key = known.part_id, known.digest, offset.tobytes()

@@ -234,11 +234,7 @@ class ResultStore:
         return message.final or self.is_due(known, scene)
 
     def _latch(self, known: KnownPart, model: PoseStatistics, scene: DropScene) -> None:
-        """Show a result under a number above that of the one before, record and keep it.
-
-        One that is latched again, because meshes change places, is put on record at most once
-        a second; the last one always, by `show_waiting`.
-        """
+        """Show a result under a number above that of the one before, record and keep it."""
         shown, numbers, at = known.shown, known.numbers, time.monotonic()
         observed = self._counts.observe(known, model)
         message = model if observed is None else self.number_result(
@@ -249,7 +245,7 @@ class ResultStore:
             message.revision = numbers.next()
         if message.method == OBSERVED and not self._state.commit(shown.counted):
             message = self._announcer.warn_unrecorded(message)
-        if again and at - numbers.recorded_at < SECONDS_BETWEEN:
+        if again and at - numbers.recorded_at < SECONDS_BETWEEN:  # `show_waiting` records it
             self._waiting[known.part_id] = known
         else:
             self._waiting.pop(known.part_id, None)
