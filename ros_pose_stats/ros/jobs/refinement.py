@@ -12,11 +12,9 @@ from ...planning import confidence, hybrid
 from ...records import DropScene, Part
 from ...resting.poses import poses_in
 from ..messages import statistics_messages
-from ..parts import known_part, result_store
-from ..parts.announcer import Announcer
+from ..parts import announcer, known_part, result_store
 from ..settings import Settings
-from .job import JobRequest
-from .queue import Jobs
+from . import JobRequest, Jobs
 
 
 def credible_bound(part: Part, message: PoseStatistics, scene: DropScene) -> float:
@@ -35,7 +33,7 @@ class Refinement:
     """Starts drops where an estimate alone is not good enough."""
 
     def __init__(self, settings: Callable[[], Settings], results: result_store.ResultStore,
-                 jobs: Jobs, announcer: Announcer) -> None:
+                 jobs: Jobs, announcer: announcer.Announcer) -> None:
         self._settings, self._results = settings, results
         self._jobs, self._announcer = jobs, announcer
 

@@ -11,9 +11,8 @@ from ros_pose_stats_msgs.msg import PoseStatistics
 from ...errors import PoseStatsError, RequestError
 from ...records import DropScene
 from ..settings import Settings
+from . import part_store, result_store
 from .known_part import KnownPart, at_hand
-from .part_store import PartStore
-from .result_store import ResultStore
 
 MOST_WAITING = 256  # checks that are asked for; each takes some 50 ms
 PAUSE = 0.05  # seconds between looks at whether meshes still wait
@@ -40,8 +39,9 @@ class Checks:
     shown anew, once its estimate is checked where that is wanted.
     """
 
-    def __init__(self, settings: Callable[[], Settings], parts: PartStore, results: ResultStore,
-                 is_quiet: Callable[[], bool], refine: Callable[[KnownPart], object],
+    def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
+                 results: result_store.ResultStore, is_quiet: Callable[[], bool],
+                 refine: Callable[[KnownPart], object],
                  say_failure: Callable[[str], object]) -> None:
         self._settings, self._parts, self._results = settings, parts, results
         self._is_quiet, self._refine, self._say_failure = is_quiet, refine, say_failure

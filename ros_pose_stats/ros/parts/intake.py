@@ -21,12 +21,8 @@ from .. import settings as parameters
 from ..messages import part_messages, part_requests
 from ..refusals import Refusals
 from ..transport.batches import SequenceGaps
-from . import part_builder
-from .announcer import Announcer
+from . import announcer, mesh_queue, part_builder, part_store, result_store
 from .known_part import KnownPart, at_hand
-from .mesh_queue import MeshQueue
-from .part_store import PartStore
-from .result_store import ResultStore
 
 DEPTH = 100  # messages that wait in the middleware
 TRIES = 3  # of building a part of an earlier run, where something fails inside the program
@@ -41,10 +37,10 @@ LONGEST_ACCEPTANCE = 0.5
 class Intake:
     """Builds known parts in the two lanes; `follow` is called with each that is shown anew."""
 
-    def __init__(self, settings: Callable[[], parameters.Settings], parts: PartStore,
-                 results: ResultStore, announcer: Announcer, lanes: MeshQueue,
-                 builder: part_builder.PartBuilder, refusals: Refusals,
-                 follow: Callable[[KnownPart], object], log: Any) -> None:
+    def __init__(self, settings: Callable[[], parameters.Settings], parts: part_store.PartStore,
+                 results: result_store.ResultStore, announcer: announcer.Announcer,
+                 lanes: mesh_queue.MeshQueue, builder: part_builder.PartBuilder,
+                 refusals: Refusals, follow: Callable[[KnownPart], object], log: Any) -> None:
         self._settings = settings
         self._parts, self._results, self._announcer = parts, results, announcer
         self._lanes, self._builder, self._refusals = lanes, builder, refusals

@@ -20,8 +20,7 @@ from ..messages import part_requests, statistics_messages as messages, times
 from ..recorder import POSE_STATISTICS
 from ..settings import Settings
 from ..state import Change, State
-from . import count_store, part_store
-from .announcer import Announcer
+from . import announcer, count_store, part_store
 from .known_part import KnownPart, Memory
 
 REMEMBERED_POSES = 20_000
@@ -46,7 +45,8 @@ class ResultStore:
     """Estimates, numbers and remembers results, and latches the best one of each part."""
 
     def __init__(self, settings: Callable[[], Settings], parts: part_store.PartStore,
-                 counts: count_store.CountStore, announcer: Announcer, state: State) -> None:
+                 counts: count_store.CountStore, announcer: announcer.Announcer,
+                 state: State) -> None:
         self._settings, self._parts, self._counts = settings, parts, counts
         self._announcer, self._state = announcer, state
         self._waiting: dict[str, KnownPart] = {}

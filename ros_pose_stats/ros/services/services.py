@@ -16,16 +16,12 @@ from ... import errors, methods
 from ...mesh.mass_properties import check_offset
 from ...planning.confidence import not_enough
 from ...records import DropScene
-from ..jobs import Job, Jobs, State
-from ..jobs.job_reports import JobReports
+from ..jobs import Job, Jobs, State, job_reports
 from ..jobs.refinement import Refinement, credible_bound
 from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
-from ..parts import known_part, part_store, result_store
-from ..parts.announcer import Announcer
-from ..parts.checks import Checks
-from ..parts.intake import Intake
+from ..parts import announcer, checks, intake, known_part, part_store, result_store
 from ..parts.outlines import Outlines, outline_messages
 from ..recorder import ANSWERS
 from ..settings import Settings
@@ -97,10 +93,10 @@ class Services:
     """All services of the node."""
 
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
-                 parts: part_store.PartStore,
-                 results: result_store.ResultStore, announcer: Announcer, requests: Requests,
-                 intake: Intake, checks: Checks, refinement: Refinement, jobs: Jobs,
-                 reports: JobReports, outlines: Outlines) -> None:
+                 parts: part_store.PartStore, results: result_store.ResultStore,
+                 announcer: announcer.Announcer, requests: Requests,
+                 intake: intake.Intake, checks: checks.Checks, refinement: Refinement, jobs: Jobs,
+                 reports: job_reports.JobReports, outlines: Outlines) -> None:
         self._settings = settings
         self._parts = parts
         self._results = results
