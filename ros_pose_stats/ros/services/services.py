@@ -16,8 +16,7 @@ from ... import errors, methods
 from ...mesh.mass_properties import check_offset
 from ...planning.confidence import not_enough
 from ...records import DropScene
-from ..jobs import Job, Jobs, State, job_reports
-from ..jobs.refinement import Refinement, credible_bound
+from ..jobs import Job, Jobs, State, job_reports, refinement as refining
 from ..messages.part_messages import is_given
 from ..messages.part_requests import shown
 from ..messages.statistics_messages import with_warning
@@ -95,7 +94,8 @@ class Services:
     def __init__(self, node: AnsweringNode, settings: Callable[[], Settings],
                  parts: part_store.PartStore, results: result_store.ResultStore,
                  announcer: announcer.Announcer, requests: Requests,
-                 intake: intake.Intake, checks: checks.Checks, refinement: Refinement, jobs: Jobs,
+                 intake: intake.Intake, checks: checks.Checks,
+                 refinement: refining.Refinement, jobs: Jobs,
                  reports: job_reports.JobReports, outlines: Outlines) -> None:
         self._settings = settings
         self._parts = parts
@@ -182,7 +182,9 @@ class Services:
                advice: str) -> PoseStatistics:
         """An answer by the one estimator that was asked for, whatever its error."""
         message = self._results.estimate(known, request.method, scene)
-        bound = credible_bound(known.part, message, scene) if request.target_error else 0.0
+        bound = 0.0
+        if request.target_error:
+            bound = refining.credible_bound(known.part, message, scene)
         if bound > request.target_error:
             short = f"the error of {message.method} is not known here"
             if math.isfinite(bound):
