@@ -58,10 +58,10 @@ def pose_shares(found: PoseStatistics) -> PoseShares:
     unit = np.unique([pose.group for pose in poses], return_inverse=True)[1].reshape(-1)
     errors = np.bincount(unit, [pose.standard_error for pose in poses]).astype(np.float64)
     certain = PoseShares(probability, math.inf, unit)
-    return certain._replace(drops=_equivalent_drops(certain.shares, errors))
+    return certain._replace(drops=equivalent_drops(certain.shares, errors))
 
 
-def _equivalent_drops(shares: Array, errors: Array) -> float:
+def equivalent_drops(shares: Array, errors: Array) -> float:
     """Drops n whose counts would have these errors; NaN where no errors are known.
 
     The sum of the squares of `standard_errors` is that of q (1 - q) / n, with q between the share

@@ -1,0 +1,269 @@
+"""What a vision feeder is to do with a part, and what it gets: a plate whose parts move together.
+
+Parts are dropped on an empty plate, a camera looks, and a robot picks the free ones that lie in
+wanted poses. A kick throws all that is left anew, fresh parts take the place of those picked, and
+after a number of kicks the plate is emptied. Only the mean over the parts is followed, which is
+exact but for how the others lie that block one.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from ..errors import RequestError
+from ..methods import OBSERVED
+from ..records import Array, FlipStatistics, Index, PoseStatistics
+from ..records.statistics import plain_number
+from .errors import DEFAULT_LEVEL
+from .feeding import Bounded, check_cycle_time, check_rate, check_wanted
+from .fill import PlateFill, plate_fill
+from .pose_shares import PoseShares, equivalent_drops, pose_shares
+
+PICK, FLIP, LEAVE = "pick", "flip", "leave"
+
+MOST_KICKS = 100
+"""Kicks between two empty plates; more of them are worth hardly more."""
+
+SIZES, MOST_PARTS = 60, 10_000
+"""Numbers of parts that are looked at, and the largest of them."""
+
+PASSES = 2
+"""The first knows how dropped parts lie, the second how those on the plate do."""
+
+
+@dataclass(frozen=True)
+class FeederCell:
+    """A plate under a camera, its hopper, and a robot.
+
+    Attributes
+    ----------
+    rate : float
+        Parts that the hopper drops a minute, above 0.
+    plate : (float, float)
+        Sides of the area over which the centres of the parts spread, metres.
+    clearance : float
+        Room that the gripper needs around a part's silhouette, metres.
+    cycle_time, pick_time, camera_time, drop_time : float
+        Seconds of a kick, of a picked part, of a picture, and until dropped parts lie still.
+    """
+
+    rate: float
+    plate: tuple[float, float]
+    clearance: float = 0.0
+    cycle_time: float = 1.0
+    pick_time: float = 1.0
+    camera_time: float = 0.2
+    drop_time: float = 0.5
+
+    def check(self) -> None:
+        """Raise RequestError if a number is out of its range."""
+        check_rate(self.rate)
+        check_cycle_time(self.cycle_time)
+        for side in self.plate:
+            if not 0.0 < side < math.inf:
+                raise RequestError("a plate with sides above 0 m", f"{side}",
+                                   "measure where the centres of parts come to rest")
+        for field in fields(self)[2:]:
+            if not 0.0 <= getattr(self, field.name) < math.inf:
+                raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
+                                   "in metres or seconds")
+
+
+class KickPlan(NamedTuple):
+    """The best that the cell gets with one kick."""
+
+    kick_height: float  # metres; 0 where the plate is not kicked
+    parts: int  # on the plate at each picture
+    kicks: int  # from one empty plate to the next
+    pickable: float  # parts that the first picture shows free in wanted poses
+    per_minute: Bounded  # parts picked a minute; the interval has the plate's error in it
+
+
+@dataclass(frozen=True)
+class FeedingPlan:
+    """What the cell is to do.
+
+    Attributes
+    ----------
+    actions : tuple of str
+        For each pose by its index: `pick` it where it is free; `flip`, for kicking a part that
+        lies so gets it picked sooner than dropping another one; or `leave` it, for it does not.
+    best : KickPlan
+        The kick, the number of parts and the kicks to use.
+    options : tuple of KickPlan
+        Without kicks, and with each kick by its height.
+    """
+
+    actions: tuple[str, ...]
+    best: KickPlan
+    options: tuple[KickPlan, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The plan as plain values."""
+        options = [{**option._asdict(), "per_minute": {
+            name: plain_number(value) for name, value in option.per_minute._asdict().items()}}
+            for option in self.options]
+        return {"actions": list(self.actions), "options": options,
+                **options[self.options.index(self.best)]}
+
+
+def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCell,
+                 flips: Sequence[FlipStatistics] = ()) -> FeedingPlan:
+    """Plan a cell: which poses to pick, how to kick, and how many parts to put on the plate.
+
+    Parameters
+    ----------
+    dropped : PoseStatistics
+        Of a part, by any method.
+    wanted : sequence of int
+        Indices of the poses that the robot picks, at least one.
+    cell : FeederCell
+    flips : sequence of FlipStatistics
+        Of the same part and scene, one for each kick that the plate can give.
+
+    Returns
+    -------
+    FeedingPlan
+
+    Raises
+    ------
+    RequestError
+        If a number is out of its range, there is no such pose, no dropped part comes to rest in a
+        wanted one, or flips out of a pose are missing.
+    """
+    cell.check()
+    picked = check_wanted(wanted, len(dropped.poses))
+    shares = pose_shares(dropped)
+    if not shares.probability[picked].sum() > 0.0:
+        raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
+                           "name others; `ros_pose_stats estimate` lists their probabilities")
+    poses = sorted(dropped.poses, key=lambda pose: pose.index)
+    plate = Plate(cell, picked, shares, [pose.outline for pose in poses],
+                  0.0 if dropped.method == OBSERVED else dropped.plate_error)
+    still = np.zeros((len(poses), len(poses)))
+    options = [plate.plan(0.0, still, np.full(len(poses), math.inf), 0)]
+    options += [plate.plan(found.kick_height, *_checked(found), MOST_KICKS)
+                for found in sorted(flips, key=lambda each: each.kick_height)]
+    best = max(options, key=lambda option: option.per_minute.value)
+    chosen = next((found for found in flips if found.kick_height == best.kick_height), None)
+    actions = np.where(picked, PICK, LEAVE)
+    if chosen is not None and best.kicks:
+        actions[plate.worth_flipping(best.parts, chosen.transition) & ~picked] = FLIP
+    return FeedingPlan(tuple(actions.tolist()), best, tuple(options))
+
+
+def _checked(found: FlipStatistics) -> tuple[Array, Index]:
+    """The moves of a kick, and the flips counted out of each pose."""
+    settled = found.counts.sum(axis=1)
+    if not settled.all():
+        raise RequestError("flips counted out of every pose", f"none out of pose "
+                           f"{int(np.argmin(settled))}", "simulate more flips")
+    return found.transition, settled
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """Parts that lie on the plate of a cell."""
+
+    cell: FeederCell
+    picked: NDArray[np.bool_]  # (K,); whether the robot picks parts in a pose
+    dropped: PoseShares
+    outlines: Sequence[Array]
+    plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
+
+    def fill(self, shares: Array) -> PlateFill:
+        """Room among parts that lie in these shares."""
+        return plate_fill(self.outlines, shares, self.cell.plate, self.cell.clearance)
+
+    def plan(self, kick_height: float, moves: Array, settled: Array | Index,
+             most: int) -> KickPlan:
+        """The best numbers of parts and of kicks, and what they give.
+
+        `moves` (K, K): where a kick leads to; `settled` (K,): flips by which they are known.
+        """
+        fresh, shares = self.dropped.probability, self.dropped.probability
+        for _ in range(PASSES):
+            room = self.fill(shares)
+            largest = min(MOST_PARTS, 2.0 + 2.0 / float(room.blocked.mean()))
+            parts = np.unique(np.geomspace(1.0, largest, SIZES).astype(int))
+            seen = self.picked * room.free(parts)
+            lying = [np.tile(fresh, (len(parts), 1))]
+            for _ in range(most):
+                taken = lying[-1] * seen
+                refill = taken.sum(axis=1, keepdims=True) * fresh
+                lying.append((lying[-1] - taken) @ moves + refill)
+            pictures = np.array(lying)  # (kicks + 1, N, K)
+            picks = parts[:, None] * (pictures * seen).sum(axis=2).T
+            rates = self._rates(parts, picks)
+            at, kicks = np.unravel_index(int(rates.argmax()), rates.shape)
+            shares = pictures[:kicks + 1, at].mean(axis=0)
+        chain = pictures[:kicks + 1, at]
+        error = self._picks_error(chain, seen[at], moves, settled)
+        spread = math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
+        around = np.outer((1.0, 1.0 / spread, spread), picks[at])
+        rate = Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
+        return KickPlan(kick_height, int(parts[at]), int(kicks), float(picks[at, 0]), rate)
+
+    def _rates(self, parts: Index, picks: Array) -> Array:
+        """Parts picked a minute (N, R) by the picks (N, R) after 0, 1 ... kicks."""
+        cell, kicks = self.cell, np.arange(picks.shape[1])
+        total = picks.cumsum(axis=1)
+        refilled = parts[:, None] + total - picks
+        seconds = ((kicks + 1.0) * (cell.drop_time + cell.camera_time) + kicks * cell.cycle_time
+                   + 60.0 / cell.rate * refilled + cell.pick_time * total)
+        return np.asarray(60.0 * total / seconds)
+
+    def _picks_error(self, lying: Array, seen: Array, moves: Array,
+                     settled: Array | Index) -> float:
+        """Relative standard error of the parts that a cycle picks.
+
+        To first order in the shares of dropped parts and in the rows of the moves, each off by
+        its own counts and by the plate's error. `lying` (R + 1, K): how parts lie at each picture.
+        """
+        fresh, left = self.dropped.probability, 1.0 - seen
+        worth = [seen]  # of a part that lies so at a picture: picks until the cycle's end
+        for _ in lying[1:]:
+            worth.append(seen + left * (moves @ worth[-1]) + seen * (fresh @ worth[-1]))
+        after = np.array(worth[-2::-1]).reshape(-1, seen.size)
+        gain = worth[-1] + (lying[:-1] @ seen) @ after
+        counted = self._drops(self.dropped.shares, self.dropped.drops)
+        variance = self.dropped.scatter(gain) / counted
+        row_gain = (lying[:-1] * left).T @ after
+        for row, values, flips in zip(moves, row_gain, np.asarray(settled), strict=True):
+            if not values.any():
+                continue
+            drops = self._drops(self.dropped._replace(probability=row).shares, float(flips))
+            smooth = (drops * row + 0.5) / (drops + 0.5 * row.size)
+            variance += float(smooth @ values ** 2 - (smooth @ values) ** 2) / drops
+        return math.sqrt(variance) / float((lying @ seen).sum())
+
+    def _drops(self, shares: Array, counted: float) -> float:
+        """Drops whose counts would be as uncertain as shares counted so and the plate's error."""
+        plate = equivalent_drops(shares, np.full(shares.size, self.plate_error))
+        return 1.0 / (1.0 / counted + 1.0 / plate) if counted else math.nan
+
+    def worth_flipping(self, parts: int, moves: Array) -> NDArray[np.bool_]:
+        """In which poses (K,) a kick gets a part picked sooner than dropping another one does.
+
+        By policy iteration over the seconds of the cell that each part takes, of which those on
+        the plate share kicks and pictures; it ends where value iteration would.
+        """
+        cell, fresh = self.cell, self.dropped.probability
+        seen = self.picked * self.fill(fresh).free([parts])[0]
+        kick = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
+        drop = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts
+        flips = np.zeros(seen.size, dtype=np.bool_)
+        while True:
+            rows = np.where(flips[:, None], moves, fresh) * (1.0 - seen)[:, None]
+            seconds = np.linalg.solve(
+                np.eye(seen.size) - rows,
+                seen * cell.pick_time + (1.0 - seen) * np.where(flips, kick, drop))
+            sooner = kick + moves @ seconds < (drop + fresh @ seconds) * (1.0 - 1e-12)
+            if (sooner == flips).all():
+                return flips
+            flips = sooner
