@@ -49,11 +49,14 @@ if TYPE_CHECKING:
     from .simulation.flips import simulate_flips
     from .simulation.record_drop import record_drop
     from .simulation.simulate import simulate
+    from .statistics.feeding_plan import FeederCell, FeedingPlan, plan_feeding
 
 _HOMES = {
     "DropEvent": "records",
     "DropProgress": "records",
     "DropScene": "records",
+    "FeederCell": "statistics.feeding_plan",
+    "FeedingPlan": "statistics.feeding_plan",
     "FlipStatistics": "records",
     "Part": "records",
     "PoseStatistics": "records",
@@ -70,6 +73,7 @@ _HOMES = {
     "load_part": "mesh.parts",
     "outline_at": "resting.outlines",
     "part_from_mesh": "mesh.parts",
+    "plan_feeding": "statistics.feeding_plan",
     "record_drop": "simulation.record_drop",
     "resting_poses": "resting.poses",
     "sensitivity": "design.sensitivity",
@@ -80,10 +84,11 @@ _HOMES = {
     "suggest": "design.suggest",
 }
 
-__all__ = ["DropEvent", "DropProgress", "DropScene", "FlipStatistics", "Part", "PoseStatistics",
-           "PoseStatsError", "StablePose", "Trajectory", "__version__", "analyse_bags", "auto",
-           "classify_orientations", "compare", "estimate", "estimate_all", "hybrid", "load_part",
-           "outline_at", "part_from_mesh", "record_drop", "resting_poses", "sensitivity",
+__all__ = ["DropEvent", "DropProgress", "DropScene", "FeederCell", "FeedingPlan",
+           "FlipStatistics", "Part", "PoseStatistics", "PoseStatsError", "StablePose",
+           "Trajectory", "__version__", "analyse_bags", "auto", "classify_orientations",
+           "compare", "estimate", "estimate_all", "hybrid", "load_part", "outline_at",
+           "part_from_mesh", "plan_feeding", "record_drop", "resting_poses", "sensitivity",
            "shift_center", "simulate", "simulate_flips", "splitting_graph", "suggest"]
 
 

@@ -11,7 +11,7 @@ from .commands import catalogue, compile, completion, estimate, node, show
 from .commands.arguments import REFUSED, CommandParser, Commands
 from .commands.bags import bag
 from .commands.design import compare, sensitivity
-from .commands.feeding import fit, flips
+from .commands.feeding import feeding, fit, flips
 
 INTERRUPTED = 130
 FAILED = 1
@@ -30,8 +30,8 @@ def parser() -> argparse.ArgumentParser:
     commands: Commands = top.add_subparsers(
         dest="command", metavar="COMMAND", parser_class=CommandParser)
     for register in (
-            estimate.register, estimate.register_simulate, catalogue.register, flips.register,
-            fit.register, compare.register, sensitivity.register, show.register,
+            estimate.register, estimate.register_simulate, catalogue.register, feeding.register,
+            flips.register, fit.register, compare.register, sensitivity.register, show.register,
             show.register_animate, compile.register_shapes, compile.register, bag.register,
             node.register, node.register_publish):
         register(commands)

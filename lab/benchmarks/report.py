@@ -15,13 +15,13 @@ from . import pictures
 from .results import Results, Row, Section, format_cell, load, save
 from .speed import write_speed
 
-STORED = ("core", "start", "drops", "real_files", "catalogues", "expected_errors", "auto",
-          "checked", "node")
+STORED = ("core", "start", "drops", "real_files", "catalogues", "feeding", "expected_errors",
+          "auto", "checked", "node")
 
 INTRODUCTION = """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.training.expected_errors`, `lab.benchmarks.auto`,
+`lab.benchmarks.drops`, `lab.benchmarks.feeding`, `lab.training.expected_errors`, `lab.benchmarks.auto`,
 `lab.benchmarks.checked` and `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits
 here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are

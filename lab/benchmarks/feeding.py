@@ -1,0 +1,130 @@
+"""The fill of a plate and the plan of a cell, simulated: `python -m lab.benchmarks.feeding`.
+
+Six parts on three plates: how many of the parts on the plate can be picked, and how many are
+picked a minute, as told and with true outlines thrown on the plate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from numpy.random import Generator
+
+from ros_pose_stats import (
+    FeederCell,
+    FlipStatistics,
+    Part,
+    PoseStatistics,
+    estimate,
+    part_from_mesh,
+    plan_feeding,
+    simulate_flips,
+)
+from ros_pose_stats.shapes import demo_parts
+from ros_pose_stats.statistics.feeding_plan import KickPlan
+from ros_pose_stats.statistics.fill import plate_fill
+
+from .plate import Array, Flags, Plate
+from .report import NUMBERS, machine, table, write_page
+from .results import Results, Row, Section, Target, save
+
+PARTS = ("clamp", "bracket", "hex_bolt", "gear", "prism", "cylinder")
+PLATES = ((8.0, 6.0, 0.0), (12.0, 9.0, 0.3), (20.0, 8.0, 0.1))
+"""Sides, and the clearance of the gripper, in part radii."""
+
+KICK, FLIPS, SEED, LIMIT = 0.5, 2000, 17, 5.0
+"""Kick in radii, flips a pose, and percent that told numbers may be off."""
+
+MEASURED = (
+    "A part on a plate with sides and clearance in part radii, its two likeliest poses wanted. "
+    "`best`: the number of parts that leaves most of them free to pick, as told by convex "
+    "silhouettes; `free`: how many those are; `thrown`: the mean over plates full of true outlines, bays and "
+    "holes included, thrown anywhere and turned anyhow, by the poses' shares; `off, %`: told over "
+    "thrown, less one; `error, %`: the standard error of that. `parts`, `kicks`, `a minute`: the "
+    "plan for a kick of half a radius; `simulated`: whole cycles of it, part by part, thrown anew "
+    "at each kick.")
+
+
+def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,
+        plate: tuple[float, float, float], seconds: float, random: Generator) -> Row:
+    """One part on one plate; `seconds`: spent on each of both simulations."""
+    poses = sorted(dropped.poses, key=lambda pose: pose.index)
+    shares = np.array([pose.probability for pose in poses])
+    wanted = np.zeros(len(poses), dtype=np.bool_)
+    wanted[[pose.index for pose in dropped.poses[:2]]] = True
+    long, wide, clearance = (radii * dropped.radius for radii in plate)
+    fill = plate_fill([pose.outline for pose in poses], shares, (long, wide), clearance)
+    numbers = np.arange(1, 200)
+    told = fill.pickable(numbers, shares * wanted)
+    best = int(told.argmax())
+    thrown = Plate(part, poses, (long, wide), clearance)
+    seen, until = [], time.monotonic() + seconds
+    while time.monotonic() < until:
+        pose = random.choice(len(poses), numbers[best], p=shares / shares.sum())
+        seen.append(int(thrown.free(pose, wanted, random).sum()))
+    mean, error = np.mean(seen), np.std(seen) / len(seen) ** 0.5
+    cell = FeederCell(60.0, (long, wide), clearance)
+    plan = plan_feeding(dropped, np.flatnonzero(wanted).tolist(), cell, [flips]).options[1]
+    rate = simulated_rate(plan, cell, thrown, shares / shares.sum(), wanted, flips.transition,
+                          seconds, random)
+    off, rate_off = 100.0 * (told[best] / mean - 1.0), 100.0 * (plan.per_minute.value / rate - 1.0)
+    return Row(f"{name}, {plate[0]:g} x {plate[1]:g}, {plate[2]:g}", {
+        "best": int(numbers[best]), "free": float(told[best]), "thrown": float(mean),
+        "off, %": off, "error, %": 100.0 * float(error / mean), "parts": plan.parts,
+        "kicks": plan.kicks, "a minute": plan.per_minute.value, "simulated": rate,
+        "rate off, %": rate_off},
+        (Target("free parts off, %", abs(off), LIMIT),
+         Target("rate off, %", abs(rate_off), LIMIT)))
+
+
+def simulated_rate(plan: KickPlan, cell: FeederCell, plate: Plate, shares: Array,
+                   wanted: Flags, moves: Array, seconds: float, random: Generator
+                   ) -> float:
+    """Parts picked a minute over whole cycles, at least one."""
+    ends, picked, took, until = moves.cumsum(axis=1), 0, 0.0, time.monotonic() + seconds
+    while not picked or time.monotonic() < until:
+        pose, fresh = random.choice(len(shares), plan.parts, p=shares), plan.parts
+        for kick in range(plan.kicks + 1):
+            free = plate.free(pose, wanted, random)
+            taken = int(free.sum())
+            picked += taken
+            took += (cell.drop_time + cell.camera_time + cell.pick_time * taken
+                     + 60.0 / cell.rate * fresh + cell.cycle_time * (kick > 0))
+            pose = (random.random((plan.parts, 1)) > ends[pose]).sum(axis=1)
+            pose = pose.clip(0, len(shares) - 1)
+            pose[free] = random.choice(len(shares), taken, p=shares)
+            fresh = taken
+    return 60.0 * picked / took
+
+
+def measure(seconds: float) -> Section:
+    """All parts on all plates."""
+    rows, random = [], np.random.default_rng(SEED)
+    for name in PARTS:
+        vertices, triangles = getattr(demo_parts, name)()
+        part = part_from_mesh(vertices * 1e-3, triangles, part_id=name)
+        dropped = estimate(part, "split")
+        flips = simulate_flips(part, KICK * dropped.radius, FLIPS, seed=SEED)
+        rows += [row(name, part, dropped, flips, plate, seconds, random) for plate in PLATES]
+    return Section("feeding", "Parts on a plate", MEASURED, tuple(rows))
+
+
+def main() -> None:
+    """Measure, print, and with `--write` store the results and write the page."""
+    parser = argparse.ArgumentParser(prog="lab.benchmarks.feeding",
+                                     description=__doc__.partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=4.0, help="of each of two simulations of "
+                        "each case (default: %(default)s)")
+    parser.add_argument("--write", action="store_true", help="store numbers/feeding.json and "
+                        "render benchmarks.md in docs/measured")
+    section = measure((options := parser.parse_args()).seconds)
+    print(table(section))
+    if options.write:
+        save(Results(machine(), (section,)), NUMBERS / "feeding.json")
+        print(write_page())
+
+
+if __name__ == "__main__":
+    main()

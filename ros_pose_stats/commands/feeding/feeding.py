@@ -1,0 +1,123 @@
+"""`feeding PART`: what a vision feeder is to do with a part, and what it gets."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ...text import Column, columns, listed, millimetres
+from .. import arguments as given, running
+from .flips import DEFAULT_RATE, show_bounded
+
+if TYPE_CHECKING:
+    from ...records import FlipStatistics, PoseStatistics
+    from ...statistics.feeding_plan import FeederCell, FeedingPlan
+
+FLIPS, SEED = 10_000, 1
+"""As a node answers: flips with a kick, out of all poses, and their seed."""
+
+TIMES = {"cycle-time": (1.0, "seconds from one kick to the next"),
+         "pick-time": (1.0, "seconds to pick a part"),
+         "camera-time": (0.2, "seconds of a picture"),
+         "drop-time": (0.5, "seconds until dropped or kicked parts lie still")}
+
+
+def register(commands: given.Commands) -> None:
+    """Add the command."""
+    command = commands.add_parser(
+        "feeding", help="plan a feeder cell: poses to pick and to flip, kick, parts on the plate",
+        description="Plan a cell with a camera, a robot and a plate that kicks all parts on it "
+        "together: which poses to pick, from which a kick is worth its time, which kick, how many "
+        "parts to put on the plate, and how many are picked a minute, with an interval that has "
+        "the plate's error in it.",
+        examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 --plate 0.3 0.2",))
+    given.add_part_options(command)
+    given.add_scene_options(command)
+    given.add_wanted_option(command, "I", "indices of the poses that are picked, for instance 0 1 "
+                            "or 0-3", required=True)
+    command.add_argument("--plate", nargs=2, type=float, required=True, metavar=("L", "W"),
+                         help="sides of the area over which the centres of the parts spread, in "
+                         "metres")
+    command.add_argument("--clearance", type=float, default=0.0, metavar="C",
+                         help="room that the gripper needs around a part, in metres (default: 0)")
+    command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
+                         help="parts that can be dropped a minute (default: %(default)s)")
+    for name, (seconds, about) in TIMES.items():
+        command.add_argument(f"--{name}", type=float, default=seconds, metavar="S",
+                             help=f"{about} (default: %(default)s)")
+    command.add_argument("--kicks", type=float, nargs="*", metavar="H",
+                         help="kick heights that the plate can give, in metres (default: thirteen "
+                         "from a twentieth of the part's radius to five radii)")
+    command.add_argument("--flips", type=given.read_count, metavar="N",
+                         help=f"kicks out of each pose at each height (default: {FLIPS} shared "
+                         "out over the poses)")
+    given.add_seed_option(command, "of the kicks (default: %(default)s)", SEED)
+    given.add_workers_option(command)
+    given.add_json_option(command)
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Estimate, kick from every height, plan and print."""
+    part = running.load_part_and_kernels(options)
+    from ...planning.auto import estimate
+    from ...planning.kick_sweep import usual_kicks
+    from ...simulation.flips import check_kick, simulate_flips
+    from ...statistics.feeding_plan import FeederCell, plan_feeding
+    from ...statistics.pose_groups import warn_of_alike
+
+    cell = FeederCell(options.rate, tuple(options.plate), options.clearance, options.cycle_time,
+                      options.pick_time, options.camera_time, options.drop_time)
+    scene = given.scene_keywords(options)
+    dropped = estimate(part, **scene)
+    dropped = replace(dropped, warnings=(*dropped.warnings,
+                                         *warn_of_alike(dropped, options.wanted)))
+    plan = plan_feeding(dropped, options.wanted, cell)  # what is refused is refused at once
+    kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
+    heights = sorted({check_kick(height) for height in kicks})
+    each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
+    scene.pop("drop_height")
+    flips: list[FlipStatistics] = []
+    with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
+        for place, height in enumerate(heights):
+            bar.draw(place / len(heights), f"kick {place + 1} of {len(heights)}")
+            found = simulate_flips(part, height, each, seed=options.seed, workers=options.workers,
+                                   should_stop=interrupted, **scene)
+            if interrupted():
+                break
+            flips.append(found)
+    stopped = interrupted()
+    plan = plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
+    if options.json:
+        names = ("part_id", "part_digest", "method", "restitution", "drop_height",
+                 "cluster_tolerance", "round_sides", "plate_error", "version")
+        plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
+        running.print_json({**plain, "wanted": options.wanted, "seed": options.seed,
+                            "flips": each, "warnings": list(dropped.warnings), **plan.as_dict()},
+                           interrupted=stopped)
+    else:
+        print("\n".join(_lines(dropped, plan, cell)))
+        if stopped:
+            print(f"interrupted after {len(flips)} of {len(heights)} kick heights")
+    return running.INTERRUPTED if stopped else 0
+
+
+def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell) -> list[str]:
+    """The plan for people."""
+    poses = {action: [index for index, each in enumerate(plan.actions) if each == action]
+             for action in ("pick", "flip", "leave")}
+    best = plan.best
+    heads = [Column("kick height", "mm"), Column("parts on the plate"),
+             Column("kicks until it is emptied"), Column("picked a minute"), Column("", left=True)]
+    rows = [[millimetres(each.kick_height), str(each.parts), str(each.kicks),
+             show_bounded(each.per_minute), "best" if each is best else ""]
+            for each in plan.options]
+    return [f"{dropped.part_id}: {dropped.scene}, method {dropped.method}",
+            *(f"{action}: {listed(which)}" for action, which in poses.items() if which),
+            f"{best.parts} parts on a plate of {millimetres(cell.plate[0])} by "
+            f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
+            "", *columns(heads, rows),
+            f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
+            "of the plate", *(["", *dropped.warnings] if dropped.warnings else [])]
