@@ -40,11 +40,11 @@ KICK, FLIPS, SEED, LIMIT = 0.5, 2000, 17, 5.0
 MEASURED = (
     "A part on a plate with sides and clearance in part radii, its two likeliest poses wanted. "
     "`best`: the number of parts that leaves most of them free to pick, as told by convex "
-    "silhouettes; `free`: how many those are; `thrown`: the mean over plates full of true outlines, bays and "
-    "holes included, thrown anywhere and turned anyhow, by the poses' shares; `off, %`: told over "
-    "thrown, less one; `error, %`: the standard error of that. `parts`, `kicks`, `a minute`: the "
-    "plan for a kick of half a radius; `simulated`: whole cycles of it, part by part, thrown anew "
-    "at each kick.")
+    "silhouettes; `free`: how many those are; `thrown`: the mean over plates full of true "
+    "outlines, bays and holes included, thrown anywhere and turned anyhow, by the poses' shares; "
+    "`off, %`: told over thrown, less one; `error, %`: the standard error of that. `parts`, "
+    "`kicks`, `a minute`: the plan for a kick of half a radius; `simulated`: whole cycles of it, "
+    "part by part, thrown anew at each kick.")
 
 
 def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,

@@ -21,9 +21,9 @@ STORED = ("core", "start", "drops", "real_files", "catalogues", "feeding", "expe
 INTRODUCTION = """# Benchmarks
 
 Written by `python -m lab.benchmarks.core --write`, and so by `lab.benchmarks.start`,
-`lab.benchmarks.drops`, `lab.benchmarks.feeding`, `lab.training.expected_errors`, `lab.benchmarks.auto`,
-`lab.benchmarks.checked` and `lab.benchmarks.node`, from `docs/measured/numbers/*.json`; edits
-here are lost.
+`lab.benchmarks.drops`, `lab.benchmarks.feeding`, `lab.training.expected_errors`,
+`lab.benchmarks.auto`, `lab.benchmarks.checked` and `lab.benchmarks.node`, from
+`docs/measured/numbers/*.json`; edits here are lost.
 The machine was shared while these ran: contenders took turns within one run, so the ratios are
 what counts, and times only give an idea. Kernels were compiled before, and times are medians,
 unless said otherwise. [speed.md](speed.md) is the short page for users. The load at the start is

@@ -1,0 +1,36 @@
+"""`feeding`: the library's plan, a table of its kicks, and refusals."""
+
+from __future__ import annotations
+
+import pytest
+
+from ros_pose_stats import FeederCell, estimate, load_part, plan_feeding, simulate_flips
+from tests.running import answer, answer_json, refusal
+
+ASKED = "--plate", 0.3, 0.2, "--flips", 60, "--kicks", 0.02, 0.005
+
+
+def test_the_plan_is_the_librarys(box):
+    values = answer_json("feeding", *box, "--wanted", "0,1", "--clearance", 0.002, *ASKED)
+    part = load_part(box[0], unit="mm")
+    flips = [simulate_flips(part, kick, 60, seed=1) for kick in (0.005, 0.02)]
+    plan = plan_feeding(estimate(part), [0, 1], FeederCell(60.0, (0.3, 0.2), 0.002), flips)
+    assert plan.as_dict().items() <= values.items()
+    assert [option["kick_height"] for option in values["options"]] == [0.0, 0.005, 0.02]
+    assert values["actions"][:2] == ["pick", "pick"] and values["plate_error"] > 0.0
+
+
+def test_the_table_marks_the_best_kick(box):
+    lines = answer("feeding", *box, "--wanted", 0, *ASKED).splitlines()
+    assert sum(line.endswith("best") for line in lines) == 1
+    assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (("--wanted", 9, *ASKED), "wanted poses out of 0 to 5"),
+    (("--wanted", 0, *ASKED, "--rate", 0), "a rate above 0"),
+    (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
+    (("--wanted", 0, *ASKED, "--kicks", -1), "a kick height of 0 m or more"),
+])
+def test_refused_in_one_line(box, options, words):
+    assert words in refusal("feeding", *box, *options)
