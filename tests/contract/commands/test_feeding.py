@@ -7,7 +7,7 @@ import pytest
 from ros_pose_stats import FeederCell, estimate, load_part, plan_feeding, simulate_flips
 from tests.running import answer, answer_json, refusal
 
-ASKED = "--plate", 0.3, 0.2, "--flips", 60, "--kicks", 0.02, 0.005
+ASKED = "--plate", "300mm", 0.2, "--flips", 60, "--kicks", 0.02, 0.005
 
 
 def test_the_plan_is_the_librarys(box):
