@@ -32,24 +32,26 @@ def register(commands: given.Commands) -> None:
         "together: which poses to pick, from which a kick is worth its time, which kick, how many "
         "parts to put on the plate, and how many are picked a minute, with an interval that has "
         "the plate's error in it.",
-        examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 --plate 300mm 200mm",))
+        examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 "
+                  "--plate 300mm 200mm",))
     given.add_part_options(command)
     given.add_scene_options(command)
     given.add_wanted_option(command, "I", "indices of the poses that are picked, for instance 0 1 "
                             "or 0-3", required=True)
-    command.add_argument("--plate", nargs=2, type=given.read_length, required=True, metavar=("L", "W"),
-                         help="sides of the area over which the centres of the parts spread, as 0.3 "
-                         "(metres) or 300mm")
+    command.add_argument("--plate", nargs=2, type=given.read_length, required=True,
+                         metavar=("L", "W"), help="sides of the area over which the centres of "
+                         "the parts spread, as 0.3 (metres) or 300mm")
     command.add_argument("--clearance", type=given.read_length, default=0.0, metavar="C",
-                         help="room that the gripper needs around a part, as 0.002 or 2mm (default: 0)")
+                         help="room that the gripper needs around a part, as 0.002 or 2mm "
+                         "(default: 0)")
     command.add_argument("--rate", type=float, default=DEFAULT_RATE, metavar="R",
                          help="parts that can be dropped a minute (default: %(default)s)")
     for name, (seconds, about) in TIMES.items():
         command.add_argument(f"--{name}", type=float, default=seconds, metavar="S",
                              help=f"{about} (default: %(default)s)")
     command.add_argument("--kicks", type=given.read_length, nargs="*", metavar="H",
-                         help="kick heights that the plate can give, as 0.01 or 10mm (default: thirteen "
-                         "from a twentieth of the part's radius to five radii)")
+                         help="kick heights that the plate can give, as 0.01 or 10mm (default: "
+                         "thirteen from a twentieth of the part's radius to five radii)")
     command.add_argument("--flips", type=given.read_count, metavar="N",
                          help=f"kicks out of each pose at each height (default: {FLIPS} shared "
                          "out over the poses)")
