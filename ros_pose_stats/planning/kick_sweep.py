@@ -3,17 +3,11 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from ..records import DropScene, FlipStatistics, Part, PoseStatistics
-from ..simulation.flips import check_kick, count_flips
+from ..simulation.flips import check_kick, count_flips, usual_kicks
 from ..simulation.request import Watch, drop_request
 from ..statistics.feeding import Feeding, drop_afresh, flip_wrong_ones
 from ..statistics.pose_shares import pose_shares
-
-LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
-"""Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
-the highest most come to rest as if dropped."""
 
 SWEEP_FLIPS = 500
 """Flips a pose and kick: enough to see where the fastest one lies."""
@@ -50,11 +44,6 @@ class KickSweep(NamedTuple):
         """The kicks within the error of the best one, itself included."""
         least = self.best.feeding.per_minute.low
         return tuple(one for one in self.kicks if one.feeding.per_minute.value >= least)
-
-
-def usual_kicks(radius: float) -> tuple[float, ...]:
-    """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
-    return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
 
 
 def sweep_kicks(part: Part, dropped: PoseStatistics, wanted: Sequence[int], rate: float,

@@ -142,7 +142,7 @@ def _sweep(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int |
         return None
     if simulated.drops == simulated.unsettled or (should_stop is not None and should_stop()):
         return None
-    heights = [feeder.kick_height, *kick_sweep.usual_kicks(simulated.radius)]
+    heights = [feeder.kick_height, *flips.usual_kicks(simulated.radius)]
     found = kick_sweep.sweep_kicks(part, simulated, feeder.wanted, feeder.rate, feeder.cycle_time,
                                    heights, seed=simulated.seed, workers=workers,
                                    should_stop=should_stop)

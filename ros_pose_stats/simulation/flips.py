@@ -19,6 +19,10 @@ from .request import ALONE, DropRequest, Watch, drop_request, real_number
 DEFAULT_FLIPS = 2000
 """Flips a pose: a share is told to a point."""
 
+LOWEST_KICK, HIGHEST_KICK, KICKS = 0.05, 5.0, 13
+"""Part radii, and how many between them: below the lowest hardly a part leaves its pose, above
+the highest most come to rest as if dropped."""
+
 
 def simulate_flips(part: Part, kick_height: float, drops: int = DEFAULT_FLIPS,
                    restitution: float = scenes.DEFAULT_RESTITUTION, seed: int | None = None,
@@ -103,6 +107,11 @@ def check_kick(kick_height: float) -> float:
         raise errors.RequestError("a kick height of 0 m or more", f"{kick_height}",
                                   "half the part's radius flips most parts")
     return kick
+
+
+def usual_kicks(radius: float) -> tuple[float, ...]:
+    """Kick heights, metres, that are worth looking at for a part of this radius, metres."""
+    return tuple((radius * np.geomspace(LOWEST_KICK, HIGHEST_KICK, KICKS)).tolist())
 
 
 def _count(body: drop_body.PreparedBody, scene: DropScene, kick: float, request: DropRequest,

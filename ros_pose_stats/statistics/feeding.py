@@ -92,12 +92,19 @@ def flip_wrong_ones(dropped: PoseShares, counts: ArrayLike, wanted: Sequence[int
     if not leaving.all():
         return _kept_for_ever(dropped.probability, moves[leaving], kept, wrong[leaving])
     value, error = _flips_needed(dropped, moves, flips[wrong], wrong)
-    # The number of flips is positive and skewed: its logarithm is nearer to normal.
-    spread = math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error / value) if value else 1.0
+    spread = spread_of(error / value) if value else 1.0
     needed = Bounded(value, value / spread, value * spread)
     certain = Bounded(1.0, 1.0, 1.0)
     return Feeding(certain, certain, needed, Bounded(*(
         60.0 / (60.0 / rate + one * cycle_time) for one in (value, needed.high, needed.low))))
+
+
+def spread_of(error: float) -> float:
+    """Factor from a positive number to the end of its 90 % interval; `error`: relative.
+
+    Such numbers are skewed: their logarithm is nearer to normal.
+    """
+    return math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
 
 
 def _flips_needed(dropped: PoseShares, moves: Array, flips: Array,

@@ -6,21 +6,15 @@ after a number of kicks the plate is emptied. Only the mean over the parts is fo
 exact but for how the others lie that block one.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from ..errors import RequestError
-from ..methods import OBSERVED
 from ..records import Array, FlipStatistics, Index, PoseStatistics
-from ..records.statistics import plain_number
-from .errors import DEFAULT_LEVEL
-from .feeding import Bounded, check_cycle_time, check_rate, check_wanted
+from .feeding import Bounded, check_cycle_time, check_rate, check_wanted, spread_of
 from .fill import PlateFill, plate_fill
 from .pose_shares import PoseShares, equivalent_drops, pose_shares
 
@@ -65,11 +59,11 @@ class FeederCell:
         check_rate(self.rate)
         check_cycle_time(self.cycle_time)
         for side in self.plate:
-            if not 0.0 < side < math.inf:
+            if not 0.0 < side < np.inf:
                 raise RequestError("a plate with sides above 0 m", f"{side}",
                                    "measure where the centres of parts come to rest")
         for field in fields(self)[2:]:
-            if not 0.0 <= getattr(self, field.name) < math.inf:
+            if not 0.0 <= getattr(self, field.name) < np.inf:
                 raise RequestError(f"a {field.name} of 0 or more", f"{getattr(self, field.name)}",
                                    "in metres or seconds")
 
@@ -106,7 +100,8 @@ class FeedingPlan:
     def as_dict(self) -> dict[str, Any]:
         """The plan as plain values."""
         options = [{**option._asdict(), "per_minute": {
-            name: plain_number(value) for name, value in option.per_minute._asdict().items()}}
+            name: None if np.isnan(value) else value
+            for name, value in option.per_minute._asdict().items()}}
             for option in self.options]
         return {"actions": list(self.actions), "options": options,
                 **options[self.options.index(self.best)]}
@@ -137,23 +132,24 @@ def plan_feeding(dropped: PoseStatistics, wanted: Sequence[int], cell: FeederCel
         wanted one, or flips out of a pose are missing.
     """
     cell.check()
-    picked = check_wanted(wanted, len(dropped.poses))
+    picked = check_wanted(wanted, len(dropped.poses)).astype(np.float64)
     shares = pose_shares(dropped)
-    if not shares.probability[picked].sum() > 0.0:
+    if not shares.probability @ picked > 0.0:
         raise RequestError("wanted poses that dropped parts come to rest in", "none of them",
                            "name others; `ros_pose_stats estimate` lists their probabilities")
     poses = sorted(dropped.poses, key=lambda pose: pose.index)
     plate = Plate(cell, picked, shares, [pose.outline for pose in poses],
-                  0.0 if dropped.method == OBSERVED else dropped.plate_error)
+                  0.0 if dropped.observed else dropped.plate_error)
     still = np.zeros((len(poses), len(poses)))
-    options = [plate.plan(0.0, still, np.full(len(poses), math.inf), 0)]
+    options = [plate.plan(0.0, still, np.full(len(poses), np.inf), 0)]
     options += [plate.plan(found.kick_height, *_checked(found), MOST_KICKS)
                 for found in sorted(flips, key=lambda each: each.kick_height)]
     best = max(options, key=lambda option: option.per_minute.value)
     chosen = next((found for found in flips if found.kick_height == best.kick_height), None)
-    actions = np.where(picked, PICK, LEAVE)
+    actions = np.full(len(poses), LEAVE)
     if chosen is not None and best.kicks:
-        actions[plate.worth_flipping(best.parts, chosen.transition) & ~picked] = FLIP
+        actions[plate.worth_flipping(best.parts, chosen.transition)] = FLIP
+    actions[picked > 0.0] = PICK
     return FeedingPlan(tuple(actions.tolist()), best, tuple(options))
 
 
@@ -171,7 +167,7 @@ class Plate:
     """Parts that lie on the plate of a cell."""
 
     cell: FeederCell
-    picked: NDArray[np.bool_]  # (K,); whether the robot picks parts in a pose
+    picked: Array  # (K,); 1 where the robot picks parts in a pose, else 0
     dropped: PoseShares
     outlines: Sequence[Array]
     plate_error: float  # of the shares on a real plate, beside that of the model; a fraction
@@ -204,7 +200,7 @@ class Plate:
             shares = pictures[:kicks + 1, at].mean(axis=0)
         chain = pictures[:kicks + 1, at]
         error = self._picks_error(chain, seen[at], moves, settled)
-        spread = math.exp(-float(ndtri(0.5 * (1.0 - DEFAULT_LEVEL))) * error)
+        spread = spread_of(error)
         around = np.outer((1.0, 1.0 / spread, spread), picks[at])
         rate = Bounded(*self._rates(parts[[at, at, at]], around)[:, kicks].tolist())
         return KickPlan(kick_height, int(parts[at]), int(kicks), float(picks[at, 0]), rate)
@@ -240,21 +236,21 @@ class Plate:
             drops = self._drops(self.dropped._replace(probability=row).shares, float(flips))
             smooth = (drops * row + 0.5) / (drops + 0.5 * row.size)
             variance += float(smooth @ values ** 2 - (smooth @ values) ** 2) / drops
-        return math.sqrt(variance) / float((lying @ seen).sum())
+        return float(np.sqrt(variance)) / float((lying @ seen).sum())
 
     def _drops(self, shares: Array, counted: float) -> float:
         """Drops whose counts would be as uncertain as shares counted so and the plate's error."""
         plate = equivalent_drops(shares, np.full(shares.size, self.plate_error))
-        return 1.0 / (1.0 / counted + 1.0 / plate) if counted else math.nan
+        return 1.0 / (1.0 / counted + 1.0 / plate) if counted else np.nan
 
-    def worth_flipping(self, parts: int, moves: Array) -> NDArray[np.bool_]:
-        """In which poses (K,) a kick gets a part picked sooner than dropping another one does.
+    def worth_flipping(self, parts: int, moves: Array) -> Index:
+        """The poses in which a kick gets a part picked sooner than dropping another one does.
 
         By policy iteration over the seconds of the cell that each part takes, of which those on
         the plate share kicks and pictures; it ends where value iteration would.
         """
         cell, fresh = self.cell, self.dropped.probability
-        seen = self.picked * self.fill(fresh).free([parts])[0]
+        seen = self.picked * self.fill(fresh).free(np.array([parts]))[0]
         kick = (cell.cycle_time + cell.drop_time + cell.camera_time) / parts
         drop = 60.0 / cell.rate + (cell.drop_time + cell.camera_time) / parts
         flips = np.zeros(seen.size, dtype=np.bool_)
@@ -265,5 +261,5 @@ class Plate:
                 seen * cell.pick_time + (1.0 - seen) * np.where(flips, kick, drop))
             sooner = kick + moves @ seconds < (drop + fresh @ seconds) * (1.0 - 1e-12)
             if (sooner == flips).all():
-                return flips
+                return np.flatnonzero(flips)
             flips = sooner

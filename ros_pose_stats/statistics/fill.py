@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..records.arrays import Array
+from ..records.arrays import Array, Index
 
 PLACES, DIRECTIONS = 6, 96
 """Nodes along half a side of the plate, and directions in which its edge is looked for."""
@@ -23,14 +22,14 @@ class PlateFill(NamedTuple):
     blocked: Array
     weight: Array  # (Q,); of the nodes, 1 in all
 
-    def free(self, parts: ArrayLike) -> Array:
+    def free(self, parts: Index) -> Array:
         """Probabilities (N, K) that none of the others blocks a part, by the parts (N,)."""
-        others = np.asarray(parts, dtype=float)[:, None, None] - 1.0
+        others = parts[:, None, None] - 1.0
         return np.asarray((1.0 - self.blocked) ** others @ self.weight)
 
-    def pickable(self, parts: ArrayLike, wanted: Array) -> Array:
+    def pickable(self, parts: Index, wanted: Array) -> Array:
         """Parts (N,) that can be picked; `wanted` (K,): share that lies so, 0 where unwanted."""
-        return np.asarray(np.asarray(parts, dtype=float) * (self.free(parts) @ wanted))
+        return np.asarray(parts * (self.free(parts) @ wanted))
 
 
 def plate_fill(outlines: Sequence[Array], shares: Array, plate: tuple[float, float],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ...text import Column, columns, listed, millimetres
@@ -65,8 +64,7 @@ def run(options: argparse.Namespace) -> int:
     """Estimate, kick from every height, plan and print."""
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
-    from ...planning.kick_sweep import usual_kicks
-    from ...simulation.flips import check_kick, simulate_flips
+    from ...simulation.flips import check_kick, simulate_flips, usual_kicks
     from ...statistics.feeding_plan import FeederCell, plan_feeding
     from ...statistics.pose_groups import warn_of_alike
 
@@ -74,9 +72,8 @@ def run(options: argparse.Namespace) -> int:
                       options.pick_time, options.camera_time, options.drop_time)
     scene = given.scene_keywords(options)
     dropped = estimate(part, **scene)
-    dropped = replace(dropped, warnings=(*dropped.warnings,
-                                         *warn_of_alike(dropped, options.wanted)))
     plan = plan_feeding(dropped, options.wanted, cell)  # what is refused is refused at once
+    warnings = [*dropped.warnings, *warn_of_alike(dropped, options.wanted)]
     kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
     heights = sorted({check_kick(height) for height in kicks})
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
@@ -97,16 +94,17 @@ def run(options: argparse.Namespace) -> int:
                  "cluster_tolerance", "round_sides", "plate_error", "version")
         plain: dict[str, Any] = {name: dropped.as_dict()[name] for name in names}
         running.print_json({**plain, "wanted": options.wanted, "seed": options.seed,
-                            "flips": each, "warnings": list(dropped.warnings), **plan.as_dict()},
+                            "flips": each, "warnings": warnings, **plan.as_dict()},
                            interrupted=stopped)
     else:
-        print("\n".join(_lines(dropped, plan, cell)))
+        print("\n".join(_lines(dropped, plan, cell, warnings)))
         if stopped:
             print(f"interrupted after {len(flips)} of {len(heights)} kick heights")
     return running.INTERRUPTED if stopped else 0
 
 
-def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell) -> list[str]:
+def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell,
+           warnings: list[str]) -> list[str]:
     """The plan for people."""
     poses = {action: [index for index, each in enumerate(plan.actions) if each == action]
              for action in ("pick", "flip", "leave")}
@@ -122,4 +120,4 @@ def _lines(dropped: PoseStatistics, plan: FeedingPlan, cell: FeederCell) -> list
             f"{millimetres(cell.plate[1])} mm; the first picture has {best.pickable:.3g} to pick",
             "", *columns(heads, rows),
             f"in brackets: 90 % intervals, with {100.0 * dropped.plate_error:.2g} points of error "
-            "of the plate", *(["", *dropped.warnings] if dropped.warnings else [])]
+            "of the plate", *(["", *warnings] if warnings else [])]
