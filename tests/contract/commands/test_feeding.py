@@ -31,6 +31,7 @@ def test_the_table_marks_the_best_kick(box):
     (("--wanted", 0, *ASKED, "--rate", 0), "a rate above 0"),
     (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
     (("--wanted", 0, *ASKED, "--kicks", -1), "a kick height of 0 m or more"),
+    (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
 ])
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("feeding", *box, *options)
