@@ -20,22 +20,17 @@ SAME_DOWN = 0.999
 def feature_images(space: changes.DesignSpace) -> tuple[Array, Index]:
     """The part's rotations (k, 3, 3) and where each takes every feature, (k, n).
 
-    Axes stay themselves; rotations that do not take faces to faces and edges to edges are left
-    out.
+    Axes stay themselves; rotations that do not take faces to faces are left out.
     """
-    kinds = space.kinds
-    anchor = np.array([one.anchor for one in space.features])
-    size = np.array([one.size for one in space.features])
+    faces = np.flatnonzero(space.kinds == features.FACE)
+    anchor = np.array([space.features[face].anchor for face in faces])
+    size = np.array([space.features[face].size for face in faces])
     held, images = [], []
     for rotation in proper_rotations(space.part, space.resting.equilibria):
-        image = np.arange(len(kinds))
-        for kind in (features.FACE, features.EDGE):
-            mine = np.flatnonzero(kinds == kind)
-            if not len(mine):
-                continue
-            apart = np.linalg.norm((anchor[mine] @ rotation.T)[:, None] - anchor[mine][None],
-                                   axis=2) + np.abs(size[mine][:, None] - size[mine][None])
-            image[mine] = np.where(apart.min(axis=1) < SAME_PLACE, mine[apart.argmin(axis=1)], -1)
+        image = np.arange(len(space.features))
+        apart = np.linalg.norm((anchor @ rotation.T)[:, None] - anchor[None],
+                               axis=2) + np.abs(size[:, None] - size[None])
+        image[faces] = np.where(apart.min(axis=1) < SAME_PLACE, faces[apart.argmin(axis=1)], -1)
         if image.min() >= 0:
             held.append(rotation)
             images.append(image)

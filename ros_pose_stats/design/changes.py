@@ -1,9 +1,8 @@
 """A part with some of its features changed, made from what is known about the part before.
 
-The outer shape is that of the convex hull: faces are moved by moving their planes, edges cut by
-planes across the bisector, and what does not move is taken over. The mass follows: stretching
-carries the material along, and a sliver that is added or cut off has the part's mean density, its
-mass over the volume of its hull.
+The outer shape is that of the convex hull: faces are moved by moving their planes, and
+what does not move is taken over. The mass follows: stretching carries the material along, and a
+sliver that is added or cut off has the part's mean density, its mass over the volume of its hull.
 """
 
 from dataclasses import replace
@@ -21,13 +20,10 @@ from ..mesh.hull import hull_of_corners
 from ..mesh.vectors import lengths
 from ..records import Part, scene as scenes
 from ..resting import convex_body, poses
-from .features import EDGE, FACE, KINDS, Feature, find_features
+from .features import FACE, KINDS, Feature, find_features
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-FEWEST_OF_A_STRIP = 5
-"""Planes of one chamfer from which on it is a cone that the part may roll on."""
 
 
 class Moments(NamedTuple):
@@ -38,24 +34,11 @@ class Moments(NamedTuple):
     second: Array
 
 
-class Planes(NamedTuple):
-    """Planes that bound a body: outward normals (K, 3) and distances (K,) from its centre before.
-
-    `strip` (K,) numbers the facets of round surfaces, -1 for others; `origin` (K,) is the face of
-    the body before, -1 for a chamfer.
-    """
-
-    normals: Array
-    distances: Array
-    strip: Index
-    origin: Index
-
-
 class ChangedPart(NamedTuple):
     """A changed part."""
 
     part: Part  # its convex hull with its mass properties, in the frame of the part before
-    origin: Index  # (F,); face of the body before that each face of its body was; -1 for a chamfer
+    origin: Index  # (F,); face of the body before that each face of its body was
 
 
 class DesignSpace:
@@ -79,7 +62,7 @@ class DesignSpace:
 
     @cached_property
     def kinds(self) -> Index:
-        """Kind (n,) of each feature, as a number: `CENTRE`, `STRETCH`, `FACE` or `EDGE`."""
+        """Kind (n,) of each feature, as a number: `CENTRE`, `STRETCH` or `FACE`."""
         return np.array([KINDS.index(one.kind) for one in self.features])
 
     @cached_property
@@ -98,30 +81,20 @@ class DesignSpace:
         """Make the part with changed features.
 
         `steps` (n,): of each of the `features`: metres, of stretching a fraction. Faces move
-        outward; edges are cut so far from the edge on both sides; rounded ones so far beyond the
-        chamfer that touches the rounding. Raises MeshError if no body remains around its centre of
-        mass.
+        outward. Raises MeshError if no body remains around its centre of mass.
         """
         values = np.asarray(steps, dtype=np.float64)
         shift, stretch = values[:3] / self.body.radius, 1.0 + values[3:6]
         corners, hull = self._corners * stretch, self._hull
-        planes, kinds = self._planes(values, stretch), self.kinds
-        reshaped = bool(values[kinds >= FACE].any())
-        if values[kinds == FACE].any():
-            corners = corners_of_planes(planes.normals, planes.distances, corners)
-        cut = np.flatnonzero((kinds == EDGE) & (values > 0.0)).tolist()
-        for edge in cut:
-            planes = _cut(planes, corners, self.features[edge].pairs,
-                          float(values[edge]) / self.body.radius)
-        if cut:
-            corners = corners_of_planes(planes.normals, planes.distances, corners)
+        normals, distances = self._planes(values, stretch)
+        reshaped = bool(values[self.kinds == FACE].any())
         if reshaped:
+            corners = corners_of_planes(normals, distances, corners)
             hull = hull_of_corners(corners)
         mass, center, inertia = self._mass(
             np.diag(stretch), _moments_of(corners, hull[0]) if reshaped else None)
-        body, plane = self._body(corners, hull, center + shift, planes)
-        return ChangedPart(self._part(corners, body, mass, center + shift, inertia),
-                           planes.origin[plane])
+        body, plane = self._body(corners, hull, center + shift, normals)
+        return ChangedPart(self._part(corners, body, mass, center + shift, inertia), plane)
 
     def change_one(self, number: int, step: float) -> ChangedPart:
         """Make the part with one changed feature; see `change`."""
@@ -129,8 +102,8 @@ class DesignSpace:
         steps[number] = step
         return self.change(steps)
 
-    def _planes(self, values: Array, stretch: Array) -> Planes:
-        """Planes of the faces, stretched and moved."""
+    def _planes(self, values: Array, stretch: Array) -> tuple[Array, Array]:
+        """Normals (F, 3) and distances (F,) of the faces, stretched and moved."""
         arrays = self.body.arrays
         normals = arrays.normal / stretch
         size = lengths(normals)
@@ -138,8 +111,7 @@ class DesignSpace:
         for feature, value in zip(self.features, values.tolist(), strict=True):
             if feature.kind == "face":
                 distances[feature.planes] += value / self.body.radius
-        return Planes(normals / size[:, None], distances, self.body.run_of_face,
-                      np.arange(self.body.faces))
+        return normals / size[:, None], distances
 
     def _mass(self, linear: Array, after: Moments | None) -> tuple[float, Array, Array]:
         """Mass, centre of mass and central inertia, in masses and radii before."""
@@ -159,9 +131,9 @@ class DesignSpace:
             second -= mass * np.outer(center, center)
         return mass, center, np.trace(second) * np.eye(3) - second
 
-    def _body(self, corners: Array, hull: tuple[Index, Index], center: Array, planes: Planes
+    def _body(self, corners: Array, hull: tuple[Index, Index], center: Array, normals: Array
               ) -> tuple[convex_body.ConvexBody, Index]:
-        """The body about its centre of mass, and the plane of each of its faces."""
+        """The body about its centre of mass, and the face before of each of its faces."""
         before = self.body
         points = corners - center
         farthest = float(lengths(points).max())
@@ -169,11 +141,11 @@ class DesignSpace:
         points.flags.writeable = False
         arrays, tolerance = convex_body.polyhedron(points, *hull,
                                                    self.part.rounding / before.radius)
-        plane = plane_of_face(arrays, planes.normals)
+        plane = plane_of_face(arrays, normals)
         runs = tuple(replace(run, center=(run.center - center) / farthest,
                              radius=run.radius / farthest) for run in before.runs)
         return convex_body.ConvexBody(before.radius * farthest, points, arrays, tolerance, runs,
-                                      planes.strip[plane], before.rounded), plane
+                                      before.run_of_face[plane], before.rounded), plane
 
     def _part(self, corners: Array, body: convex_body.ConvexBody, mass: float, center: Array,
               inertia: Array
@@ -187,20 +159,6 @@ class DesignSpace:
                     inertia * (before.mass * radius * radius), before.warnings, before.rounding)
         convex_body.keep_body(part, body, self.round_sides)
         return part
-
-
-def _cut(planes: Planes, corners: Array, pairs: Index, leg: float) -> Planes:
-    """Add the planes of a chamfer, so far from the edge on both of its faces."""
-    across = planes.normals[pairs[:, 0]] + planes.normals[pairs[:, 1]]
-    size = lengths(across)
-    across /= size[:, None]
-    # The sine of half the angle by which the edge turns; size is twice its cosine.
-    depth = leg * np.sqrt(np.maximum(1.0 - 0.25 * size * size, 0.0))
-    reach = (corners @ across.T).max(axis=0) - depth
-    strip = planes.strip.max() + 1 if len(pairs) >= FEWEST_OF_A_STRIP else -1
-    return Planes(np.concatenate((planes.normals, across)), np.append(planes.distances, reach),
-                  np.append(planes.strip, np.full(len(pairs), strip)),
-                  np.append(planes.origin, np.full(len(pairs), -1)))
 
 
 def _moments_of(corners: Array, triangles: Index) -> Moments:

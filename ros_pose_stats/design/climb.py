@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, RequestError
 from ..resting.convex_body import convex_body
-from . import alike, changes, features, shares
+from . import alike, changes, shares
 
 Array = NDArray[np.float64]
 
@@ -21,8 +21,8 @@ NOTHING = 1e-6
 def tied_steps(space: changes.DesignSpace, within: float) -> Array:
     """Steps (t, n) of the features, each as far as the outline or the centre of mass may move.
 
-    Faces and edges that a rotation of the part carries into each other are changed together. The
-    centre of mass moves, and the part is stretched, only along what all rotations leave.
+    Faces that a rotation of the part carries into each other are changed together. The centre of
+    mass moves, and the part is stretched, only along what all rotations leave.
     """
     rotations, images = alike.feature_images(space)
     count = len(space.features)
@@ -43,11 +43,6 @@ def tied_steps(space: changes.DesignSpace, within: float) -> Array:
     for first in np.unique(orbit[6:]).tolist():
         steps.append(np.where(orbit == first, within, 0.0))
     return np.array(steps)
-
-
-def is_forward(space: changes.DesignSpace, steps: Array) -> NDArray[np.bool_]:
-    """Which of some steps (t, n) go one way only."""
-    return np.asarray((steps[:, space.kinds == features.EDGE] > 0.0).any(axis=1))
 
 
 def outline_move(space: changes.DesignSpace, changed: changes.ChangedPart) -> float:
@@ -114,13 +109,10 @@ class Climb:
     The share by the part that is reached is `share`, by the part as it is `base`.
     """
 
-    def __init__(self, space: changes.DesignSpace, model: shares.WantedShare, within: float, *,
-                 edges: bool = True) -> None:
+    def __init__(self, space: changes.DesignSpace, model: shares.WantedShare, within: float
+                 ) -> None:
         self._space, self._model, self._within = space, model, within
         self._tied = tied_steps(space, within)
-        if not edges:
-            self._tied = self._tied[~is_forward(space, self._tied)]
-        self._forward = is_forward(space, self._tied)
         self._level: Array = np.zeros(len(self._tied))
         self.base = self.share = model.estimate(space.change_one(0, 0.0))
 
@@ -179,7 +171,7 @@ class Climb:
 
     def _estimate(self, level: Array) -> float:
         """Share at some levels (t,) of the steps; minus infinity beyond the bounds."""
-        if np.abs(level).max(initial=0.0) > 1.0 or level[self._forward].min(initial=0.0) < 0.0:
+        if np.abs(level).max(initial=0.0) > 1.0:
             return -np.inf
         steps = level @ self._tied
         try:

@@ -128,10 +128,7 @@ def name_feature(space: changes.DesignSpace, number: int) -> str:
         return f"centre of mass along {features.AXES[feature.axis]}"
     if feature.kind == "stretch":
         return f"stretched along {features.AXES[feature.axis]}"
-    if feature.kind == "face":
-        return f"face of pose {listed(feature.poses)} outward"
-    where = ", ".join(f"{1e3 * x:.3g}" for x in np.round(place(space, number), 7))
-    return f"{'rounded edge' if feature.is_rounded else 'edge'} at ({where}) mm cut"
+    return f"face of pose {listed(feature.poses)} outward"
 
 
 def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
@@ -144,11 +141,8 @@ def name_step(space: changes.DesignSpace, number: int, step: float) -> str:
         longer = abs(step) * float(np.ptp(space.part.surface_vertices[:, feature.axis]))
         return f"{'shrunk' if step < 0.0 else 'stretched'} by {100.0 * abs(step):.3g} % along " \
                f"{features.AXES[feature.axis]} ({1e3 * longer:.3g} mm)"
-    if feature.kind == "face":
-        return f"face of pose {listed(feature.poses)} moved {'in' if step < 0.0 else 'out'} by " \
-               f"{length}"
-    return f"{name_feature(space, number)} by {length}" + (
-        " more than its rounding" if feature.is_rounded else "")
+    way = "in" if step < 0.0 else "out"
+    return f"face of pose {listed(feature.poses)} moved {way} by {length}"
 
 
 def suggested_steps(found: suggest.Suggestion) -> list[str]:
@@ -200,7 +194,7 @@ def _feature(space: changes.DesignSpace, number: int) -> dict[str, Any]:
     return {"kind": feature.kind, "axis": features.AXES[feature.axis] if feature.axis >= 0
             else None,
             "poses": list(feature.poses), "place": place(space, number),
-            "size": feature.size * space.body.radius ** (2 if feature.kind == "face" else 1),
+            "size": feature.size * space.body.radius ** 2,
             "unit": "m" if feature.is_length else "1"}
 
 

@@ -18,11 +18,10 @@ from ..version import VERSION
 from . import changes, features, paired_drops, shares
 
 SCATTER = 0.005
-SCATTER_OF_CUT = 0.012
 SCATTER_OF_SLOPE = 0.2
 SCATTER_OF_UNEVEN = 0.5
-"""Root mean square difference of estimated and dropped changes by one step: of any, of a cut edge,
-as a share of the change, and as a share of its unevenness (docs/measured/design.md)."""
+"""Root mean square difference of estimated and dropped changes by one step: of any, as a share of
+the change, and as a share of its unevenness (docs/measured/design.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +34,7 @@ class Effect:
     alike: tuple[int, ...]
     slope: float  # change of the share a metre, or a unit of stretching, and its standard error
     error: float
-    # the change that helps, metres or a fraction; of an edge, that which it can be given
-    step: float
+    step: float  # the change that helps, metres or a fraction
     change: float  # estimated change of the share by that step
     lost: tuple[int, ...] = ()  # wanted poses that are gone after that step
     # the same change by drops; None where it was not checked
@@ -83,15 +81,13 @@ class Sensitivity:
         return self.accepted.value
 
 
-def effect_error(slope: float, uneven: float, *, cut: bool = False) -> float:
+def effect_error(slope: float, uneven: float) -> float:
     """Standard error of the change by one step.
 
     `slope`: estimated change by one step; `uneven`: half of how far the changes by two steps are
-    from a line: a share that bends or jumps within a step has no single slope; `cut`: whether an
-    edge is cut, which the estimator knows least.
+    from a line: a share that bends or jumps within a step has no single slope.
     """
-    return math.hypot(SCATTER_OF_CUT if cut else SCATTER,
-                      SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
+    return math.hypot(SCATTER, SCATTER_OF_SLOPE * slope, SCATTER_OF_UNEVEN * uneven)
 
 
 LOOKS = (62, 125, 250, 500, 1000, 2000, 4000)

@@ -41,7 +41,7 @@ def sensitivity(part: Part, wanted: Sequence[int], *, step: float | None = None,
                 round_sides: int = scenes.DEFAULT_ROUND_SIDES, workers: int | None = None,
                 on_progress: Callable[[float], object] | None = None,
                 should_stop: Callable[[], bool] | None = None) -> Sensitivity:
-    """How the share of wanted poses changes with centre of mass, proportions, faces and edges.
+    """How the share of wanted poses changes with centre of mass, proportions and faces.
 
     Parameters
     ----------
@@ -142,15 +142,14 @@ def _effect(space: changes.DesignSpace, model: shares.WantedShare, base: float,
     number = same[0]
     feature = space.features[number]
     unit = reach if feature.is_length else reach / space.body.radius
-    sides = (0.5, 1.0) if feature.only_forward else (-1.0, 1.0)
+    sides = (-unit, unit)
     try:
-        after = [space.change_one(number, side * unit) for side in sides]
+        after = [space.change_one(number, side) for side in sides]
     except MeshError:
         return None
     other, change = (model.estimate(one) - base for one in after)
-    slope = change if feature.only_forward else 0.5 * (change - other)
-    uneven = 0.5 * abs(change - 2.0 * other if feature.only_forward else change + other)
-    place = 0 if other > change + SAME_CHANGE and not feature.only_forward else 1
-    error = effect_error(slope, uneven, cut=feature.only_forward)
+    slope = 0.5 * (change - other)
+    error = effect_error(slope, 0.5 * abs(change + other))
+    place = 0 if other > change + SAME_CHANGE else 1
     return Effect(feature, number, same, slope / unit, error / unit,
-                  sides[place] * unit, (other, change)[place], model.lost(after[place]))
+                  sides[place], (other, change)[place], model.lost(after[place]))

@@ -52,9 +52,8 @@ class WantedShare:
         """
         lowest = resting.equilibria.faces[resting.clusters.lowest]
         face = origin[lowest]
-        there = face >= 0
-        before = np.where(there & self._rests[face], self._pose[face], -1)
-        led = np.where(there & (before < 0), self._pose[face], -1)
+        before = np.where(self._rests[face], self._pose[face], -1)
+        led = np.where(before < 0, self._pose[face], -1)
         downs = resting.body.arrays.normal[lowest]
         for pose in np.setdiff1d(led[led >= 0], before).tolist():
             some = np.flatnonzero(led == pose)

@@ -1,26 +1,22 @@
 """A combination of changes, within bounds, that raises the share of wanted poses.
 
-The estimator chooses, and some drops between cutting edges and leaving them; drops that had no
-say tell what was gained. What is judged is the
-outer shape and the centre of mass, not whether the part can be made.
+The estimator chooses, and drops that had no say tell what was gained. What is judged is the outer
+shape and the centre of mass, not whether the part can be made.
 """
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..records import Array, DropScene, Mask, Part, scene as scenes
-from ..simulation.request import SEEDS, DropRequest, drop_request
+from ..simulation.request import drop_request
 from ..statistics import errors, feeding, paired_counts
 from ..version import VERSION
-from . import changes, effects, features
+from . import changes, effects
 from .climb import MOST_STEPS, Climb, center_move, check_within, outline_move
 from .shares import WantedShare
-
-CHOOSING_DROPS = 500
-"""That choose between a suggestion with cut edges and one without."""
 
 GAIN_DROPS = 4000
 GAIN_SECONDS = 5.0
@@ -96,7 +92,8 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
     check_within(within, space.body.radius)
     stop = should_stop or (lambda: False)
     progress = on_progress or (lambda done: None)
-    climb = _choose(_climbs(space, model, within, progress, stop), space, model, asked, stop)
+    climb = Climb(space, model, within)
+    climb.climb(lambda taken: progress(0.5 * taken / MOST_STEPS), stop)
     after = space.change(climb.steps)
     parts = [space.change_one(0, 0.0), after]
     done = effects.drop_changed(parts, model, asked, GAIN_SECONDS if drops is None else None,
@@ -112,29 +109,6 @@ def suggest(part: Part, wanted: Sequence[int], within: float, *, drops: int | No
         climb.base, climb.share, effects.effect_error(gained, 0.0), model.lost(after),
         done.differences[0], shares[0], shares[1], pairs.drops, asked.seed, asked.drops,
         done.out_of_time, time.perf_counter() - begin)
-
-
-def _climbs(space: changes.DesignSpace, model: WantedShare, within: float,
-            progress: Callable[[float], object], stop: Callable[[], bool]) -> list[Climb]:
-    """The best by the estimator, and where that cuts edges the best that does not."""
-    found = [Climb(space, model, within)]
-    found[0].climb(lambda taken: progress(0.3 * taken / MOST_STEPS), stop)
-    if found[0].steps[space.kinds == features.EDGE].any() and not stop():
-        found.append(Climb(space, model, within, edges=False))
-        found[1].climb(lambda taken: progress(0.3 + 0.1 * taken / MOST_STEPS), stop)
-    return found
-
-
-def _choose(climbs: list[Climb], space: changes.DesignSpace, model: WantedShare,
-            asked: DropRequest,
-            stop: Callable[[], bool]) -> Climb:
-    """That which does better in drops, of a seed of their own; what cut edges do is least sure."""
-    if len(climbs) == 1 or stop():
-        return climbs[0]
-    apart = replace(asked, drops=CHOOSING_DROPS, seed=(asked.seed + 1) % SEEDS)
-    done = effects.drop_changed([space.change(one.steps) for one in climbs], model, apart, None,
-                                lambda share: None, stop)
-    return climbs[int(done.differences[0].value > 0.0)]
 
 
 def _share(is_in: Mask) -> feeding.Bounded:

@@ -25,37 +25,31 @@ SIDES = (("as in the part frame, from above", np.ones(3)),
                 ("turned upside down about x", np.array([1.0, -1.0, -1.0])))
 """How the part is shown, with the light from above each time."""
 
-STRIP = 0.035
-"""Width of the strips along an edge that is to be cut, in radii."""
-
 ON_FACE, SAME_NORMAL = 0.01, 0.998
 """A triangle this close to a face of the hull, in radii, and as steep, is coloured like it."""
 
 PIXELS, LISTED = 620, 4
 
-SHADES = ("the stronger the colour of a face, the more a step gains; strips: edges to cut; "
-                 "grey: no gain beyond the error")
+SHADES = ("the stronger the colour of a face, the more a step gains; grey: no gain beyond "
+                 "the error")
 
 
 def changes_figure(found: Sensitivity) -> Figure:
     """Draw a part from two sides.
 
-    Blue are faces that are better moved out, orange faces that are better moved in and edges that
-    are better cut; the stronger a face, the more a step gains. Effects within their error are left
-    grey. The arrow leads the centre of mass to where it is better.
+    Blue are faces that are better moved out, orange those that are better moved in, the stronger
+    the more a step gains. Effects within their error are left grey. The arrow leads the centre of
+    mass to where it is better.
     """
     figure = style.new_figure(9.0, 5.6)
     space, colors = found.space, _face_colors(found)
     triangles = visible_triangles(space.part) - space.part.center_of_mass
     body = space.body
     shades = colors[_faces_of(triangles, body)]
-    strips = _strips(found)
-    everything = np.concatenate((triangles, strips))
-    paint = np.concatenate((shades, np.broadcast_to(TAKE, (len(strips), 3))))
     view = rendering.View(np.zeros(3), 2.1 * body.radius, (PIXELS, PIXELS), elevation=28.0)
     for place, (title, turned) in enumerate(SIDES):
         axes = figure.add_axes((0.01 + 0.49 * place, 0.2, 0.48, 0.68))
-        axes.imshow(rendering.rendered(everything * turned, view, paint),
+        axes.imshow(rendering.rendered(triangles * turned, view, shades),
                     interpolation="antialiased")
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=style.REFERENCE)
@@ -84,9 +78,8 @@ def _is_clear(one: Effect) -> bool:
 
 
 def _strength(found: Sensitivity, one: Effect) -> float:
-    """Of the colour of an effect, by its share of the largest one of a face or an edge."""
-    largest = max(other.change for other in found.effects
-                  if other.feature.kind in ("face", "edge"))
+    """Of the colour of an effect, by its share of the largest one of a face."""
+    largest = max(other.change for other in found.effects if other.feature.kind == "face")
     return FAINTEST + (1.0 - FAINTEST) * one.change / largest
 
 
@@ -95,9 +88,9 @@ def _face_colors(found: Sensitivity) -> Array:
     space = found.space
     colors = np.tile(PLAIN, (space.body.faces + 1, 1))
     for one in found.effects:
-        if one.feature.kind in ("centre", "stretch") or not _is_clear(one):
+        if one.feature.kind != "face" or not _is_clear(one):
             continue
-        color = ADD if one.feature.kind == "face" and one.step > 0.0 else TAKE
+        color = ADD if one.step > 0.0 else TAKE
         strength = _strength(found, one)
         for number in one.alike:
             colors[space.features[number].planes] = strength * color + (1.0 - strength) * PLAIN
@@ -118,33 +111,6 @@ def _faces_of(triangles: Array, body: ConvexBody) -> NDArray[np.int64]:
         found[some] = np.where(fits.any(axis=1), np.where(fits, along, -2.0).argmax(axis=1),
                                body.faces)
     return found
-
-
-def _strips(found: Sensitivity) -> Array:
-    """Triangles (t, 3, 3) along the edges that are better cut, just above their faces, metres."""
-    body, strips = found.space.body, []
-    for one in found.effects:
-        if one.feature.kind != "edge" or not _is_clear(one):
-            continue
-        for number in one.alike:
-            feature = found.space.features[number]
-            for (first, last), faces in zip(feature.ends, feature.pairs, strict=False):
-                a, b = body.points[first], body.points[last]
-                for face in faces:
-                    normal = body.arrays.normal[face]
-                    across = np.cross(normal, b - a)
-                    across *= STRIP / max(float(np.linalg.norm(across)), 1e-12)
-                    inside = body.polygon(int(face)).mean(axis=0) - a
-                    across *= 1.0 if inside @ across > 0.0 else -1.0
-                    quad = np.array([a, b, b + across, a + across]) + 2e-3 * normal
-                    for corners in ([0, 1, 2], [0, 2, 3]):
-                        strips.append(_outward(quad[corners], normal))
-    return np.array(strips).reshape(-1, 3, 3) * body.radius
-
-
-def _outward(triangle: Array, normal: Array) -> Array:
-    turned = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0]) @ normal
-    return triangle if turned > 0.0 else triangle[::-1]
 
 
 def _gradient(found: Sensitivity) -> Array:

@@ -47,14 +47,6 @@ class ConvexBody:
         sides = slice(self.arrays.face_start[face], self.arrays.face_start[face + 1])
         return self.points[self.arrays.corner[sides]]
 
-    @property
-    def edges(self) -> tuple[Index, Index]:
-        """End points (E, 2) and the two faces (E, 2) of every edge."""
-        twin = self.arrays.twin
-        side = np.flatnonzero(np.arange(twin.shape[0]) < twin)
-        ends = np.stack([self.arrays.corner[side], self.arrays.corner[twin[side]]], axis=1)
-        return ends, np.stack([self.arrays.face[side], self.arrays.face[twin[side]]], axis=1)
-
     def r(self, directions: Array) -> Array:
         """Distance from the centre of mass to the surface (section 2.C).
 

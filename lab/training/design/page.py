@@ -14,8 +14,7 @@ from study.output import markdown_table, points
 from .gains import TOLD_DROPS, WITHIN, Gain
 from .slopes import Slope
 
-KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting face",
-         "edge": "edge chamfered"}
+KINDS = {"centre": "centre of mass", "stretch": "stretching", "face": "resting face"}
 
 
 def summarise_slopes(found: Sequence[Slope]) -> dict[str, float]:
@@ -91,7 +90,7 @@ def gains_table(found: Sequence[Gain]) -> str:
 
 def page(slopes: Sequence[Slope], gains: Sequence[Gain]) -> str:
     """The whole page."""
-    told, gained = summarise_slopes(slopes), summarise_gains(gains)
+    told = summarise_slopes(slopes)
     return f"""# How far estimated effects of changes are right
 
 Written by `python -m lab.training.design --write`; edits here are lost. What is changed and how:
@@ -101,15 +100,21 @@ the wanted poses are one group of poses, drawn at random from those of 10 to 90 
 ## Derivatives
 
 {told['parts']} parts of all families, prisms with a hidden insert and the demo parts; of each
-some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both sides (edges cut
-so far on both of their faces), and dropped before and after from the same starts. *Clear* are the
+some features drawn at random, changed by {100.0 * STEP:g} % of the radius to both sides, and
+dropped before and after from the same starts. *Clear* are the
 cases whose estimated and measured changes both exceed their errors. *Slope* is that of the
 estimated on the measured change, with the noise of the drops taken off; *size* the root mean
 square change, *apart* that of the difference between estimate and drops, noise taken off. The
 interval is that of both errors, the estimate's and the drops'.
 
 {slopes_table(slopes)}
+{suggestions(gains) if gains else ""}"""
 
+
+def suggestions(gains: Sequence[Gain]) -> str:
+    """The section on suggested changes."""
+    gained = summarise_gains(gains)
+    return f"""
 ## Suggestions
 
 Within {100.0 * WITHIN:g} % of the radius. The share by drops rose on {gained['rose']} of

@@ -9,14 +9,14 @@ import numpy as np
 
 from ros_pose_stats.design.changes import ChangedPart
 from ros_pose_stats.design.effects import compare_with_first, effect_error
-from ros_pose_stats.design.features import CENTRE, EDGE, FACE, STRETCH
+from ros_pose_stats.design.features import CENTRE, FACE, STRETCH
 from ros_pose_stats.design.paired_drops import begin_pairs, drop_more
 from ros_pose_stats.design.sensitivity import STEP
 from ros_pose_stats.errors import MeshError
 
 from .bodies import Case
 
-CHOSEN = ((CENTRE, 1), (STRETCH, 1), (FACE, 2), (EDGE, 2))
+CHOSEN = ((CENTRE, 1), (STRETCH, 1), (FACE, 2))
 """Features of each kind that are drawn from those of a part."""
 
 MOST_DROPS, FEWEST_DROPS = 3000, 200
@@ -27,8 +27,8 @@ SECONDS = 5.0
 class Slope(NamedTuple):
     """A change by one step, a twentieth of the radius, of one feature; shares as fractions.
 
-    `estimated` and `measured` have standard errors; of edges the change is from the part as it
-    is, of all others half of the change between a step to one side and one to the other.
+    `estimated` and `measured` have standard errors; the change is half of that between a step to
+    one side and one to the other.
     """
 
     family: str
@@ -55,23 +55,18 @@ def measure_slopes(case: Case, workers: int) -> list[Slope]:
         feature = space.features[number]
         unit = STEP * (space.body.radius if feature.is_length else 1.0)
         try:
-            half = space.change_one(number, (0.5 if feature.only_forward else -1.0) * unit)
-            full = space.change_one(number, unit)
+            pair = [space.change_one(number, side) for side in (-unit, unit)]
         except MeshError:  # a step that leaves no body is no case
             continue
-        other, change = model.estimate(half) - share, model.estimate(full) - share
-        forward = feature.only_forward
-        slope = change if forward else 0.5 * (change - other)
-        uneven = 0.5 * abs(change - 2.0 * other if forward else change + other)
-        pair = [base if forward else half, full]
+        other, change = (model.estimate(one) - share for one in pair)
+        slope = 0.5 * (change - other)
         parts = [one.part for one in pair]
         dropped = drop_more(begin_pairs(parts, model.scene, case.number), parts, drops,
                             workers=workers)
         measured = compare_with_first(dropped, pair, model)[0]
-        scale = 1.0 if forward else 0.5
         found.append(Slope(case.family, case.number, feature.kind, slope,
-                           effect_error(slope, uneven, cut=forward), scale * measured.value,
-                           scale * max(measured.standard_error, 1.0 / measured.trials),
+                           effect_error(slope, 0.5 * abs(change + other)), 0.5 * measured.value,
+                           0.5 * max(measured.standard_error, 1.0 / measured.trials),
                            measured.trials))
     return found
 

@@ -23,9 +23,9 @@ def register(commands: given.Commands) -> None:
     command = commands.add_parser(
         "sensitivity", help="which change of a part feeds better, and by how much",
         description="Estimate how the share of the wanted poses changes with the centre of mass, "
-        "with stretching, with each resting face moved in or out, and with each edge of the hull "
-        "chamfered, and check the best changes by drops of the part before and after from the "
-        "same starts. With --suggest it combines changes within a bound.",
+        "with stretching, and with each resting face moved in or out, and check the best changes "
+        "by drops of the part before and after from the same starts. With --suggest it combines "
+        "changes within a bound.",
         examples=("ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 "
                   "--png sensitivity.png",
                   "ros_pose_stats sensitivity demo/clamp.stl --unit mm --wanted 0 --suggest "

@@ -56,11 +56,11 @@ def test_the_changed_hull_and_the_picture_are_written(suggested):
 
 
 class TestTable:
-    def test_like_faces_and_edges_share_rows(self, table):
-        """Three kinds of each, and three axes twice."""
+    def test_like_faces_share_rows(self, table):
+        """Three kinds of them, and three axes twice."""
         lines = table.splitlines()
         assert lines[0].startswith("box: wanted poses 2, 3: ")
-        assert sum("  points per " in line for line in lines) == 12
+        assert sum("  points per " in line for line in lines) == 9
         assert any(line.startswith("in the order of what a step changes") for line in lines)
 
     def test_steps_are_in_millimetres(self, table):

@@ -47,10 +47,9 @@ class TestCube:
             effect = by_kind(cube)["centre", axis]
             assert effect.slope == pytest.approx(0.0, abs=1e-6) and effect.error > 0.0
 
-    def test_like_faces_and_edges_share_a_row(self, cube):
-        rows = [(effect.feature.kind, len(effect.alike)) for effect in cube.effects
-                if effect.feature.kind in ("face", "edge")]
-        assert sorted(rows) == [("edge", 4), ("edge", 8), ("face", 2), ("face", 4)]
+    def test_like_faces_share_a_row(self, cube):
+        assert sorted(len(effect.alike) for effect in cube.effects
+                      if effect.feature.kind == "face") == [2, 4]
 
 
 def test_moving_the_centre_of_mass_up_and_down_mirror_each_other():
