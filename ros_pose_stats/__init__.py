@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .mesh.parts import load_part, part_from_mesh, shift_center
     from .planning.auto import auto, estimate
     from .planning.hybrid import hybrid
-    from .recording.analysis import analyse_bags
+    from .recording.analysis.comparisons import analyse_bags
     from .records import (
         DropEvent,
         DropProgress,
@@ -63,7 +63,7 @@ _HOMES = {
     "PoseStatsError": "errors",
     "StablePose": "records",
     "Trajectory": "records",
-    "analyse_bags": "recording.analysis",
+    "analyse_bags": "recording.analysis.comparisons",
     "auto": "planning.auto",
     "classify_orientations": "resting.observed_orientations",
     "compare": "design.compare",

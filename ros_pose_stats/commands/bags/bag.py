@@ -24,7 +24,7 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Analyse and print."""
-    from ...recording.analysis import analyse_bags
+    from ...recording.analysis.comparisons import analyse_bags
 
     folder = Path(options.csv) if options.csv else None
     if folder is not None and folder.exists() and not folder.is_dir():

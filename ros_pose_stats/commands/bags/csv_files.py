@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from ... import files, text
-from ...recording.analysis import BagAnalysis, Numbering, PartAnalysis, Prediction, ResultHistory
+from ...recording.analysis.comparisons import BagAnalysis, PartAnalysis
+from ...recording.analysis.results import Prediction, ResultHistory
+from ...records.scene import Numbering
 
 Rows = Iterator[Sequence[Any]]
 

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import text
-from ...recording import analysis
-from ...recording.analysis import plain
+from ...recording.analysis import bag_reader, comparisons, plain, results
+from ...recording.analysis.jobs import Job
 from ...statistics import chi_square, errors
 from ...text import Column, columns, interval, percent, several, utc
 
 MOST_RESULTS, MOST_JOBS = 12, 20
 
 
-def bag_report(found: analysis.BagAnalysis) -> str:
+def bag_report(found: comparisons.BagAnalysis) -> str:
     """The whole report."""
     lines = list(_read(found.contents))
     for part in found.parts:
@@ -27,7 +27,7 @@ def bag_report(found: analysis.BagAnalysis) -> str:
     return "\n".join(lines)
 
 
-def _read(contents: analysis.BagContents) -> Iterator[str]:
+def _read(contents: bag_reader.BagContents) -> Iterator[str]:
     kinds = ", ".join(f"{count} {kind}" for kind, count in contents.messages.items())
     yield (f"{several(len(contents.bags), 'bag')}, {several(len(contents.files), 'file')}, "
            f"{utc(contents.begin)} to {utc(contents.end)} UTC")
@@ -49,7 +49,7 @@ def _rule(title: str) -> str:
     return f"== {text.shortened(text.printable(title), text.WIDTH - 10)} ".ljust(text.WIDTH, "=")
 
 
-def _part(part: analysis.PartAnalysis) -> Iterator[str]:
+def _part(part: comparisons.PartAnalysis) -> Iterator[str]:
     record = part.record
     radius = (f", radius {text.millimetres(record.radius)} mm"
               if math.isfinite(record.radius) else "")
@@ -75,7 +75,7 @@ def _part(part: analysis.PartAnalysis) -> Iterator[str]:
             yield from _wrapped(line)
 
 
-def _poses(history: analysis.ResultHistory) -> Iterator[str]:
+def _poses(history: results.ResultHistory) -> Iterator[str]:
     leading, poses = history.leading, history.poses
     drops = f", {leading.drops} drops, {leading.unsettled} unsettled" if leading.drops else ""
     groups = len(np.unique(poses.group))
@@ -96,7 +96,7 @@ def _poses(history: analysis.ResultHistory) -> Iterator[str]:
         yield f"  ... and {len(order) - text.MOST_POSES} more, {percent(rest)} % together"
 
 
-def _results(history: analysis.ResultHistory) -> Iterator[str]:
+def _results(history: results.ResultHistory) -> Iterator[str]:
     count = len(history.time)
     methods = ", ".join(dict.fromkeys(history.method.tolist()))
     yield from _wrapped(f"{several(count, 'result')} by {methods}; the change is the largest of "
@@ -119,7 +119,7 @@ def _results(history: analysis.ResultHistory) -> Iterator[str]:
             yield from _wrapped(f"#{number}: {scene}")
 
 
-def _kind(history: analysis.ResultHistory, k: int) -> str:
+def _kind(history: results.ResultHistory, k: int) -> str:
     """Label of a result; it names the scene where there are several."""
     said = [] if history.final[k] else ["interim"]
     said += [] if history.latched[k] else ["to a caller"]
@@ -127,7 +127,7 @@ def _kind(history: analysis.ResultHistory, k: int) -> str:
     return ", ".join([*said, scene] if scene else said)
 
 
-def _jobs(jobs: tuple[analysis.Job, ...]) -> Iterator[str]:
+def _jobs(jobs: tuple[Job, ...]) -> Iterator[str]:
     counted = plain.job_counts(jobs)
     yield "drop simulations: " + ", ".join(f"{count} {name}" for name, count in counted.items())
     listed = sorted(jobs, key=lambda job: not job.unfinished)[:MOST_JOBS]
@@ -149,8 +149,8 @@ def _jobs(jobs: tuple[analysis.Job, ...]) -> Iterator[str]:
 WITHIN_CHANCE, BEYOND_CHANCE = 0.05, 0.001
 
 
-def simulation_lines(found: analysis.SimulationComparison,
-                     history: analysis.ResultHistory) -> Iterator[str]:
+def simulation_lines(found: comparisons.SimulationComparison,
+                     history: results.ResultHistory) -> Iterator[str]:
     """One simulation and the estimates beside it."""
     one, labels = found.simulation, _labels(history)
     yield f"estimates against {labels[one]}"
@@ -167,7 +167,7 @@ def simulation_lines(found: analysis.SimulationComparison,
     yield from _tests(found.estimates, labels)
 
 
-def count_lines(found: analysis.CountComparison) -> Iterator[str]:
+def count_lines(found: comparisons.CountComparison) -> Iterator[str]:
     """The counts of cameras, and the predictions beside them."""
     counts = found.counts
     plate = f" on plate {text.shortened(text.printable(counts.plate), 40)}" if counts.plate else ""
@@ -200,19 +200,19 @@ def count_lines(found: analysis.CountComparison) -> Iterator[str]:
                             "points rms, however many drops are simulated", "  ")
 
 
-def _labels(history: analysis.ResultHistory) -> dict[analysis.Prediction, str]:
+def _labels(history: results.ResultHistory) -> dict[results.Prediction, str]:
     """Short names of the predictions, with their scenes where there are several."""
     return {one: (f"{text.shortened(text.printable(one.method), 16)} "
                   f"{scene_name(history, one)}").rstrip() for one in history.predictions}
 
 
-def scene_name(history: analysis.ResultHistory, one: analysis.Prediction) -> str:
+def scene_name(history: results.ResultHistory, one: results.Prediction) -> str:
     """Number of a prediction's scene; empty where it has none, or all have the same."""
     several_scenes = len(history.scenes) > 1 and one.scene in history.scenes
     return f"#{history.scenes.index(one.scene) + 1}" if several_scenes else ""
 
 
-def _scene(one: analysis.Prediction) -> str:
+def _scene(one: results.Prediction) -> str:
     drops = f"{one.drops} drops" if one.drops else "an estimate"
     return drops if math.isnan(one.drop_height) else f"{drops}, {one.scene}"
 
@@ -231,8 +231,8 @@ def _beside(heads: Sequence[Column], rows: Sequence[Sequence[str]],
     return lines + (_wrapped(f"--json and --csv also list {hidden}", "  ") if hidden else [])
 
 
-def _counted(found: analysis.CountComparison, history: analysis.ResultHistory,
-             labels: dict[analysis.Prediction, str]) -> Iterator[str]:
+def _counted(found: comparisons.CountComparison, history: results.ResultHistory,
+             labels: dict[results.Prediction, str]) -> Iterator[str]:
     """Counts by pose, and by group where groups have several poses."""
     poses = history.poses
     yield from _shares(
@@ -262,8 +262,8 @@ def _shares(names: Sequence[str], numbers: Sequence[NDArray[np.int64]], counts: 
          for k in order], [(label, values[order]) for label, values in others])
 
 
-def _tests(found: Sequence[analysis.Comparison],
-           labels: dict[analysis.Prediction, str]) -> Iterator[str]:
+def _tests(found: Sequence[comparisons.Comparison],
+           labels: dict[results.Prediction, str]) -> Iterator[str]:
     rows = []
     for one in found:
         of_pose, of_group = one.by_pose, one.by_group

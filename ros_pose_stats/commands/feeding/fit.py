@@ -16,7 +16,7 @@ from .. import arguments as given, running
 
 if TYPE_CHECKING:
     from ...plates import CountedPart, PartEvidence, PlateFit, PlateProfile
-    from ...recording.analysis import CameraCounts
+    from ...recording.analysis.camera_counts import CameraCounts
     from ...recording.analysis.decoding import PartMeshRecord
     from ...records import Part
 
@@ -162,7 +162,7 @@ def counts_on_plate(paths: Sequence[Path], plate: str,
     Returns `counted`; `notes`: what could not be used, one sentence each. Raises BagError,
     RequestError if there is no bag, or nothing was counted on this plate.
     """
-    from ...recording.analysis import read_bags, read_part_meshes
+    from ...recording.analysis.bag_reader import read_bags, read_part_meshes
 
     told = read_bags(paths, on_progress).counts
     wanted = [one for one in told if one.plate in ("", plate) and one.classified]
