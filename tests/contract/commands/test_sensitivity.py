@@ -76,12 +76,12 @@ class TestTable:
         assert text.startswith("box: wanted pose 2: ")
         codes = [line.partition(": ")[0] for line in text.splitlines()
                  if line.partition(": ")[0].isupper()]
-        assert codes == ["UNIT_SUSPECT", "WANTED_ALIKE"]
+        assert codes == ["UNIT_GUESSED", "WANTED_ALIKE"]
 
 
 def test_warnings_are_in_the_object(box):
     warnings = answer_json("sensitivity", box[0], "--wanted", 2, "--checks", 0)["warnings"]
-    assert [line.partition(":")[0] for line in warnings] == ["UNIT_SUSPECT", "WANTED_ALIKE"]
+    assert [line.partition(":")[0] for line in warnings] == ["UNIT_GUESSED", "WANTED_ALIKE"]
 
 
 @pytest.mark.parametrize(("options", "words"), [
