@@ -48,12 +48,8 @@ class Frame:
     opcode: int
     start: int  # its place in the file, including the checksum record in front of it, if any
     end: int
-    body: bytes  # what follows opcode and length
-
-    @property
-    def length(self) -> int:
-        """Bytes of the record without the checksum record."""
-        return RECORD.size + len(self.body)
+    head: bytes  # the checksum record, if any, opcode and length
+    body: bytes
 
     def record(self) -> recorded.McapRecord | None:
         """The record itself, of a message the only copy; None for a kind that is not needed.
@@ -101,10 +97,9 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
 def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     """The record at a place; None where there is no whole and sound one."""
     file.seek(start)
-    head = file.read(RECORD.size)
-    check = None
+    check, head = b"", file.read(RECORD.size)
     if head == CHECK_START:
-        check = int.from_bytes(file.read(CHECK.size - RECORD.size), "little")
+        check = head + file.read(CHECK.size - RECORD.size)
         head = file.read(RECORD.size)
     if len(head) < RECORD.size:
         return None
@@ -114,9 +109,10 @@ def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
     if not possible or length > size - file.tell():
         return None
     body = file.read(length)
-    if len(body) < length or check not in (None, zlib.crc32(body, zlib.crc32(head))):
+    total = zlib.crc32(body, zlib.crc32(head))
+    if len(body) < length or check not in (b"", CHECK_START + total.to_bytes(4, "little")):
         return None
-    return Frame(opcode, start, file.tell(), body)
+    return Frame(opcode, start, file.tell(), check + head, body)
 
 
 def _next_checked(file: BinaryIO, start: int, size: int) -> int:

@@ -1,6 +1,5 @@
 """Mending the bags of runs that ended without being able to finish them."""
 
-import errno
 import os
 import re
 import shutil
@@ -9,19 +8,17 @@ import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Channel, Message, Metadata, MetadataIndex
+from mcap.records import Channel, Message, Metadata, MetadataIndex, Schema
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
 from .runs import METADATA, bag_files, remove_empty, runs
 from .writer import mcap_layout as layout
 
-_BLOCK = 1 << 20
 _LEAST = 2 * len(layout.MAGIC) + layout.RECORD.size + layout.FOOTER_LENGTH
 _CHECK_SIZE = 4 + len(layout.MAGIC)
 """Of the checksum of the summary, and what follows it."""
@@ -45,11 +42,9 @@ class Repair:
 def repair_bags(log_directory: Path) -> list[Repair]:
     """Mend all unfinished bags of a log directory that no process has in hand.
 
-    A missing log directory holds none. Directories and files with other names than ours are
+    Returns one for each bag that was not finished, oldest first, or one for the log directory, if
+    that cannot be read; nothing is raised. Directories and files with other names than ours are
     left alone.
-
-    Returns one for each bag that was not finished, oldest first; nothing is raised. One for the
-    log directory itself, if it cannot be read.
     """
     try:
         tried = map(_repair, runs(log_directory))
@@ -105,10 +100,7 @@ def _is_finished(run: Path) -> bool:
 
 
 def _finished_contents(path: Path) -> layout.Contents | None:
-    """What the summary of a file says; None where the file does not end with a sound one.
-
-    Raises OSError: the file cannot be read.
-    """
+    """What the summary of a file says; None where the file does not end with a sound one."""
     with disk.open_file(path) as file:
         if os.fstat(file.fileno()).st_size < _LEAST:
             return None
@@ -127,16 +119,15 @@ def _finished_contents(path: Path) -> layout.Contents | None:
         return None
     told = summary.statistics
     return layout.Contents(summary.schemas, summary.channels, told.channel_message_counts,
-                    told.message_start_time, told.message_end_time, summary.metadata_indexes)
+                           told.message_start_time, told.message_end_time,
+                           summary.metadata_indexes)
 
 
 def mend(directory: Path) -> Repair:
     """Finish all files of a run and describe them anew. The caller has its lock.
 
     Every step leaves either the old file or the new one, so that this may be killed and
-    repeated.
-
-    Raises OSError: it cannot be done now; nothing is lost.
+    repeated. Raises OSError: it cannot be done now; nothing is lost.
     """
     files: dict[str, layout.Contents] = {}
     cut_bytes = 0
@@ -155,20 +146,31 @@ def mend(directory: Path) -> Repair:
 
 
 def _mend_file(path: Path) -> tuple[layout.Contents, int]:
-    """Write the sound part of a file, closed, in its place; return it and the bytes cut."""
+    """Write the sound part of a file, closed, in its place; return it and the bytes cut.
+
+    Its header is written anew, since it is the one record without a checksum.
+    """
     half = path.with_name(path.name + disk.HALF)
+    cut: list[int] = []
     try:
         half.unlink(missing_ok=True)  # it may be a pipe
         with disk.open_file(path) as old, half.open("wb") as new:
-            sound = _SoundPart(os.fstat(old.fileno()).st_mtime_ns)
-            for frame in frames(old, sound.on_damage):
+            made = os.fstat(old.fileno()).st_mtime_ns
+            contents = layout.Contents(start=made, end=made)
+            new.write(layout.magic_and_header())
+            for frame in frames(old, lambda begin, end: cut.append(end - begin)):
                 if frame.opcode == Opcode.DATA_END:
                     break
-                sound.keep(frame)
-            new.write(sound.start)
-            for begin, end in sound.ranges:
-                _copy(old, new, begin, end)
-            new.write(layout.closing(path.name, sound.contents, sound.size))
+                if frame.opcode == Opcode.HEADER:
+                    continue
+                try:
+                    _enter(frame, contents, new.tell())
+                except UNREADABLE:
+                    cut.append(frame.end - frame.start)
+                else:
+                    new.write(frame.head)
+                    new.write(frame.body)
+            new.write(layout.closing(path.name, contents, new.tell()))
             new.flush()
             os.fsync(new.fileno())
         shutil.copymode(path, half)
@@ -178,69 +180,27 @@ def _mend_file(path: Path) -> tuple[layout.Contents, int]:
         with suppress(OSError):
             half.unlink()
         raise
-    return sound.contents, sound.cut_bytes
+    return contents, sum(cut)
 
 
-def _copy(old: BinaryIO, new: BinaryIO, begin: int, end: int) -> None:
-    old.seek(begin)
-    while begin < end:
-        block = old.read(min(_BLOCK, end - begin))
-        if not block:
-            raise OSError(errno.EIO, os.strerror(errno.EIO))
-        begin += new.write(block)
+def _enter(frame: Frame, contents: layout.Contents, place: int) -> None:
+    """Note what a record adds to the contents; one of UNREADABLE if it is better left out.
 
-
-class _SoundPart:
-    """The records of a damaged file that are worth keeping, gathered by and by.
-
-    `time`: of the file [ns], where it has no message. Attributes `start`: what the mended file
-    begins with; its header is written anew, since it is the one record without a checksum;
-    `ranges`: begin and end of the stretches to be copied behind it; `size`: bytes of the start and
-    all stretches; `contents`: of the mended file; `cut_bytes`: bytes between and behind the
-    stretches.
+    OSError: it is a message whose channel or type got lost. Leaving it out would be worse than
+    leaving the file as it is.
     """
-
-    def __init__(self, time: int) -> None:
-        self.start = layout.magic_and_header()
-        self.ranges: list[tuple[int, int]] = []
-        self.size = len(self.start)
-        self.contents = layout.Contents(start=time, end=time)
-        self.cut_bytes = 0
-
-    def on_damage(self, begin: int, end: int) -> None:
-        """Count what is no whole record."""
-        self.cut_bytes += end - begin
-
-    def keep(self, frame: Frame) -> None:
-        """Take in a record.
-
-        Raises OSError: it is a message whose channel or type got lost. Leaving it out would be
-        worse than leaving the file as it is.
-        """
-        if frame.opcode == Opcode.HEADER:
-            return
-        try:
-            self._enter(frame)
-        except UNREADABLE:
-            self.on_damage(frame.start, frame.end)
-            return
-        if self.ranges and self.ranges[-1][1] == frame.start:
-            self.ranges[-1] = (self.ranges[-1][0], frame.end)
-        else:
-            self.ranges.append((frame.start, frame.end))
-        self.size += frame.end - frame.start
-
-    def _enter(self, frame: Frame) -> None:
-        """Note what a record adds to the contents; one of UNREADABLE if it is better left out."""
-        record = frame.record()
-        if isinstance(record, Metadata):
-            place = self.size + (frame.end - frame.start) - frame.length
-            self.contents.metadata.append(MetadataIndex(place, frame.length, record.name))
-        elif isinstance(record, Message):
-            if record.channel_id not in self.contents.channels:
-                raise OSError("the description of a topic in it is damaged")
-            self.contents.count(record.channel_id, record.log_time)
-        elif isinstance(record, Channel) and record.schema_id not in self.contents.schemas:
+    record = frame.record()
+    if isinstance(record, Metadata):
+        place += len(frame.head) - layout.RECORD.size
+        length = layout.RECORD.size + len(frame.body)
+        contents.metadata.append(MetadataIndex(place, length, record.name))
+    elif isinstance(record, Message):
+        if record.channel_id not in contents.channels:
+            raise OSError("the description of a topic in it is damaged")
+        contents.count(record.channel_id, record.log_time)
+    elif isinstance(record, Schema):
+        contents.schemas[record.id] = record
+    elif isinstance(record, Channel):
+        if record.schema_id not in contents.schemas:
             raise McapError(f"no schema {record.schema_id}")
-        else:
-            self.contents.describe(record)
+        contents.channels[record.id] = record

@@ -81,13 +81,6 @@ class Contents:
                 {"offered_qos_profiles": _qos(topic in LATCHED),
                  "topic_type_hash": kind.type_hash, NODE_KEY: node}, schema)
 
-    def describe(self, record: mcap.McapRecord | None) -> None:
-        """Take in a record if it describes a type or a topic."""
-        if isinstance(record, mcap.Schema):
-            self.schemas[record.id] = record
-        elif isinstance(record, mcap.Channel):
-            self.channels[record.id] = record
-
     def count(self, channel: int, log_time: int) -> None:
         """Take in one message."""
         self.start = min(self.start, log_time) if self.counts else log_time

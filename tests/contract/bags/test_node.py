@@ -138,7 +138,8 @@ class TestTopics:
             map(whole, run.answers))
 
     def test_counts_are_unchanged(self, run):
-        assert of(run.bag, "pose_counts") == run.counts
+        sent = [deserialize_message(data, PoseCounts) for data in run.counts]
+        assert messages(run.bag, "pose_counts") == sent  # padding in CDR may hold anything
 
     def test_a_part_is_there_once_as_it_was_received(self, run):
         meshes = {message.part_id: message for message in messages(run.bag, "part_mesh")}
