@@ -1,8 +1,4 @@
-"""Bags read back, whoever recorded them and however they ended.
-
-`frames`: the records of one MCAP file, finished or not, and what is whole behind damage.
-`raw_messages`: the messages of a bag, as they were recorded.
-"""
+"""Bags read back, whoever recorded them and however they ended."""
 
 import os
 import re
@@ -52,10 +48,7 @@ class Frame:
     body: bytes
 
     def record(self) -> recorded.McapRecord | None:
-        """The record itself, of a message the only copy; None for a kind that is not needed.
-
-        Raises one of UNREADABLE: the bytes are no such record.
-        """
+        """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
         if self.opcode == Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
             return recorded.Message(channel, log_time, self.body[MESSAGE.size:], publish_time,
@@ -69,11 +62,9 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
     """All whole records of a seekable file in order, up to the footer.
 
     Damage is passed over where a checksum record behind it shows where to go on; otherwise it
-    is the end. The file may grow meanwhile; what is there now is read.
-
-    `on_damage`: told begin and end of bytes that are no whole record; equal where just the footer
-    is missing; `begin`: messages before this place are passed over, in a file of the node, which
-    describes its topics before the first message.
+    is the end. `on_damage`: told begin and end of it, equal where just the footer is missing;
+    `begin`: messages before this place are passed over, in a file of the node, which describes
+    its topics before the first message.
     """
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -151,10 +142,9 @@ def raw_messages(bag: Path, on_damage: OnDamage = lambda start, end, reason: Non
                  begin: int = 0) -> Iterator[RawMessage]:
     """All whole messages of a bag, file by file, in the order in which they were recorded.
 
-    `bag`: a bag directory or a single `.mcap` file, chunked or not, finished or not; files that
-    `ros2 bag record` has compressed as a whole (`.mcap.zstd`) too; `on_read`: told after every
-    megabyte which fraction of its file has been read; `begin`: as of `frames`. Raises OSError:
-    there is no such file, or it cannot be read.
+    `bag`: a bag directory or a single file, chunked or not, finished or not, or compressed as a
+    whole (`.mcap.zstd`); `on_read`: told after every megabyte which fraction of its file has been
+    read; `begin`: as of `frames`.
     """
     for path in files_of_bag(bag):
         with _opened(path) as file:
@@ -197,10 +187,7 @@ def _messages(file: BinaryIO, on_damage: OnDamage, on_read: Callable[[float], No
 
 
 def files_of_bag(bag: Path) -> list[Path]:
-    """The MCAP files of a bag directory in the order of their numbers; a file is its own bag.
-
-    Raises OSError: there is no such bag.
-    """
+    """The MCAP files of a bag directory in the order of their numbers; a file is its own bag."""
     if not bag.is_dir():
         return [bag]
     return sorted((path for path in bag.iterdir() if path.name.endswith((".mcap", ".mcap.zstd"))),

@@ -21,19 +21,13 @@ class RecordingError(OSError):
 
 
 class RunLog:
-    """One run's bag: `<log_directory>/pose_stats_<time>_<microseconds>_<pid>/`.
+    """One run's bag, `directory`, made with its first record; called by any thread.
 
-    Nothing is made before the first record is written. All methods may be called from any
-    thread. A file that cannot be gone on with is followed by another one, and a bag that was
-    deleted or moved away by another bag.
-
-    `log_directory`: made when it is needed; `types`: type of each topic that may be written;
-    `max_bag_bytes`: a file that would grow beyond it is finished and followed by the next;
-    `max_log_bytes`: bound of the log directory, this bag included; 0 for no bound. To stay below
-    it the oldest runs are deleted, then the oldest closed files of this bag, which are at most an
-    eighth of the bound; `node`: name of the node that records; several may share a log directory.
-    Attributes `directory`: where the bag is, or will be once something is written. It changes when
-    the bag is lost; `space`: the bound.
+    A file that cannot be gone on with is followed by another one, and a bag that was deleted or
+    moved away by another bag. A file that would grow beyond `max_bag_bytes` is followed by the
+    next. To keep all of the log directory, which nodes may share, below `max_log_bytes` (0: no
+    bound) the oldest runs are deleted, then the oldest closed files of this bag, which are at most
+    an eighth of the bound.
     """
 
     def __init__(self, log_directory: Path, types: Mapping[str, message_types.MessageType], *,
@@ -54,9 +48,8 @@ class RunLog:
         self._last_time = 0
 
     def write(self, topic: str, data: bytes) -> None:
-        """Record a message: it outlives this process, whatever becomes of that.
+        """Record a message in CDR: it outlives this process, whatever becomes of that.
 
-        `data`: CDR with its header of 4 bytes. What follows the message in it is left out. Raises
         RecordingError: it is not recorded; the next write tries again.
         """
         message = self._lengths[topic].trimmed(data)
@@ -66,10 +59,7 @@ class RunLog:
             bag.append(topic, message, self._last_time)
 
     def sync(self) -> None:
-        """Have everything written so far on the disk, where a power cut leaves it.
-
-        Raises RecordingError: nobody knows whether it is.
-        """
+        """Have all that was written on the disk for a power cut; RecordingError where it may not be."""
         with self._lock:
             file = self._bag.file if self._bag else None
         with self._refusals():
@@ -79,7 +69,7 @@ class RunLog:
     def close(self) -> None:
         """Write summary, footer and final metadata, and let go of the bag.
 
-        Raises RecordingError: the bag is not finished; `repair_bags` does that at the next start.
+        RecordingError: the bag is not finished; `repair_bags` does that at the next start.
         """
         with self._refusals(), self._lock:
             self._closed = True
@@ -98,10 +88,7 @@ class RunLog:
 
     @property
     def times_lost(self) -> int:
-        """How often the bag was deleted or moved away; also by this look.
-
-        Raises OSError: nobody knows whether it is there.
-        """
+        """How often the bag was deleted or moved away; OSError where nobody knows."""
         with self._lock:
             self._leave_lost_bag()
             return self._times_lost
@@ -149,18 +136,14 @@ class RunLog:
 
 
 class _Bag:
-    """The files of a run, in a directory that is made and locked. Used by one thread at a time.
-
-    Attributes `file`: the one that is being written; `metadata_size`: bytes of `metadata.yaml`.
-    Raises OSError: the directory cannot be made.
-    """
+    """The files of a run, in a directory that is made and locked. Used by one thread at a time."""
 
     def __init__(self, path: Path, types: Mapping[str, message_types.MessageType], max_bytes: int,
                  node: str) -> None:
         self._path = path
         self._lock = _locked_directory(path)
         self._types, self._node, self._max_bytes = types, node, max_bytes
-        self.file: bag_file.BagFile | None = None
+        self.file: bag_file.BagFile | None = None  # that is being written
         self.metadata_size = 0
         self._closed: dict[str, int] = {}  # bytes of the files before that one, oldest first
         self._finished: dict[str, mcap_layout.Contents] = {}  # what those hold that have a footer
@@ -177,11 +160,7 @@ class _Bag:
         return not self._lock.holds(self._path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
-        """Write a message.
-
-        Raises OSError: it is not in the bag, or the bag is not described; the next call tries
-        again.
-        """
+        """Write a message; OSError where it, or the bag's description, has to be tried again."""
         file = self._file_for(mcap_layout.message_size(data))
         file.append(topic, data, log_time)
         if not self._described:
@@ -203,10 +182,7 @@ class _Bag:
         return None
 
     def finish(self) -> None:
-        """Finish all files, describe the bag for good, and let go of it.
-
-        Raises OSError: it is not finished; the directory is let go of all the same.
-        """
+        """Finish all files, describe the bag for good, and let go of it, also on an OSError."""
         try:
             if self.file is not None and not self._leave_broken(self.file):
                 self._finish_file(self.file)
@@ -219,7 +195,7 @@ class _Bag:
         if self.file is not None:
             with suppress(OSError):  # where it was moved to it is whole
                 self.file.finish()
-            self.file.abandon(_gone())
+            self.file.abandon()
             self.file = None
         with suppress(OSError):
             if not self.is_gone():
@@ -245,7 +221,7 @@ class _Bag:
         """Leave a file that cannot be gone on with; return whether it was that."""
         if not (file.broken or file.is_gone()):
             return False
-        file.abandon(_gone())
+        file.abandon()
         self._leave(file)
         return True
 
@@ -269,15 +245,8 @@ class _Bag:
         self._described = True
 
 
-def _gone() -> OSError:
-    return OSError(errno.ENOENT, os.strerror(errno.ENOENT))
-
-
 def _locked_directory(path: Path) -> DirectoryLock:
-    """Make a directory and take its lock: other nodes leave one alone that has no file yet.
-
-    Raises OSError: it could not be made; nothing is left of it.
-    """
+    """Make a directory and take its lock, or leave nothing of it and raise OSError."""
     make_directories(path.parent)
     path.mkdir()
     lock = None

@@ -61,10 +61,9 @@ def _names(folder: Path) -> list[str]:
 
 
 def delete_run(run: Path) -> bool:
-    """Delete a run that nobody has in hand; return whether it is gone.
+    """Delete a run that nobody has in hand, without files of others; return whether it is gone.
 
-    `metadata.yaml` goes first: what a kill leaves of the run is mended. Files of somebody else
-    stay.
+    `metadata.yaml` goes first: what a kill leaves of the run is mended.
     """
     with suppress(OSError):
         lock = DirectoryLock.take(run)
@@ -79,26 +78,21 @@ def delete_run(run: Path) -> bool:
 
 
 def remove_empty(directory: Path) -> None:
-    """Delete a directory that holds nothing, or nothing but a lock, which the caller has.
-
-    Raises OSError: there is none, or it cannot be deleted.
-    """
+    """Delete a directory that holds nothing, or nothing but a lock, which the caller has."""
     if all(entry.name == LOCK for entry in directory.iterdir()):
         (directory / LOCK).unlink(missing_ok=True)
         directory.rmdir()
 
 
 class SpaceBound:
-    """The bound of a log directory, as one run sees it.
+    """The bound of a log directory in bytes, as one run sees it; 0 for none.
 
-    `limit`: bytes of all runs together; 0 for no bound. Attributes `deleted`: how many runs and
-    files were deleted, and `last_deleted` the last one's name; `exceeded`: whether there was too
-    much at the last look, and nothing that may be deleted: the file that this run is writing, and
-    runs of living nodes.
+    `exceeded`: whether there was too much at the last look, and nothing that may be deleted: the
+    file that this run is writing, and runs of living nodes stay.
     """
 
     def __init__(self, log_directory: Path, limit: int) -> None:
-        self.deleted, self.last_deleted = 0, ""
+        self.deleted, self.last_deleted = 0, ""  # runs and files
         self.exceeded = False
         self._log_directory = log_directory
         self._limit = limit
@@ -113,8 +107,7 @@ class SpaceBound:
                 drop_oldest: Callable[[], tuple[str, int] | None]) -> None:
         """Delete what must go before this run grows to so many bytes: oldest runs, then files.
 
-        `own`: this run; never deleted as a whole; `drop_oldest`: deletes the oldest of its closed
-        files, and returns its name and bytes; None where there is none.
+        `drop_oldest` deletes the oldest of its closed files, and returns its name and bytes.
         """
         if not self._limit:
             return

@@ -1,10 +1,11 @@
 """One file of a bag while it is being written."""
 
+import errno
 import os
 import threading
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ...files import is_file_at, sync_directory, write_all
@@ -18,11 +19,8 @@ class BagFile:
     """An MCAP file that ends with a whole record whenever a call returns or raises.
 
     `append` and `finish` are called by one thread at a time, `sync` meanwhile by another one.
-
-    `node`: name of the node that records. Raises OSError: nothing is left of the file. Attributes
-    `path`: where the file was made; `size`: bytes up to the end of the last whole record;
-    `written`: records appended; `contents`: what was appended; `broken`: why the file cannot be
-    gone on with.
+    Raises OSError: nothing is left of the file. `size`: bytes of whole records; `broken`: why the
+    file cannot be gone on with.
     """
 
     def __init__(self, path: Path, types: Mapping[str, message_types.MessageType],
@@ -52,16 +50,13 @@ class BagFile:
         return self.size + record + self._closing_size
 
     def is_gone(self) -> bool:
-        """Whether the file was deleted, moved or replaced.
-
-        Raises OSError: nobody knows.
-        """
+        """Whether the file was deleted, moved or replaced; OSError where nobody knows."""
         return not is_file_at(self._number, self.path)
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
         """Hand a message to the operating system, which keeps it whatever becomes of the process.
 
-        Raises OSError: it is not in the file.
+        OSError: it is not in the file.
         """
         channel = self._channels[topic]
         number = self.contents.counts.get(channel, 0)
@@ -73,42 +68,43 @@ class BagFile:
     def sync(self) -> None:
         """Return once all that has been appended is on the disk.
 
-        Raises OSError: nobody knows whether they are. The kernel forgets what it could not write,
-        so that a second try would succeed without having done anything: the file is broken.
+        OSError: nobody knows whether it is. The kernel forgets what it could not write, so that a
+        second try would succeed without having done anything: the file is broken.
         """
-        with self._syncing:
-            if self.broken is not None:
-                raise self.broken
-            if self._number < 0:  # finished meanwhile, and durable
-                return
-            try:
+        with self._syncing, self._breaking():
+            if self._number >= 0:  # else it was finished meanwhile, and is durable
                 os.fdatasync(self._number)
-            except OSError as error:
-                self.broken = error
-                raise
 
     def finish(self) -> None:
         """Write summary and footer, make all durable, and close.
 
-        Raises OSError: the file is still open and ends with its last message.
+        OSError: the file is still open and ends with its last message.
         """
         with self._syncing:
             if self.broken is not None:
                 raise self.broken
             end = self._write([mcap_layout.closing(self.path.name, self.contents, self.size)])
-            try:
+            with self._breaking():
                 os.fsync(self._number)
-            except OSError as error:
-                self.broken = error
-                raise
             self.size = end
             self._close()
 
-    def abandon(self, cause: OSError) -> None:
-        """Close without a footer; a further sync is told the cause."""
+    def abandon(self) -> None:
+        """Close without a footer; a further sync hears that the file is gone, or why it broke."""
         with self._syncing:
-            self.broken = self.broken or cause
+            self.broken = self.broken or OSError(errno.ENOENT, os.strerror(errno.ENOENT))
             self._close()
+
+    @contextmanager
+    def _breaking(self) -> Iterator[None]:
+        """Have an error break the file, for good."""
+        if self.broken is not None:
+            raise self.broken
+        try:
+            yield
+        except OSError as error:
+            self.broken = error
+            raise
 
     def _close(self) -> None:
         number, self._number = self._number, -1

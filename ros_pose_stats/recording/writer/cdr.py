@@ -1,7 +1,4 @@
-"""Messages as bytes: CDR, written field by field, arrays in one piece; markers, too.
-
-Markers are written without an object for every corner of a mesh.
-"""
+"""Messages as bytes: CDR by fields, and markers without an object for every corner of a mesh."""
 
 import struct
 from typing import NamedTuple
@@ -87,17 +84,13 @@ class Marker(NamedTuple):
 def marker_array_message(markers: list[Marker]) -> bytes:
     """A visualization_msgs/MarkerArray, serialised."""
     message = CdrWriter().number("I", len(markers))
-    for marker in markers:
-        _append(message, marker)
+    for one in markers:
+        message.header(one.stamp, one.frame).string(one.name)
+        message.number("i", one.number, one.kind, one.action)
+        message.doubles(one.place).doubles(one.scale).number("f", *one.color)
+        message.number("i", 0).number("I", 0).number("?", one.locked)  # shown for ever
+        message.number("I", one.corners.size // 3).doubles(one.corners).number("I", 0).string("")
+        message.header(0, "").string("").number("I", 0)  # no texture
+        message.number("I", 0).string(one.text)
+        message.string("").string("").number("I", 0).number("?", False)  # no file
     return message.message()
-
-
-def _append(message: CdrWriter, one: Marker) -> None:
-    message.header(one.stamp, one.frame).string(one.name)
-    message.number("i", one.number, one.kind, one.action)
-    message.doubles(one.place).doubles(one.scale).number("f", *one.color)
-    message.number("i", 0).number("I", 0).number("?", one.locked)  # shown for ever
-    message.number("I", one.corners.size // 3).doubles(one.corners).number("I", 0).string("")
-    message.header(0, "").string("").number("I", 0)  # no texture
-    message.number("I", 0).string(one.text)
-    message.string("").string("").number("I", 0).number("?", False)  # no file

@@ -4,15 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...mesh import decimation, vectors
 from ...records import Part
 from ...simulation.frames import RATE, DropFrames
 from . import bag_file, message_types
 from .cdr import CUBE, SECOND, TRIANGLE_LIST, CdrWriter, Marker, marker_array_message
-
-Array = NDArray[np.float64]
 
 TF, BODY, ENERGY, REACH = "/tf", "/drop/markers", "/drop/energy", "/drop/within_reach"
 PLATE, FRAME = "plate", "part"
@@ -67,15 +64,10 @@ TYPES = {topic: message_types.MessageType(name, message_types.definition(name, _
 
 
 def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[float], str]) -> None:
-    """Write a drop to a new MCAP file, in true time.
+    """Write a drop of the part to a new MCAP file, in true time.
 
-    `frames`: of a drop of that part; `within`: the poses that an energy (joules) leaves within
-    reach, in words.
-
-    Notes
-    -----
-    Topics: `/tf` (`plate` to `part`), `/drop/markers` (the part, in its own frame, and the
-    plate), `/drop/energy` [J] and `/drop/within_reach`.
+    `within`: the poses that an energy (joules) leaves within reach, in words. Topics: `/tf`
+    (`plate` to `part`), `/drop/markers`, `/drop/energy` [J] and `/drop/within_reach`.
     """
     film = bag_file.BagFile(file, TYPES)
     places = -(vectors.rotation_matrices(frames.orientations) @ part.center_of_mass)
@@ -88,15 +80,12 @@ def write_film(file: Path, part: Part, frames: DropFrames, within: Callable[[flo
             drawn = stamp
             film.append(BODY, memoryview(_markers(part, stamp)), stamp)
         energy = float(frames.energies[k])
-        film.append(TF, memoryview(_transform(places[k], frames.orientations[k], stamp)), stamp)
+        transform = CdrWriter().number("I", 1).header(stamp, PLATE).string(FRAME).doubles(
+            places[k]).doubles(frames.orientations[k])
+        film.append(TF, memoryview(transform.message()), stamp)
         film.append(ENERGY, memoryview(CdrWriter().number("d", energy).message()), stamp)
         film.append(REACH, memoryview(CdrWriter().string(within(energy)).message()), stamp)
     film.finish()
-
-
-def _transform(place: Array, orientation: Array, stamp: int) -> bytes:
-    message = CdrWriter().number("I", 1).header(stamp, PLATE).string(FRAME)
-    return message.doubles(place).doubles(orientation).message()
 
 
 def _markers(part: Part, stamp: int) -> bytes:

@@ -20,9 +20,6 @@ from ...version import VERSION
 from .message_types import MessageType
 
 MAGIC = b"\x89MCAP0\r\n"
-PROFILE = "ros2"
-LIBRARY = f"ros_pose_stats {VERSION}"
-
 CHECK_OPCODE = 0xC5
 CHECK = struct.Struct("<BQI")
 CHECK_START = struct.pack("<BQ", CHECK_OPCODE, 4)
@@ -43,9 +40,6 @@ LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
 """Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
 
 DEPTH = 100
-
-NODE_KEY = "node"
-"""In the metadata of a channel: the name of the node that recorded."""
 
 _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
 
@@ -68,32 +62,11 @@ class Contents:
         """How many messages there are."""
         return sum(self.counts.values())
 
-    def add_topics(self, types: Mapping[str, MessageType], node: str) -> None:
-        """Number the topics of a run, in the order given, and their types."""
-        numbers: dict[str, int] = {}
-        for topic, kind in types.items():
-            schema = numbers.setdefault(kind.name, len(numbers) + 1)
-            self.schemas[schema] = mcap.Schema(schema, kind.definition.encode(), "ros2msg",
-                                               kind.name)
-            channel = len(self.channels) + 1
-            self.channels[channel] = mcap.Channel(
-                channel, topic, "cdr",
-                {"offered_qos_profiles": _qos(topic in LATCHED),
-                 "topic_type_hash": kind.type_hash, NODE_KEY: node}, schema)
-
     def count(self, channel: int, log_time: int) -> None:
         """Take in one message."""
         self.start = min(self.start, log_time) if self.counts else log_time
         self.end = max(self.end, log_time) if self.counts else log_time
         self.counts[channel] = self.counts.get(channel, 0) + 1
-
-    def statistics(self) -> mcap.Statistics:
-        """The record that sums it up."""
-        return mcap.Statistics(
-            attachment_count=0, channel_count=len(self.channels),
-            channel_message_counts=self.counts, chunk_count=0, message_count=self.messages,
-            message_end_time=self.end, message_start_time=self.start,
-            metadata_count=len(self.metadata), schema_count=len(self.schemas))
 
 
 Files = Mapping[str, Contents]
@@ -180,7 +153,7 @@ def _qos(latched: bool) -> str:
 
 def magic_and_header() -> bytes:
     """What every file begins with."""
-    return MAGIC + _encoded([mcap.Header(PROFILE, LIBRARY)])
+    return MAGIC + _encoded([mcap.Header("ros2", f"ros_pose_stats {VERSION}")])
 
 
 def message_size(data: memoryview) -> int:
@@ -199,11 +172,18 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
             node: str = "") -> tuple[bytes, Contents]:
     """The beginning of a file, and its contents so far.
 
-    `now`: time [ns] that stands in for that of a first message; `node`: name of the node that
-    records, kept with every topic.
+    `now`: time [ns] that stands in for that of a first message; `node` is kept with every topic.
     """
     contents = Contents(start=now, end=now)
-    contents.add_topics(types, node)
+    numbers: dict[str, int] = {}
+    for channel, (topic, kind) in enumerate(types.items(), 1):
+        schema = numbers.setdefault(kind.name, len(numbers) + 1)
+        contents.schemas[schema] = mcap.Schema(schema, kind.definition.encode(), "ros2msg",
+                                               kind.name)
+        contents.channels[channel] = mcap.Channel(
+            channel, topic, "cdr",
+            {"offered_qos_profiles": _qos(topic in LATCHED), "topic_type_hash": kind.type_hash,
+             "node": node}, schema)
     start = magic_and_header()
     metadata, index = _metadata(name, contents, len(start))
     contents.metadata.append(index)
@@ -212,18 +192,20 @@ def opening(name: str, types: Mapping[str, MessageType], now: int,
 
 
 def closing(name: str, contents: Contents, offset: int) -> bytes:
-    """What makes a file complete: final metadata, end of data, summary and footer.
-
-    `contents`: of the file; left as it is; `offset`: where in the file this goes.
-    """
+    """What makes a file complete, at an offset: final metadata, end of data, summary, footer."""
     metadata, index = _metadata(name, contents, offset)
     contents = replace(contents, metadata=[*contents.metadata, index])
     data_end = metadata + _encoded([mcap.DataEnd(0)])
     start = offset + len(data_end)
+    statistics = mcap.Statistics(
+        attachment_count=0, channel_count=len(contents.channels),
+        channel_message_counts=contents.counts, chunk_count=0, message_count=contents.messages,
+        message_end_time=contents.end, message_start_time=contents.start,
+        metadata_count=len(contents.metadata), schema_count=len(contents.schemas))
     groups: list[tuple[Opcode, Iterable[mcap.McapRecord]]] = [
         (Opcode.SCHEMA, contents.schemas.values()),
         (Opcode.CHANNEL, contents.channels.values()),
-        (Opcode.STATISTICS, [contents.statistics()]),
+        (Opcode.STATISTICS, [statistics]),
         (Opcode.METADATA_INDEX, contents.metadata),
     ]
     summary = b""

@@ -4,6 +4,7 @@ import json
 import re
 import struct
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,8 +51,7 @@ class Field:
 def message_type(name: str, share: Callable[[str], Path]) -> MessageType:
     """Read a type from the packages that define it: exactly what the node was built with.
 
-    `share`: share folder of a package, such as `.../share/std_msgs` for `std_msgs`. Raises
-    OSError: no such message in the package's share folder.
+    `share`: share folder of a package; OSError where that has no such message.
     """
     def read(type_name: str, suffix: str = ".msg") -> str:
         package, _, short = type_name.split("/")
@@ -83,10 +83,7 @@ def definition(name: str, read: Callable[[str], str]) -> str:
 
 
 def fields(text: str, package: str) -> Iterator[Field]:
-    """The fields of a definition in their order, without constants.
-
-    `package`: where the types without a package are defined.
-    """
+    """The fields of a definition, without constants; types without a package are of this one."""
     for line in text.splitlines():
         field = _FIELD.match(line.partition("#")[0])
         if field is None or field["constant"]:
@@ -116,28 +113,21 @@ Skip = Callable[[memoryview, int], int]
 """From the place where a value may begin to the place behind it."""
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """How to pass over a value; whether its size depends on nothing but where it begins."""
-
-    skip: Skip
-    fixed: bool
+_Kind = tuple[Skip, bool]
+"""How to pass over a value; whether its size depends on nothing but where it begins."""
 
 
 class CdrLength:
     """Tells where the messages of one type end.
 
-    `rclpy.serialization.serialize_message` estimates the length of what it returns. It puts
-    padding in front of empty sequences that the message has not got, so that up to a few bytes
-    for each of them, from somewhere in the memory, follow the message. Some readers refuse that.
+    `rclpy.serialization.serialize_message` counts padding in front of empty sequences that the
+    message has not got, so that a few bytes of memory follow it, which some readers refuse.
     """
 
     def __init__(self, kind: MessageType) -> None:
-        self._skip: Skip | None
-        try:
-            self._skip = _message(kind.name, split_definition(kind.name, kind.definition)).skip
-        except KeyError:  # a type that is not defined, or a wstring
-            self._skip = None
+        self._skip: Skip | None = None
+        with suppress(KeyError):  # a type that is not defined, or a wstring
+            self._skip = _message(kind.name, split_definition(kind.name, kind.definition))[0]
 
     def trimmed(self, data: bytes) -> memoryview:
         """The message without what follows it; all of it where that cannot be told."""
@@ -153,34 +143,34 @@ class CdrLength:
 
 def _message(name: str, texts: dict[str, str]) -> _Kind:
     parts = [_field(field, texts) for field in fields(texts[name], name.partition("/")[0])]
-    steps = [part.skip for part in parts] or [_primitive(1)]
+    steps = [skip for skip, _ in parts] or [_primitive(1)]
 
     def skip(data: memoryview, place: int) -> int:
         for step in steps:
             place = step(data, place)
         return place
 
-    return _Kind(skip, all(part.fixed for part in parts))
+    return skip, all(fixed for _, fixed in parts)
 
 
 def _field(field: Field, texts: dict[str, str]) -> _Kind:
     if field.kind in PRIMITIVES:
-        one = _Kind(_primitive(PRIMITIVES[field.kind]), True)
+        one: _Kind = _primitive(PRIMITIVES[field.kind]), True
     elif field.kind == "string":
-        one = _Kind(_skip_string, False)
+        one = _skip_string, False
     else:
         one = _message(field.kind, texts)
     if field.count == SINGLE:
         return one
     if field.count != SEQUENCE:
-        return _Kind(lambda data, place: _repeat(one, field.count, data, place), one.fixed)
+        return lambda data, place: _repeat(one, field.count, data, place), one[1]
 
     def skip_sequence(data: memoryview, place: int) -> int:
         place += -place % 4
         count = _COUNT.unpack_from(data, place)[0]
         return _repeat(one, count, data, place + 4)
 
-    return _Kind(skip_sequence, False)
+    return skip_sequence, False
 
 
 def _primitive(size: int) -> Skip:
@@ -198,10 +188,11 @@ def _repeat(one: _Kind, count: int, data: memoryview, place: int) -> int:
     Where a value of fixed size ends, modulo its widest alignment, does not depend on where it
     begins: from the second on all are equally far apart.
     """
-    if one.fixed and count > 2:
-        first = one.skip(data, place)
-        second = one.skip(data, first)
+    skip, fixed = one
+    if fixed and count > 2:
+        first = skip(data, place)
+        second = skip(data, first)
         return second + (count - 2) * (second - first)
     for _ in range(count):
-        place = one.skip(data, place)
+        place = skip(data, place)
     return place
