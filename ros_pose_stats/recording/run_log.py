@@ -59,7 +59,7 @@ class RunLog:
             bag.append(topic, message, self._last_time)
 
     def sync(self) -> None:
-        """Have all that was written on the disk for a power cut; RecordingError where it may not be."""
+        """Have all that was written on the disk, or RecordingError: a power cut may take it."""
         with self._lock:
             file = self._bag.file if self._bag else None
         with self._refusals():

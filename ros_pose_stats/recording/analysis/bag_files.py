@@ -30,9 +30,8 @@ OnRead = Callable[[float], None]
 def find_bags(paths: Iterable[Path]) -> dict[Path, list[Path]]:
     """Files of all bags under the paths, each file once, in the order of recording.
 
-    `paths`: bag directories, directories of many bags, or single files. Returns its keys are the
-    bags: directories, or the file itself where a file was named. Raises BagError if a path does
-    not exist, or there is no bag under it.
+    The keys are the bags: directories, or the file itself where a file was named. BagError where
+    a path does not exist, or has no bag under it.
     """
     bags: dict[Path, list[Path]] = {}
     known: set[Path] = set()
@@ -56,8 +55,10 @@ def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
     if path.is_file():
         return [(path, _readable([path]))]
     try:
-        folders = sorted({file.parent for file in path.rglob("*")
-                          if _is_bag_file(file.relative_to(path))})
+        # A hidden directory is a run on its way in or out.
+        folders = sorted({file.parent for file in path.rglob("*") if file.name.endswith(ENDINGS)
+                          and not any(part.startswith(".")
+                                      for part in file.relative_to(path).parts)})
         bags = [(folder, _files_in(folder)) for folder in folders]
     except OSError as error:
         raise BagError("a readable directory", f"{path}: {error.strerror or error}",
@@ -66,12 +67,6 @@ def _bags_under(path: Path) -> list[tuple[Path, list[Path]]]:
         raise BagError("a directory with *.mcap files", f"none under {path}",
                        "name a bag directory or a directory of bags")
     return bags
-
-
-def _is_bag_file(below: Path) -> bool:
-    # A hidden directory is a run on its way in or out.
-    hidden = any(part.startswith(".") for part in below.parts)
-    return not hidden and below.name.endswith(ENDINGS)
 
 
 def _files_in(folder: Path) -> list[Path]:
@@ -90,12 +85,10 @@ def _readable(files: Iterable[Path]) -> list[Path]:
 
 
 class FileMessages:
-    """Goes through a file once.
+    """Goes through a file, MCAP or SQLite in rosbag2's layout, once.
 
-    `file`: MCAP, or SQLite in rosbag2's layout; `on_read`: told now and then which fraction of the
-    file has been read. Attributes `state`: `whole`; `open` (never closed, but every record is
-    whole); `cut` (it ends inside a record); `damaged`; or `unreadable`. Known once the messages
-    are through; `note`: the same for people; empty where it is whole.
+    `state`, known then: `whole`; `open` (never closed, but every record is whole); `cut` (it ends
+    inside a record); `damaged`; or `unreadable`. `note`: the same for people.
     """
 
     def __init__(self, file: Path, on_read: OnRead) -> None:
@@ -105,10 +98,7 @@ class FileMessages:
         self.note = ""
 
     def __iter__(self) -> Iterator[RawMessage]:
-        """Messages in the order of the file.
-
-        Raises BagError if the file cannot be read.
-        """
+        """Messages in the order of the file; BagError where it cannot be read."""
         try:
             if self._file.suffix == SQLITE:
                 yield from self._sqlite_messages()
@@ -152,7 +142,11 @@ class FileMessages:
         try:
             topics = {number: (name, kind) for number, name, kind in base.execute(TOPICS)
                       if is_ours(kind)}
-            texts = self._definitions(base) if topics else {}
+            try:
+                texts = dict(base.execute(DEFINITIONS)) if topics else {}
+            except sqlite3.OperationalError as error:  # from before ROS 2 Iron
+                raise BagError("a bag that holds its message definitions",
+                               f"{self._file}, which does not", CONVERT) from error
             query = MESSAGES.format(", ".join("?" * len(topics)))
             for number, time, data in base.execute(query, tuple(topics)):
                 name, kind = topics[number]
@@ -163,10 +157,3 @@ class FileMessages:
             self._set("damaged", f"is damaged ({error}): what could be read was")
         finally:
             base.close()
-
-    def _definitions(self, base: sqlite3.Connection) -> dict[str, str]:
-        try:
-            return dict(base.execute(DEFINITIONS))
-        except sqlite3.OperationalError as error:  # from before ROS 2 Iron
-            raise BagError("a bag that holds its message definitions",
-                           f"{self._file}, which does not", CONVERT) from error

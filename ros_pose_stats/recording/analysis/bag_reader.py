@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -103,16 +102,20 @@ class _BagReader:
         """Read all of it."""
         sizes = {file: _size(file) for files in bags.values() for file in files}
         done, total = 0, sum(sizes.values())
+
+        def tell(share: float) -> None:
+            on_progress(done + round(share * sizes[file]), total)
+
         for bag, files in bags.items():
             for file in files:
-                self._read_file(bag, file, partial(_tell, on_progress, done, sizes[file], total))
+                self._read_file(bag, file, tell)
                 done += sizes[file]
         if not self._messages:
             self._refuse(bags)
         return BagContents(
             tuple(self._files), dict(sorted(self._messages.items())),
             min(self._times), max(self._times),
-            _part_records(self._results, self._jobs, self._drops),
+            tuple(_part_records(self._results, self._jobs, self._drops)),
             tuple(self._counts.counts()), tuple(self._remarks()))
 
     def _read_file(self, bag: Path, file: Path, on_read: bag_files.OnRead) -> None:
@@ -204,37 +207,24 @@ def _size(file: Path) -> int:
     return 0
 
 
-def _tell(on_progress: OnProgress, done: int, size: int, total: int, share: float) -> None:
-    on_progress(done + round(share * size), total)
-
-
 def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultCollector]],
-                 jobs: JobCollector, drops: DropCollector) -> tuple[PartRecord, ...]:
+                  jobs: JobCollector, drops: DropCollector) -> Iterator[PartRecord]:
     """A record a part, in the order of first appearance: in results, then in jobs."""
     jobs_of: dict[PartKey, list[Job]] = {}
-    for job in jobs.jobs.values():
+    for job in sorted(jobs.jobs.values(),
+                      key=lambda job: (job.queued or job.started or job.ended, job.job_id)):
         jobs_of.setdefault((job.part_id, job.part_digest), []).append(job)
-    keys = dict.fromkeys((*results, *jobs_of, *jobs.forgotten))
-    return tuple(
-        _record(key, list(results.get(key, {}).values()), jobs_of.get(key, ()),
-                tuple(sorted(jobs.forgotten.get(key, ()))), drops.logs.get(key[1], DropLog()))
-        for key in keys)
-
-
-def _record(key: PartKey, found: Sequence[ResultCollector], jobs: Sequence[Job],
-            forgotten: tuple[int, ...], drop_log: DropLog) -> PartRecord:
-    histories = sorted((one.history() for one in found), key=lambda one: -len(one.time))
-    plates = (each.plate for one in histories for each in one.predictions)
-    return PartRecord(
-        *key,
-        radius=found[0].radius if found else math.nan,
-        histories=tuple(histories),
-        jobs=tuple(sorted(jobs, key=lambda job: (job.queued or job.started or job.ended,
-                                                 job.job_id))),
-        forgotten=forgotten,
-        warnings=tuple(dict.fromkeys(line for one in found for line in one.warnings)),
-        plates=tuple(dict.fromkeys(name for name in plates if name)),
-        drop_log=drop_log)
+    seen = ((job.part_id, job.part_digest) for job in jobs.jobs.values())
+    for key in dict.fromkeys((*results, *seen, *jobs.forgotten)):
+        found = list(results.get(key, {}).values())
+        histories = sorted((one.history() for one in found), key=lambda one: -len(one.time))
+        plates = (each.plate for one in histories for each in one.predictions)
+        yield PartRecord(
+            *key, found[0].radius if found else math.nan, tuple(histories),
+            tuple(jobs_of.get(key, ())), tuple(sorted(jobs.forgotten.get(key, ()))),
+            tuple(dict.fromkeys(line for one in found for line in one.warnings)),
+            tuple(dict.fromkeys(name for name in plates if name)),
+            drops.logs.get(key[1], DropLog()))
 
 
 def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]:

@@ -63,11 +63,7 @@ class _Sum:
 
 
 class CountCollector:
-    """Adds up PoseCounts messages, each once.
-
-    Attributes `copies`: knows the messages so far; `refused`: messages whose arrays were not of
-    one length.
-    """
+    """Adds up PoseCounts messages, each once; refused are those with arrays of two lengths."""
 
     def __init__(self) -> None:
         self.copies = Copies()
@@ -83,7 +79,10 @@ class CountCollector:
         unclassified = int(read_field(message, "unclassified", 0))
         if max(count, default=0) > MOST or unclassified > MOST:
             raise OverflowError(f"more than {MOST} parts")
-        of = _what_was_counted(message)
+        height = float(read_field(message, "drop_height", -1.0))
+        of = (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
+              numbering_of(message), str(read_field(message, "plate", "")),
+              height if math.isfinite(height) and height >= 0.0 else None)
         if self.copies.is_copy(fingerprint(of, index, count, unclassified), source, stamp,
                                log_time):
             return
@@ -107,13 +106,6 @@ class CountCollector:
         return found
 
 
-def _what_was_counted(message: Any) -> tuple[Any, ...]:
-    height = float(read_field(message, "drop_height", -1.0))
-    return (str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", "")),
-            numbering_of(message), str(read_field(message, "plate", "")),
-            height if math.isfinite(height) and height >= 0.0 else None)
-
-
 @dataclass(order=True)
 class _Seen:
     time: int
@@ -123,9 +115,8 @@ class _Seen:
 class Copies:
     """Tells copies apart from messages that merely say the same.
 
-    Within one recording every message counts: two parts may land alike in one picture. A
-    message of another recording is a copy if an equal one at the same time has no partner there
-    yet.
+    Within one recording every message counts: two parts may land alike in one picture. One of
+    another recording is a copy if an equal one at the same time has no partner there yet.
     """
 
     def __init__(self) -> None:
@@ -136,8 +127,7 @@ class Copies:
     def is_copy(self, content: bytes, source: int, stamp: int, log_time: int) -> bool:
         """Whether this message has been met in another recording; it is remembered.
 
-        `content`: fingerprint of everything but the time; `source`: number of the topic of a bag;
-        `stamp`: nanoseconds; 0 where the sender gave none. Then the time of recording decides.
+        `source`: number of the topic of a bag; without a `stamp` the time of recording decides.
         """
         self.unstamped += not stamp
         time, window = (stamp, 0) if stamp else (log_time, WITHIN)

@@ -41,7 +41,7 @@ def is_ours(type_name: str) -> bool:
 class Decoders:
     """Decodes by the definition that came with a message; each is parsed once.
 
-    Attributes `failed`: messages that did not fit their definition.
+    `failed`: messages that did not fit theirs.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Decoders:
     def decode(self, message: RawMessage) -> Any | None:
         """The message as an object with the fields of its definition; None if it is broken.
 
-        Raises BagError if messages are compressed one by one, which only rosbag2 undoes.
+        BagError if messages are compressed one by one, which only rosbag2 undoes.
         """
         if message.data.startswith(PACKED):
             raise BagError("messages that are not compressed one by one",

@@ -13,7 +13,10 @@ from .jobs import TERMINAL, Job
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
 Plain = dict[str, Any]
-TIMES = ("begin", "end", "time", "queued", "started", "ended")
+TIMES = ("begin", "end", "time")
+JOB = ("job_id", "state", "unfinished", "refinement", "drops", "drops_done", "seed", "restitution",
+       "drop_height", "cluster_tolerance", "round_sides", "target_error", "max_seconds", "message")
+JOB_TIMES = ("queued", "started", "ended")
 RESULT = ("time", "method", "restitution", "drop_height", "drops", "unsettled", "expected_error",
           "largest_error", "largest_change", "final", "latched")
 
@@ -71,18 +74,13 @@ def _part(part: compared.PartAnalysis) -> Plain:
         "forgotten": [time / SECOND for time in record.forgotten],
         "drop_log": _fields(record.drop_log, ("drops", "unsettled", "impacts", "seconds")),
         "job_counts": job_counts(record.jobs),
-        "jobs": [_job(job) for job in record.jobs],
+        "jobs": [{**_fields(job, JOB), **{
+            name: getattr(job, name) / SECOND or None for name in JOB_TIMES}}
+            for job in record.jobs],
         "numberings": [_history(history, simulations) for history, simulations
                        in zip(record.histories, part.simulations, strict=True)],
         "counts": [_counts(one) for one in part.counts],
     }
-
-
-def _job(job: Job) -> Plain:
-    times = {name: getattr(job, name) / SECOND or None for name in ("queued", "started", "ended")}
-    return {**_fields(job, ("job_id", "state", "unfinished", "refinement", "drops", "drops_done",
-                            "seed", "restitution", "drop_height", "cluster_tolerance",
-                            "round_sides", "target_error", "max_seconds", "message")), **times}
 
 
 def _history(history: ResultHistory,
@@ -92,18 +90,15 @@ def _history(history: ResultHistory,
     return {
         **history.numbering._asdict(),
         "poses": _rows({name: getattr(history.poses, name) for name in POSE}),
-        "predictions": [_prediction(one, history) for one in history.predictions],
+        "predictions": [{**_fields(one, (*ABOUT, "scene")), "poses": _rows({
+            "index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}})}
+            for one in history.predictions],
         "results": _rows({**results, "time": history.time / SECOND}),
         "simulations": [{
             "simulation": history.predictions.index(one.simulation),
             "estimates": [_comparison(each, history.predictions) for each in one.estimates],
         } for one in simulations],
     }
-
-
-def _prediction(one: Prediction, history: ResultHistory) -> Plain:
-    of_poses = {"index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}}
-    return {**_fields(one, (*ABOUT, "scene")), "poses": _rows(of_poses)}
 
 
 def _comparison(one: compared.Comparison, predictions: Sequence[Prediction]) -> Plain:

@@ -1,7 +1,6 @@
 """The results that a bag holds for one part: what they said, and how it changed."""
 
 import math
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -161,11 +160,9 @@ _TEXTS = tuple(field.name for field in fields(Prediction) if field.type is str)
 
 
 class ResultCollector:
-    """Results of one part in one numbering with one number of poses.
+    """Results of one part in one numbering; the poses of the first lay down the geometry.
 
     Holds eight bytes a probability and some eighty a result; the messages are let go.
-
-    `first`: a decoded PoseStatistics, whose poses lay down the geometry.
     """
 
     def __init__(self, first: Any, numbering: scenes.Numbering) -> None:
@@ -177,12 +174,12 @@ class ResultCollector:
         self._methods: dict[str, int] = {}
         self._scenes: dict[Any, int] = {}
         self._predictions: dict[int, Prediction] = {}
-        self._numbers = {name: array(code) for name, code in (
-            ("time", "q"), ("method", "q"), ("prediction", "q"), ("restitution", "d"),
-            ("drop_height", "d"), ("drops", "q"), ("unsettled", "q"), ("expected_error", "d"),
-            ("largest_error", "d"))}
-        self._flags = {"final": bytearray(), "latched": bytearray()}
-        self._probability = array("d")
+        self._columns: dict[str, Any] = {
+            "time": "i8", "method": "i8", "prediction": "i8", "restitution": "f8",
+            "drop_height": "f8", "drops": "i8", "unsettled": "i8", "expected_error": "f8",
+            "largest_error": "f8", "final": "?", "latched": "?",
+            "probability": ("f8", self.poses.index.shape)}
+        self._table = bytearray()
 
     def fits(self, message: Any) -> bool:
         """Whether a result numbers the same poses."""
@@ -194,39 +191,31 @@ class ResultCollector:
         found = _prediction(message, _sorted(message.poses), time)
         key = fingerprint(time, found.key, found.restitution, found.drops, found.unsettled,
                           found.seed, found.job_id, found.final, found.probability, found.count)
-        row = self._rows.setdefault(key, len(self._rows))
         self.warnings.update(dict.fromkeys(read_field(message, "warnings", ())))
-        if row < len(self._flags["final"]):
-            self._flags["latched"][row] |= latched
+        if key in self._rows:
+            self._results()["latched"][self._rows[key]] |= latched
             return
-        self._flags["final"].append(found.final)
-        self._flags["latched"].append(latched)
         scene = self._scenes.setdefault(found.key, len(self._scenes))
-        numbers = {"method": self._methods.setdefault(found.method, len(self._methods)),
-                   "prediction": scene}
-        for name, column in self._numbers.items():
-            column.append(numbers[name] if name in numbers else getattr(found, name))
-        self._probability.frombytes(found.probability.tobytes())
+        own = {"method": self._methods.setdefault(found.method, len(self._methods)),
+               "prediction": scene, "latched": latched}
+        row = tuple(own[name] if name in own else getattr(found, name) for name in self._columns)
+        self._table += np.array([row], list(self._columns.items())).tobytes()
+        self._rows[key] = len(self._rows)
         known = self._predictions.get(scene)
         if known is None or found.knows_more_than(known):
             self._predictions[scene] = found
 
     def history(self) -> ResultHistory:
         """Everything so far, by time."""
-        columns = {name: _copy(column, column.typecode) for name, column in self._numbers.items()}
-        flags = {name: _copy(column, "?") for name, column in self._flags.items()}
-        probability = _copy(self._probability, "d").reshape(len(columns["time"]), -1)
-        order = np.argsort(columns["time"], kind="stable")
-        names = np.array(list(self._methods), dtype=np.str_)
-        columns["method"] = names[columns["method"]]
-        ordered = {name: column[order] for name, column in {**columns, **flags}.items()}
-        return ResultHistory(self.numbering, self.poses, **ordered,
-                             probability=probability[order],
+        results = self._results()
+        results = results[np.argsort(results["time"], kind="stable")]
+        columns = {name: results[name].copy() for name in self._columns}
+        columns["method"] = np.array(list(self._methods), dtype=np.str_)[columns["method"]]
+        return ResultHistory(self.numbering, self.poses, **columns,
                              predictions=tuple(self._predictions.values()))
 
-
-def _copy(column: "array[Any] | bytearray", code: str) -> NDArray[Any]:
-    return np.frombuffer(column, dtype=code).copy()
+    def _results(self) -> NDArray[Any]:
+        return np.frombuffer(self._table, list(self._columns.items()))
 
 
 def _sorted(poses: Sequence[Any]) -> list[Any]:
