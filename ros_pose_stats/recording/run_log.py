@@ -161,8 +161,17 @@ class _Bag:
 
     def append(self, topic: str, data: memoryview, log_time: int) -> None:
         """Write a message; OSError where it, or the bag's description, has to be tried again."""
-        file = self._file_for(mcap_layout.message_size(data))
-        file.append(topic, data, log_time)
+        file = self.file
+        if file is not None and not self._leave_broken(file) and file.written and (
+                file.size_with(mcap_layout.message_size(data)) > self._max_bytes):
+            self._finish_file(file)
+        if self.file is None:
+            while (place := runs.bag_file(self._path, self._next_number)).exists():
+                self._next_number += 1
+            self.file = bag_file.BagFile(place, self._types, self._node)
+            self._next_number += 1
+            self._described = False
+        self.file.append(topic, data, log_time)
         if not self._described:
             self._describe()
 
@@ -201,21 +210,6 @@ class _Bag:
             if not self.is_gone():
                 runs.remove_empty(self._path)
         self._lock.release()
-
-    def _file_for(self, record: int) -> bag_file.BagFile:
-        """The file for a record of so many bytes."""
-        file = self.file
-        if file is not None and not self._leave_broken(file) and file.written and (
-                file.size_with(record) > self._max_bytes):
-            self._finish_file(file)
-        if self.file is None:
-            while runs.bag_file(self._path, self._next_number).exists():
-                self._next_number += 1
-            self.file = bag_file.BagFile(runs.bag_file(self._path, self._next_number), self._types,
-                                         self._node)
-            self._next_number += 1
-            self._described = False
-        return self.file
 
     def _leave_broken(self, file: bag_file.BagFile) -> bool:
         """Leave a file that cannot be gone on with; return whether it was that."""

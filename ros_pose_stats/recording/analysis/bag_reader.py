@@ -111,7 +111,12 @@ class _BagReader:
                 self._read_file(bag, file, tell)
                 done += sizes[file]
         if not self._messages:
-            self._refuse(bags)
+            unread = [file for file in self._files if file.state != "whole"]
+            said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
+            raise BagError(
+                f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
+                f"none in {len(self._files)} file{'s'[:len(self._files) > 1]}{said}",
+                "name a bag of the node, or one recorded with its topics")
         return BagContents(
             tuple(self._files), dict(sorted(self._messages.items())),
             min(self._times), max(self._times),
@@ -139,22 +144,19 @@ class _BagReader:
         if message is None:
             return
         try:
-            self._hand_over(kind, message, raw, bag)
+            stamp = stamp_of(message)
+            if kind == decoding.POSE_STATISTICS:
+                self._take_result(message, stamp or raw.log_time, raw.topic)
+            elif kind == decoding.JOB_EVENT:
+                self._jobs.add(message, stamp or raw.log_time)
+            elif kind == decoding.POSE_COUNTS:
+                source = self._sources.setdefault((bag, raw.topic), len(self._sources))
+                self._counts.add(message, source, stamp, raw.log_time)
+            elif kind == decoding.DROP_RECORDS:
+                self._drops.add(message)
         except (AttributeError, OverflowError, TypeError, ValueError):
             # A definition of another kind under our name, or numbers that cannot be.
             self._decoders.failed += 1
-
-    def _hand_over(self, kind: str, message: Any, raw: RawMessage, bag: Path) -> None:
-        stamp = stamp_of(message)
-        if kind == decoding.POSE_STATISTICS:
-            self._take_result(message, stamp or raw.log_time, raw.topic)
-        elif kind == decoding.JOB_EVENT:
-            self._jobs.add(message, stamp or raw.log_time)
-        elif kind == decoding.POSE_COUNTS:
-            source = self._sources.setdefault((bag, raw.topic), len(self._sources))
-            self._counts.add(message, source, stamp, raw.log_time)
-        elif kind == decoding.DROP_RECORDS:
-            self._drops.add(message)
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
         if not read_field(message, "poses", ()):
@@ -192,14 +194,6 @@ class _BagReader:
                 notes.append(said.format(f"{count} {noun}{'s'[:count > 1]}"))
         return notes
 
-    def _refuse(self, bags: Mapping[Path, Sequence[Path]]) -> None:
-        unread = [file for file in self._files if file.state != "whole"]
-        said = f" ({unread[0].path.name} {unread[0].note})" if unread else ""
-        raise BagError(
-            f"messages of {decoding.PACKAGE} in {', '.join(map(str, list(bags)[:3]))}",
-            f"none in {len(self._files)} file{'s'[:len(self._files) > 1]}{said}",
-            "name a bag of the node, or one recorded with its topics")
-
 
 def _size(file: Path) -> int:
     with suppress(OSError):  # reading it will tell
@@ -228,10 +222,7 @@ def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultColl
 
 
 def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]:
-    """Every mesh in bags, in the order of recording; what is broken is left out.
-
-    Raises BagError if there is no bag.
-    """
+    """Every mesh in bags, in the order of recording, without broken ones; BagError if no bag."""
     decoders = Decoders()
     for files in bag_files.find_bags(paths).values():
         for file in files:

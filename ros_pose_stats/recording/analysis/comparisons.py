@@ -119,7 +119,11 @@ def analyse_bags(paths: bag_reader.Paths,
 def _compared(counts: camera_counts.CameraCounts,
               parts: tuple[bag_reader.PartRecord, ...]) -> tuple[int, CountComparison]:
     """Which part (-1: none) counts belong to, and what they are compared with."""
-    fitting = _parts_of(counts, parts)
+    # With the counts' digest, or without one their name; the same name first.
+    fitting = sorted((place for place, part in enumerate(parts) if (
+        part.part_digest == counts.part_digest if counts.part_digest
+        else part.part_id == counts.part_id)),
+        key=lambda place: (parts[place].part_id != counts.part_id, not parts[place].histories))
     if not fitting:
         return -1, CountComparison(counts, "no result of this part is in the bags")
     place = fitting[0]
@@ -136,16 +140,6 @@ def _compared(counts: camera_counts.CameraCounts,
     return place, CountComparison(
         counts, f"counted at {counts.numbering}, results are at {known}: the same index is not "
         "the same pose")
-
-
-def _parts_of(counts: camera_counts.CameraCounts,
-              parts: tuple[bag_reader.PartRecord, ...]) -> list[int]:
-    """Parts with the counts' digest, or without one their name; the same name first."""
-    fitting = [place for place, part in enumerate(parts) if (
-        part.part_digest == counts.part_digest if counts.part_digest
-        else part.part_id == counts.part_id)]
-    return sorted(fitting, key=lambda place: (parts[place].part_id != counts.part_id,
-                                              not parts[place].histories))
 
 
 def _compare(prediction: Prediction, counts: NDArray[np.int64], poses: PoseTable) -> Comparison:

@@ -39,20 +39,14 @@ def is_ours(type_name: str) -> bool:
 
 
 class Decoders:
-    """Decodes by the definition that came with a message; each is parsed once.
-
-    `failed`: messages that did not fit theirs.
-    """
+    """Decodes by the definitions that come with messages; `failed` did not fit theirs."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], Callable[[bytes], Any] | None] = {}
         self.failed = 0
 
     def decode(self, message: RawMessage) -> Any | None:
-        """The message as an object with the fields of its definition; None if it is broken.
-
-        BagError if messages are compressed one by one, which only rosbag2 undoes.
-        """
+        """The message with the fields of its definition; None if broken, BagError if packed."""
         if message.data.startswith(PACKED):
             raise BagError("messages that are not compressed one by one",
                            f"such on {message.topic}", CONVERT)

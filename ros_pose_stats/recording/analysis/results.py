@@ -174,11 +174,13 @@ class ResultCollector:
         self._methods: dict[str, int] = {}
         self._scenes: dict[Any, int] = {}
         self._predictions: dict[int, Prediction] = {}
-        self._columns: dict[str, Any] = {
+        columns: dict[str, Any] = {
             "time": "i8", "method": "i8", "prediction": "i8", "restitution": "f8",
             "drop_height": "f8", "drops": "i8", "unsettled": "i8", "expected_error": "f8",
             "largest_error": "f8", "final": "?", "latched": "?",
             "probability": ("f8", self.poses.index.shape)}
+        self._columns = tuple(columns)
+        self._kind = np.dtype(list(columns.items()))
         self._table = bytearray()
 
     def fits(self, message: Any) -> bool:
@@ -199,7 +201,7 @@ class ResultCollector:
         own = {"method": self._methods.setdefault(found.method, len(self._methods)),
                "prediction": scene, "latched": latched}
         row = tuple(own[name] if name in own else getattr(found, name) for name in self._columns)
-        self._table += np.array([row], list(self._columns.items())).tobytes()
+        self._table += np.array([row], self._kind).tobytes()
         self._rows[key] = len(self._rows)
         known = self._predictions.get(scene)
         if known is None or found.knows_more_than(known):
@@ -215,7 +217,7 @@ class ResultCollector:
                              predictions=tuple(self._predictions.values()))
 
     def _results(self) -> NDArray[Any]:
-        return np.frombuffer(self._table, list(self._columns.items()))
+        return np.frombuffer(self._table, self._kind)
 
 
 def _sorted(poses: Sequence[Any]) -> list[Any]:

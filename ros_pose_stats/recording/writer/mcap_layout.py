@@ -39,8 +39,6 @@ _WHOLE_HEAD = CHECK.size + RECORD.size + MESSAGE.size
 LATCHED = frozenset(("/pose_stats/part_mesh", "/pose_stats/pose_statistics"))
 """Topics whose late subscribers get the last messages, in the cell and when a bag is played."""
 
-DEPTH = 100
-
 _FOREVER = "\n    sec: 9223372036\n    nsec: 854775807"
 
 
@@ -141,7 +139,7 @@ def _qos(latched: bool) -> str:
     """A list with one profile, values as words, as rosbag2 writes it since version 9."""
     return f"""\
 - history: keep_last
-  depth: {DEPTH}
+  depth: 100
   reliability: reliable
   durability: {"transient_local" if latched else "volatile"}
   deadline:{_FOREVER}
