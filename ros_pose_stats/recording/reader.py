@@ -13,23 +13,19 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import zstandard
-from mcap import records as recorded
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.stream_reader import breakup_chunk
+from mcap import data_stream, exceptions, opcode, records as recorded, stream_reader
 
 from ..files import open_file
 from .writer.mcap_layout import CHECK, CHECK_START, MAGIC, MESSAGE, RECORD
 
-UNREADABLE = (struct.error, McapError, UnicodeDecodeError)
+UNREADABLE = (struct.error, exceptions.McapError, UnicodeDecodeError)
 """What reading a record out of the wrong bytes raises."""
 
-_READERS: dict[int, Callable[[ReadDataStream], recorded.McapRecord]] = {
-    Opcode.SCHEMA: recorded.Schema.read,
-    Opcode.CHANNEL: recorded.Channel.read,
-    Opcode.CHUNK: recorded.Chunk.read,
-    Opcode.METADATA: recorded.Metadata.read,
+_READERS: dict[int, Callable[[data_stream.ReadDataStream], recorded.McapRecord]] = {
+    opcode.Opcode.SCHEMA: recorded.Schema.read,
+    opcode.Opcode.CHANNEL: recorded.Channel.read,
+    opcode.Opcode.CHUNK: recorded.Chunk.read,
+    opcode.Opcode.METADATA: recorded.Metadata.read,
 }
 _BLOCK = 1 << 20
 _STEP = 1_000_000
@@ -49,12 +45,12 @@ class Frame:
 
     def record(self) -> recorded.McapRecord | None:
         """The record itself; None for a kind not needed, one of UNREADABLE where it is no such."""
-        if self.opcode == Opcode.MESSAGE:
+        if self.opcode == opcode.Opcode.MESSAGE:
             channel, number, log_time, publish_time = MESSAGE.unpack_from(self.body)
             return recorded.Message(channel, log_time, self.body[MESSAGE.size:], publish_time,
                                     number)
         read = _READERS.get(self.opcode)
-        return None if read is None else read(ReadDataStream(BytesIO(self.body)))
+        return None if read is None else read(data_stream.ReadDataStream(BytesIO(self.body)))
 
 
 def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
@@ -75,9 +71,9 @@ def frames(file: BinaryIO, on_damage: Callable[[int, int], None],
             onward = _next_checked(file, place + 1, size)
             on_damage(place, onward)
             place = onward
-        elif frame.opcode == Opcode.FOOTER:
+        elif frame.opcode == opcode.Opcode.FOOTER:
             return
-        elif frame.opcode == Opcode.MESSAGE and place < begin:
+        elif frame.opcode == opcode.Opcode.MESSAGE and place < begin:
             place = _next_checked(file, begin, size)
         else:
             yield frame
@@ -94,16 +90,17 @@ def _frame(file: BinaryIO, start: int, size: int) -> Frame | None:
         head = file.read(RECORD.size)
     if len(head) < RECORD.size:
         return None
-    opcode, length = RECORD.unpack(head)
-    possible = (length >= MESSAGE.size if opcode == Opcode.MESSAGE  # zeros are no record
-                else Opcode.HEADER <= opcode <= Opcode.DATA_END or opcode >= _FIRST_PRIVATE)
+    code, length = RECORD.unpack(head)
+    possible = (length >= MESSAGE.size if code == opcode.Opcode.MESSAGE  # zeros are no record
+                else opcode.Opcode.HEADER <= code <= opcode.Opcode.DATA_END
+                or code >= _FIRST_PRIVATE)
     if not possible or length > size - file.tell():
         return None
     body = file.read(length)
     total = zlib.crc32(body, zlib.crc32(head))
     if len(body) < length or check not in (b"", CHECK_START + total.to_bytes(4, "little")):
         return None
-    return Frame(opcode, start, file.tell(), check + head, body)
+    return Frame(code, start, file.tell(), check + head, body)
 
 
 def _next_checked(file: BinaryIO, start: int, size: int) -> int:
@@ -216,6 +213,6 @@ def _opened(path: Path) -> BinaryIO:
 def _unpacked(chunk: recorded.Chunk) -> list[recorded.McapRecord]:
     """The records of a chunk; McapError where it is damaged or compressed in an unknown way."""
     try:
-        return breakup_chunk(chunk, validate_crc=True)
+        return stream_reader.breakup_chunk(chunk, validate_crc=True)
     except Exception as error:  # each compression has errors of its own
-        raise McapError(f"unreadable chunk: {error}") from error
+        raise exceptions.McapError(f"unreadable chunk: {error}") from error

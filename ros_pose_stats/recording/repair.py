@@ -9,10 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
-from mcap.records import Channel, Message, Metadata, MetadataIndex, Schema
+from mcap import exceptions, opcode, reader, records
 
 from .. import files as disk
 from .reader import UNREADABLE, Frame, frames
@@ -105,7 +102,7 @@ def _finished_contents(path: Path) -> layout.Contents | None:
         if os.fstat(file.fileno()).st_size < _LEAST:
             return None
         try:
-            summary = SeekingReader(file).get_summary()
+            summary = reader.SeekingReader(file).get_summary()
         except UNREADABLE:
             return None
         file.seek(-layout.FOOTER_LENGTH - len(layout.MAGIC), os.SEEK_END)
@@ -159,9 +156,9 @@ def _mend_file(path: Path) -> tuple[layout.Contents, int]:
             contents = layout.Contents(start=made, end=made)
             new.write(layout.magic_and_header())
             for frame in frames(old, lambda begin, end: cut.append(end - begin)):
-                if frame.opcode == Opcode.DATA_END:
+                if frame.opcode == opcode.Opcode.DATA_END:
                     break
-                if frame.opcode == Opcode.HEADER:
+                if frame.opcode == opcode.Opcode.HEADER:
                     continue
                 try:
                     _enter(frame, contents, new.tell())
@@ -190,17 +187,17 @@ def _enter(frame: Frame, contents: layout.Contents, place: int) -> None:
     leaving the file as it is.
     """
     record = frame.record()
-    if isinstance(record, Metadata):
+    if isinstance(record, records.Metadata):
         place += len(frame.head) - layout.RECORD.size
         length = layout.RECORD.size + len(frame.body)
-        contents.metadata.append(MetadataIndex(place, length, record.name))
-    elif isinstance(record, Message):
+        contents.metadata.append(records.MetadataIndex(place, length, record.name))
+    elif isinstance(record, records.Message):
         if record.channel_id not in contents.channels:
             raise OSError("the description of a topic in it is damaged")
         contents.count(record.channel_id, record.log_time)
-    elif isinstance(record, Schema):
+    elif isinstance(record, records.Schema):
         contents.schemas[record.id] = record
-    elif isinstance(record, Channel):
+    elif isinstance(record, records.Channel):
         if record.schema_id not in contents.schemas:
-            raise McapError(f"no schema {record.schema_id}")
+            raise exceptions.McapError(f"no schema {record.schema_id}")
         contents.channels[record.id] = record

@@ -13,7 +13,6 @@ from ...errors import BagError
 from ...records import scene as scenes, statistics
 from ..reader import RawMessage
 from . import bag_files, camera_counts, decoding
-from .decoding import Decoders, is_ours, kind_of, numbering_of, read_field, stamp_of
 from .jobs import DropCollector, DropLog, Job, JobCollector
 from .results import ResultCollector, ResultHistory
 
@@ -87,7 +86,7 @@ class _BagReader:
     """Reads once; see `read_bags`."""
 
     def __init__(self) -> None:
-        self._decoders = Decoders()
+        self._decoders = decoding.Decoders()
         self._files: list[BagFile] = []
         self._messages: Counter[str] = Counter()
         self._times: list[int] = []
@@ -126,7 +125,7 @@ class _BagReader:
     def _read_file(self, bag: Path, file: Path, on_read: bag_files.OnRead) -> None:
         messages, seen = bag_files.FileMessages(file, on_read), 0
         for message in messages:
-            if is_ours(message.type_name):
+            if decoding.is_ours(message.type_name):
                 seen += 1
                 self._take(message, bag)
         if bag == file and messages.state == "unreadable":
@@ -135,7 +134,7 @@ class _BagReader:
         self._files.append(BagFile(bag, file, messages.state, messages.note, seen))
 
     def _take(self, raw: RawMessage, bag: Path) -> None:
-        kind = kind_of(raw.type_name)
+        kind = decoding.kind_of(raw.type_name)
         self._messages[kind] += 1
         self._times[:] = ([min(self._times[0], raw.log_time), max(self._times[1], raw.log_time)]
                           if self._times else [raw.log_time] * 2)
@@ -144,7 +143,7 @@ class _BagReader:
         if message is None:
             return
         try:
-            stamp = stamp_of(message)
+            stamp = decoding.stamp_of(message)
             if kind == decoding.POSE_STATISTICS:
                 self._take_result(message, stamp or raw.log_time, raw.topic)
             elif kind == decoding.JOB_EVENT:
@@ -159,15 +158,16 @@ class _BagReader:
             self._decoders.failed += 1
 
     def _take_result(self, message: Any, time: int, topic: str) -> None:
-        if not read_field(message, "poses", ()):
+        if not decoding.read_field(message, "poses", ()):
             if any(line.startswith(statistics.FORGOTTEN)
-                   for line in read_field(message, "warnings", ())):
+                   for line in decoding.read_field(message, "warnings", ())):
                 self._jobs.note_forgotten(message, time)
                 return
             self._notes["{} left out, without poses: result"] += 1
             return
-        key = str(read_field(message, "part_id", "")), str(read_field(message, "part_digest", ""))
-        numbering = numbering_of(message)
+        key = (str(decoding.read_field(message, "part_id", "")),
+               str(decoding.read_field(message, "part_digest", "")))
+        numbering = decoding.numbering_of(message)
         collector = (self._results.get(key, {}).get(numbering)
                      or ResultCollector(message, numbering))
         if not collector.fits(message):
@@ -223,11 +223,11 @@ def _part_records(results: Mapping[PartKey, Mapping[scenes.Numbering, ResultColl
 
 def read_part_meshes(paths: Iterable[Path]) -> Iterator[decoding.PartMeshRecord]:
     """Every mesh in bags, in the order of recording, without broken ones; BagError if no bag."""
-    decoders = Decoders()
+    decoders = decoding.Decoders()
     for files in bag_files.find_bags(paths).values():
         for file in files:
             for message in bag_files.FileMessages(file, lambda share: None):
-                if kind_of(message.type_name) == decoding.PART_MESH:
+                if decoding.kind_of(message.type_name) == decoding.PART_MESH:
                     decoded = decoders.decode(message)
                     record = None if decoded is None else decoding.part_mesh_of(decoded)
                     if record is not None:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import comparisons as compared
-from .decoding import SECOND
+from . import comparisons as compared, decoding
 from .jobs import TERMINAL, Job
 from .results import ABOUT, POSE, PREDICTED, Prediction, ResultHistory
 
@@ -57,8 +56,9 @@ def job_counts(jobs: Iterable[Job]) -> dict[str, int]:
 
 
 def _fields(record: Any, names: Sequence[str]) -> Plain:
-    return {name: getattr(record, name) / SECOND if name in TIMES else getattr(record, name)
-            for name in names}
+    values = {name: getattr(record, name) for name in names}
+    return {name: value / decoding.SECOND if name in TIMES else value
+            for name, value in values.items()}
 
 
 def _rows(columns: Plain) -> list[Plain]:
@@ -71,11 +71,11 @@ def _part(part: compared.PartAnalysis) -> Plain:
     record = part.record
     return {
         **_fields(record, ("part_id", "part_digest", "radius", "plates", "warnings")),
-        "forgotten": [time / SECOND for time in record.forgotten],
+        "forgotten": [time / decoding.SECOND for time in record.forgotten],
         "drop_log": _fields(record.drop_log, ("drops", "unsettled", "impacts", "seconds")),
         "job_counts": job_counts(record.jobs),
         "jobs": [{**_fields(job, JOB), **{
-            name: getattr(job, name) / SECOND or None for name in JOB_TIMES}}
+            name: getattr(job, name) / decoding.SECOND or None for name in JOB_TIMES}}
             for job in record.jobs],
         "numberings": [_history(history, simulations) for history, simulations
                        in zip(record.histories, part.simulations, strict=True)],
@@ -93,7 +93,7 @@ def _history(history: ResultHistory,
         "predictions": [{**_fields(one, (*ABOUT, "scene")), "poses": _rows({
             "index": history.poses.index, **{name: getattr(one, name) for name in PREDICTED}})}
             for one in history.predictions],
-        "results": _rows({**results, "time": history.time / SECOND}),
+        "results": _rows({**results, "time": history.time / decoding.SECOND}),
         "simulations": [{
             "simulation": history.predictions.index(one.simulation),
             "estimates": [_comparison(each, history.predictions) for each in one.estimates],

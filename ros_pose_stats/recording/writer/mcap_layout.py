@@ -12,9 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from textwrap import indent
 
-from mcap import records as mcap
-from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
+from mcap import data_stream, opcode, records as mcap
 
 from ...version import VERSION
 from .message_types import MessageType
@@ -161,7 +159,7 @@ def message_size(data: memoryview) -> int:
 
 def message_head(channel: int, number: int, log_time: int, data: memoryview) -> bytes:
     """What stands before the data of a message, checksum included."""
-    head = RECORD.pack(Opcode.MESSAGE, MESSAGE.size + len(data)) + MESSAGE.pack(
+    head = RECORD.pack(opcode.Opcode.MESSAGE, MESSAGE.size + len(data)) + MESSAGE.pack(
         channel, number & 0xFFFFFFFF, log_time, log_time)
     return CHECK.pack(CHECK_OPCODE, 4, zlib.crc32(data, zlib.crc32(head))) + head
 
@@ -200,18 +198,18 @@ def closing(name: str, contents: Contents, offset: int) -> bytes:
         channel_message_counts=contents.counts, chunk_count=0, message_count=contents.messages,
         message_end_time=contents.end, message_start_time=contents.start,
         metadata_count=len(contents.metadata), schema_count=len(contents.schemas))
-    groups: list[tuple[Opcode, Iterable[mcap.McapRecord]]] = [
-        (Opcode.SCHEMA, contents.schemas.values()),
-        (Opcode.CHANNEL, contents.channels.values()),
-        (Opcode.STATISTICS, [statistics]),
-        (Opcode.METADATA_INDEX, contents.metadata),
+    groups: list[tuple[opcode.Opcode, Iterable[mcap.McapRecord]]] = [
+        (opcode.Opcode.SCHEMA, contents.schemas.values()),
+        (opcode.Opcode.CHANNEL, contents.channels.values()),
+        (opcode.Opcode.STATISTICS, [statistics]),
+        (opcode.Opcode.METADATA_INDEX, contents.metadata),
     ]
     summary = b""
     offsets: list[mcap.McapRecord] = []
-    for opcode, records in groups:
+    for code, records in groups:
         group = _encoded(records)
         if group:
-            offsets.append(mcap.SummaryOffset(opcode, start + len(summary), len(group)))
+            offsets.append(mcap.SummaryOffset(code, start + len(summary), len(group)))
         summary += group
     offsets_start = start + len(summary)
     summary += _encoded(offsets)
@@ -222,7 +220,7 @@ def closing(name: str, contents: Contents, offset: int) -> bytes:
 
 def _encoded(records: Iterable[mcap.McapRecord]) -> bytes:
     """Records one after the other."""
-    builder = RecordBuilder()
+    builder = data_stream.RecordBuilder()
     for record in records:
         record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
