@@ -49,6 +49,7 @@ def statistics_message(statistics: records.PoseStatistics,
     message.final = answer.final
     message.poses = [_pose(statistics.part_id, pose) for pose in statistics.poses]
     message.warnings = [*statistics.warnings, *answer.warnings]
+    message.notes = list(statistics.notes)
     return message
 
 
@@ -136,7 +137,8 @@ def statistics_of_message(message: PoseStatisticsMessage) -> records.PoseStatist
     plain = {name: getattr(message, name) for name in STATISTICS_FIELDS}
     seconds = message.compute_time.sec + 1e-9 * message.compute_time.nanosec
     return records.PoseStatistics(poses=tuple(_pose_of(pose) for pose in message.poses),
-                                  seconds=seconds, warnings=tuple(message.warnings), **plain)
+                                  seconds=seconds, warnings=tuple(message.warnings),
+                                  notes=tuple(message.notes), **plain)
 
 
 def _pose_of(message: StablePoseMessage) -> records.StablePose:
