@@ -128,7 +128,8 @@ def test_warnings_come_in_plain_words(parts, tmp_path):
 
 def test_large_lengths_have_no_exponent_and_stay_with_their_units(tmp_path):
     write_stl(tmp_path / "hall.stl", shapes.box(22.0, 18.0, 14.0))
-    answer("report", tmp_path / "hall.stl", "--drops", 50, "-o", tmp_path / "a.html")
+    answer("report", tmp_path / "hall.stl", "--unit", "m", "--drops", 50, "-o",
+           tmp_path / "a.html")
     page = Page(tmp_path / "a.html")
     assert "22000 × 18000 × 14000\xa0mm" in unescape(page.source)
     assert not re.search(r"\de[+-]\d", page.text)
