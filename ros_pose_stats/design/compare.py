@@ -10,7 +10,7 @@ from ..records import DropScene, Part, scene as scenes
 from ..resting.poses import resting_poses
 from ..simulation.request import drop_request
 from ..statistics.feeding import check_wanted
-from . import comparison, correspondence, paired_drops, verdicts
+from . import comparison, correspondence, describe, paired_drops, verdicts
 
 FIRST_LOOK = 1250
 """Drops of each variant before the first look; each look has twice as many as the one before."""
@@ -19,6 +19,9 @@ MOST_DROPS = 20_000
 """Drops of each variant, if nothing ends them before: differences are known to a point then."""
 
 MOST_VARIANTS = 26
+
+LARGEST_RATIO = 9.0
+"""Of two radii: beyond it lie those of a part in millimetres and in centimetres."""
 
 
 def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST_DROPS,
@@ -69,7 +72,8 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     Raises
     ------
     RequestError
-        If there is one part only, or no such pose, or a number is out of its range.
+        If there is one part only, or one is more than 9 times as large as the first or that as
+        it, or there is no such pose, or a number is out of its range.
     MeshError
         If the hull of a part does not enclose its centre of mass.
     """
@@ -83,6 +87,7 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
     scene = DropScene(restitution, drop_height, cluster_tolerance, round_sides)
     asked = drop_request(drops, secrets.randbits(32) if seed is None else seed, 0.0, workers, None)
     resting = [resting_poses(part, cluster_tolerance, round_sides) for part in parts]
+    _check_sizes([one.body.radius for one in resting])
     if wanted:
         check_wanted(wanted, len(resting[0].poses))
     matches = [correspondence.find_correspondence(resting[0], other) for other in resting[1:]]
@@ -99,6 +104,16 @@ def compare(parts: Sequence[Part], wanted: Sequence[int] = (), drops: int = MOST
         if pairs.drops < size or found.is_settled or found.half_width <= comparison.ONE_POINT:
             break
     return replace(found, seconds=time.perf_counter() - begin)
+
+
+def _check_sizes(radii: Sequence[float]) -> None:
+    """Refuse variants of another scale than the first one."""
+    for place, radius in enumerate(radii):
+        if max(radius, radii[0]) > LARGEST_RATIO * min(radius, radii[0]):
+            raise RequestError(
+                f"variants of one scale, radii at most {LARGEST_RATIO:g} times apart",
+                f"A with a radius of {1e3 * radii[0]:.4g} mm and {describe.letter(place)} with "
+                f"{1e3 * radius:.4g} mm", "export them in one unit")
 
 
 def looks(drops: int) -> list[int]:

@@ -96,7 +96,6 @@ class VariantComparison:
     # pairs first, the most probable ones first; then poses without a partner
     poses: tuple[PoseComparison, ...]
     feeder: FeederComparison | None
-    warnings: tuple[str, ...] = ()  # about the two beside each other, each `CODE: sentence`
 
     @property
     def shares(self) -> list[ShareDifference]:
@@ -166,7 +165,7 @@ def _as_dict(one: VariantComparison) -> dict[str, Any]:
         "matched_by": "orientation and footprint" if match.by_orientation
         else "footprint and height", "turned_degrees": round(math.degrees(match.angle), 3),
         "same_body": match.same_body,
-        "in_model": one.in_model, "on_plate": one.on_plate, "warnings": list(one.warnings),
+        "in_model": one.in_model, "on_plate": one.on_plate,
         "poses": [{"first": list(pose.poses.first), "second": list(pose.poses.second),
                    **pose.share.as_dict()} for pose in one.poses]}
     if one.feeder is not None:

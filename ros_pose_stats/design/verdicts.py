@@ -22,7 +22,7 @@ from ..records import Part, PoseStatistics, statistics
 from ..resting.trust import pose_remarks
 from ..simulation.simulate import touching_warnings
 from ..statistics import errors, feeding, paired_counts, pose_groups, pose_shares, prefix
-from . import comparison, correspondence, describe, paired_drops
+from . import comparison, correspondence, paired_drops
 
 LEFT = 0.1
 """Error of a difference that is nearly 0, over the plate's error of a single share."""
@@ -43,27 +43,6 @@ def plate_part(difference: float, plate_error: float) -> float:
     plate, a fraction.
     """
     return min(math.sqrt(2.0) * plate_error, math.hypot(LEFT * plate_error, KEPT * difference))
-
-
-RATIOS = (10.0, 25.4, 1.0 / 0.0254, 100.0, 1000.0)
-"""Of millimetres, centimetres, inches and metres; cm to inch is too near to a change of a part."""
-
-ABOUT = 1.1
-"""Factor by which a variant may be larger or smaller besides."""
-
-
-def warn_of_units(first: float, second: float, variant: int) -> tuple[str, ...]:
-    """Warn where two variants differ in size by about the ratio of two units.
-
-    `first, second`: radii of the first variant and of another, metres; `variant`: which one that
-    is, from 1 on.
-    """
-    names = ("A", describe.letter(variant)) if first > second else (describe.letter(variant), "A")
-    ratio = max(first, second) / min(first, second)
-    if not any(one / ABOUT < ratio < one * ABOUT for one in RATIOS):
-        return ()
-    return (f"UNITS_DIFFER: {names[0]} is {ratio:.4g} times as large as {names[1]}: most likely "
-            "one of the files is in another unit, and what follows means nothing.",)
 
 
 def compare_pairs(parts: Sequence[Part], pairs: paired_drops.PairedDrops,
@@ -125,8 +104,7 @@ def _compare(pairs: paired_drops.PairedDrops, found: Sequence[PoseStatistics], s
         feeder = comparison.FeederComparison(kept, lost, share_of(kept), (
             feeding.drop_afresh(pose_shares.pose_shares(found[0]), kept.first),
             _feeding(found[second], kept.second)))
-    return comparison.VariantComparison(second, match, tuple(poses), feeder, warn_of_units(
-        found[0].radius, found[second].radius, second))
+    return comparison.VariantComparison(second, match, tuple(poses), feeder)
 
 
 def _feeding(found: PoseStatistics, wanted: tuple[int, ...]) -> feeding.Feeding:

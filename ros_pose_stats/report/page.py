@@ -241,8 +241,7 @@ def _section(found: comparison.Comparison, one: comparison.VariantComparison) ->
             "matching": describe.describe_matching(one),
             "cards": [(pose, [None if each is None else files.address("png", files.png_bytes(each))
                              for each in pair])
-                      for pose, pair in zip(shown, pictures, strict=True)],
-            "warnings": [words.in_words(line) for line in one.warnings]}
+                      for pose, pair in zip(shown, pictures, strict=True)]}
 
 
 def _first(found: PoseStatistics, poses: tuple[int, ...]) -> StablePose | None:

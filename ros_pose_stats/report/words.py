@@ -60,9 +60,6 @@ WORDS = {
     "TARGET_MISSED": ("The simulation ended above the wanted error", "Allow more drops."),
     "UNSETTLED": ("Some drops did not come to rest",
                   "They are left out of the probabilities."),
-    "UNITS_DIFFER": ("Are the files in the same unit?",
-                     "All variants are dropped from the same height: give --unit, or export them "
-                     "alike."),
     "WANTED_ALIKE": ("A wanted pose has others that look the same",
                      "A camera cannot tell them apart: name them, too, unless it can."),
     "FORGOTTEN": ("The node does not know the part any more", "Send its mesh again."),

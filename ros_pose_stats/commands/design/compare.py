@@ -182,8 +182,8 @@ def _variant(found: Comparison, one: VariantComparison) -> list[str]:
              pose.share.in_model.removeprefix("difference "),
              pose.share.on_plate.removeprefix("difference ")]
             for pose in one.poses[:MOST_ROWS]]
-    lines = [*one.warnings, describe.describe_verdict(found, one),
-             *describe.describe_matching(one), "", *columns(heads, rows)]
+    lines = [describe.describe_verdict(found, one), *describe.describe_matching(one), "",
+             *columns(heads, rows)]
     hidden = one.poses[MOST_ROWS:]
     if hidden:
         lines.append(f"... and {several(len(hidden), 'more row')}; --json lists all")
