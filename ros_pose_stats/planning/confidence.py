@@ -19,6 +19,7 @@ from ..records import DropScene, PoseStatistics, StablePose, scene as scenes, st
 from ..resting.convex_body import ConvexBody
 from ..resting.poses import RestingPoses
 from ..resting.turns import LEVEL
+from ..simulation.request import LEAST_TARGET
 from ..statistics import errors, fitted_prior
 from ..statistics.prior import PosePrior, PriorFit, prior_fit
 from ..text import percent, ranges, several
@@ -130,7 +131,7 @@ def worthwhile(prior: PosePrior, target_error: float) -> bool:
 def plain_drops(prior: PosePrior, target_error: float) -> float:
     """Drops that have the target as their expected error, if the estimate is about right."""
     spread = prior.mean * (1.0 - prior.mean) / prior.size
-    return float(spread.sum()) / (len(prior.unit) * target_error ** 2)
+    return float(spread.sum()) / (len(prior.unit) * max(target_error, LEAST_TARGET) ** 2)
 
 
 def first_look(prior: PosePrior, target_error: float, helped: bool) -> int:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MOST_DROPS = 1_000_000_000
+LEAST_TARGET = 1e-6  # no number of drops keeps one; the square of a tiny one is 0
 MOST_WORKERS = 1024
 SEEDS = 2 ** 64
 
@@ -78,6 +79,8 @@ def drop_request(drops: int | None, seed: int | None, target_error: float = 0.0,
     directions = None if starts is None else _directions(starts)
     bound = _bound(drops, directions)
     drawn = _seed(seed)
+    if target:
+        target = max(target, LEAST_TARGET)
     return DropRequest(bound, drawn if directions is None else 0, target, threads, directions)
 
 

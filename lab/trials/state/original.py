@@ -21,6 +21,9 @@ NAME = "pose_stats.sqlite3"
 SURFACES = {**{f"box_{number}": surface for number, surface in enumerate(BOXES)},
             "fine": fine_box(6000)}
 
+SECONDS_TO_CHECK = 20.0
+"""In which a node has checked the estimates whose results got lost."""
+
 
 class Original:
     """A state with parts, counts and a job, as a killed node has left it, and what it showed."""
@@ -77,11 +80,17 @@ class Original:
             wrong += sound(node)
         return wrong, known
 
+    def _unlike(self, shown):
+        """What is shown of parts as it never was."""
+        return [f"{name} shows {numbers}, and showed {self.shown.get(name)}"
+                for name, numbers in shown.items()
+                if numbers not in [then.get(name) for then in (self.shown, *self.before)]]
+
     def _wrong(self, client, whole):
-        shown, wrong = numbers_of(client), []
-        for name, numbers in shown.items():
-            if numbers not in [then.get(name) for then in (self.shown, *self.before)]:
-                wrong.append(f"{name} shows {numbers}, and showed {self.shown.get(name)}")
+        end = time.monotonic() + SECONDS_TO_CHECK
+        while self._unlike(shown := numbers_of(client)) and time.monotonic() < end:
+            time.sleep(0.1)
+        wrong = self._unlike(shown)
         for name in shown:
             answer = client.call("estimate", part_id=name, method="csae")
             if answer.success:

@@ -73,7 +73,8 @@ class TestHybrid:
         assert by_index(found).tolist() == by_index(hybrid(part, found.drops, seed=1)).tolist()
         assert not warned(found, "TARGET_MISSED")
         assert hybrid(part, seed=1, target_error=0.2).drops == 10  # the first look is early
-        assert warned(hybrid(part, 50, seed=1, target_error=0.001), "TARGET_MISSED")
+        for target in (0.001, 1e-200):  # the square of the latter is 0
+            assert warned(hybrid(part, 50, seed=1, target_error=target), "TARGET_MISSED")
 
     def test_progress_is_of_the_hybrid_and_a_stop_is_heeded(self, part):
         heard = []
