@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
@@ -45,7 +46,7 @@ class CommandParser(argparse.ArgumentParser):
 
         Coordinates may be one word, as in --com "1mm 2mm 0".
         """
-        words = [] if args is None else list(args)
+        words = list(sys.argv[1:] if args is None else args)
         for place in reversed([k for k, word in enumerate(words[:-1], 1) if word == "--com"]):
             words[place:place + 1] = words[place].replace(",", " ").split() or [""]
         parsed, unknown = super().parse_known_args(words, namespace)

@@ -6,6 +6,7 @@ import sqlite3
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from rosbags.rosbag2.enums import CompressionMode
 
@@ -56,7 +57,10 @@ def test_a_flipped_bit_costs_its_chunk_alone(tmp_path, compression):
     write_run(tmp_path, run, use_chunking=True, chunk_size=4000, compression=compression)
     file = only_file(tmp_path)
     content = bytearray(file.read_bytes())
-    content[len(content) // 3] ^= 1
+    with file.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    chunk = chunks[len(chunks) // 3]  # between chunks is what has no checksum
+    content[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 1
     file.write_bytes(content)
     contents = analyse_bags(tmp_path).contents
     assert contents.files[0].state == "damaged" and "chunk" in contents.files[0].note
