@@ -147,12 +147,17 @@ CHECK_DROPS, CHECK_EVENTS = 200, 100_000
 """Drops beside an estimate that check it, and the impacts and steps that they may take together:
 some 50 ms. A part that takes many to calm down is dropped less often, but 50 times."""
 
+MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
+"""Scenes up to which estimates are checked: a drop that hardly ends takes seconds."""
+
 
 def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
             watch: Watch) -> tuple[PoseStatistics, str]:
-    """An estimate with some drops beside it; why. Where symmetry decides all it stands alone."""
+    """An estimate with some drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
-    if len(prior.size) == 1:
+    hardly_ends = (scene.restitution > MOST_RESTITUTION
+                   or scene.release_height(best.radius) > MOST_RADII * best.radius)
+    if len(prior.size) == 1 or hardly_ends:
         return best, explain_check(best.method, 0)
     few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
     found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
@@ -162,7 +167,8 @@ def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropReq
 def explain_check(method: str, drops: int) -> str:
     """Why an estimate checked by so many drops answers."""
     if not drops:
-        return f"Symmetry decides all, so {method} alone is exact."
+        return (f"{method} answers alone: symmetry decides all, or drops in such a scene take too "
+                f"long to check it.")
     return (f"{method} is expected to be the most accurate estimate of this part; no target error "
             f"was asked for, so {drops} drops check it.")
 
