@@ -153,7 +153,7 @@ MOST_RESTITUTION, MOST_RADII = 0.99, 100.0
 
 def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropRequest,
             watch: Watch) -> tuple[PoseStatistics, str]:
-    """An estimate with some drops beside it, or alone where they say nothing or hardly end; why."""
+    """An estimate with drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
     hardly_ends = (scene.restitution > MOST_RESTITUTION
                    or scene.release_height(best.radius) > MOST_RADII * best.radius)
