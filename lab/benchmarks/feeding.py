@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 
 import numpy as np
+from manifold3d import CrossSection, JoinType
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from ros_pose_stats import (
     FeederCell,
     FlipStatistics,
     Part,
     PoseStatistics,
+    StablePose,
     estimate,
+    outline_at,
     part_from_mesh,
     plan_feeding,
     simulate_flips,
@@ -26,9 +31,11 @@ from ros_pose_stats.shapes import demo_parts
 from ros_pose_stats.statistics.feeding_plan import KickPlan
 from ros_pose_stats.statistics.fill import plate_fill
 
-from .plate import Array, Flags, Plate
 from .report import NUMBERS, machine, table, write_page
 from .results import Results, Row, Section, Target, save
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 PARTS = ("clamp", "bracket", "hex_bolt", "gear", "prism", "cylinder")
 PLATES = ((8.0, 6.0, 0.0), (12.0, 9.0, 0.3), (20.0, 8.0, 0.1))
@@ -45,6 +52,38 @@ MEASURED = (
     "`off, %`: told over thrown, less one; `error, %`: the standard error of that. `parts`, "
     "`kicks`, `a minute`: the plan for a kick of half a radius; `simulated`: whole cycles of it, "
     "part by part, thrown anew at each kick.")
+
+
+class Plate:
+    """Parts of one kind with their true outlines, bays and holes included.
+
+    A part is blocked where another one reaches into its outline grown by the clearance.
+    """
+
+    def __init__(self, part: Part, poses: Sequence[StablePose], size: tuple[float, float],
+                 clearance: float) -> None:
+        self.size = np.array(size)
+        self.outlines = [CrossSection([ring for polygon in outline_at(part, pose)
+                                       for ring in polygon]) for pose in poses]
+        self.grown = [outline.offset(clearance, JoinType.Round, circular_segments=48)
+                      for outline in self.outlines]
+        self.reach = np.array([max(np.hypot(*ring.T).max() for ring in outline.to_polygons())
+                               for outline in self.outlines])
+        self.clearance = clearance
+
+    def free(self, pose: NDArray[np.int64], wanted: Flags, random: Generator) -> Flags:
+        """Throw parts (N,) that come to rest in these poses; which of those wanted are free."""
+        place = random.uniform(size=(len(pose), 2)) * self.size
+        turn = random.uniform(0.0, 360.0, len(pose))
+        far = self.reach[pose]
+        near = (np.hypot(*(place[:, None] - place).T) < far[:, None] + far + self.clearance)
+        np.fill_diagonal(near, False)
+        free = wanted[pose]
+        for mine in np.flatnonzero(free):
+            here = self.grown[pose[mine]].rotate(turn[mine])
+            free[mine] = all((here ^ self.outlines[pose[other]].rotate(turn[other]).translate(
+                place[other] - place[mine])).is_empty() for other in np.flatnonzero(near[mine]))
+        return free
 
 
 def row(name: str, part: Part, dropped: PoseStatistics, flips: FlipStatistics,

@@ -155,20 +155,24 @@ def checked(best: PoseStatistics, part: Part, scene: DropScene, request: DropReq
             watch: Watch) -> tuple[PoseStatistics, str]:
     """An estimate with drops beside it, or alone where they say nothing or hardly end; why."""
     prior = confidence.prior_of(best, poses_in(part, scene), scene)
-    hardly_ends = (scene.restitution > MOST_RESTITUTION
-                   or scene.release_height(best.radius) > MOST_RADII * best.radius)
-    if len(prior.size) == 1 or hardly_ends:
-        return best, explain_check(best.method, 0)
+    if len(prior.size) == 1 or _hardly_ends(scene, best.radius):
+        return best, explain_check(best.method, 0, scene, best.radius)
     few = replace(request, drops=min(request.drops, CHECK_DROPS), events=CHECK_EVENTS)
     found = drop_with(prior, part, scene, few, watch, confidence.FIRST_LOOK)
-    return found, explain_check(best.method, found.drops)
+    return found, explain_check(best.method, found.drops, scene, best.radius)
 
 
-def explain_check(method: str, drops: int) -> str:
-    """Why an estimate checked by so many drops answers."""
+def _hardly_ends(scene: DropScene, radius: float) -> bool:
+    return (scene.restitution > MOST_RESTITUTION
+            or scene.release_height(radius) > MOST_RADII * radius)
+
+
+def explain_check(method: str, drops: int, scene: DropScene, radius: float) -> str:
+    """Why an estimate with so many drops beside it answers."""
     if not drops:
-        return (f"{method} answers alone: symmetry decides all, or drops in such a scene take too "
-                f"long to check it.")
+        return (f"Drops hardly end in such a scene, so {method} answers alone."
+                if _hardly_ends(scene, radius)
+                else f"Symmetry decides all, so {method} alone is exact.")
     return (f"{method} is expected to be the most accurate estimate of this part; no target error "
             f"was asked for, so {drops} drops check it.")
 

@@ -59,7 +59,7 @@ class Refinement:
         if (dropped is not None and dropped.drops > checked.drops
                 and statistics_messages.refutes(dropped)):
             return dropped, f"Drops already made contradict {best}."
-        return checked, hybrid.explain_check(best, checked.drops)
+        return checked, hybrid.explain_check(best, checked.drops, scene, checked.radius)
 
     def answer(self, known: known_part.KnownPart, target_error: float,
                scene: DropScene) -> tuple[PoseStatistics, str]:
