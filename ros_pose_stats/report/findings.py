@@ -3,19 +3,21 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..design.effects import Sensitivity
 from ..design.sensitivity import CHECK_DROPS, sensitivity
 from ..errors import RequestError
 from ..estimators import best_method, estimate_all
 from ..kernels.compilation import prepare_kernels
-from ..planning import confidence, kick_sweep
+from ..planning import confidence
 from ..planning.hybrid import hybrid_statistics
-from ..records import DropScene, Part, PoseStatistics, scene as scenes
+from ..records import DropScene, FlipStatistics, Part, PoseStatistics, scene as scenes
 from ..resting.pose_sphere import PoseSphere, pose_sphere
 from ..resting.poses import resting_poses
 from ..resting.splitting_graph import SplittingNode, splitting_graph, with_shares
 from ..simulation import flips, simulate
+from ..simulation.request import Watch, drop_request
 from ..statistics import feeding, pose_groups, pose_shares
 from .words import said_once
 
@@ -23,6 +25,9 @@ TARGET_ERROR = 0.01
 MOST_DROPS = 10_000
 """Error that the drops of a page are to reach, and the most of them, where their number is not
 given: a page should be there soon, and a real plate adds five points anyway."""
+
+FLIPS = 500
+"""Flips a pose and kick: enough to see where the fastest kick lies."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,13 @@ class Feeder:
                                    "included")
 
 
+class KickFeeding(NamedTuple):
+    """What a kick makes of a feeder."""
+
+    flips: FlipStatistics
+    feeding: feeding.Feeding
+
+
 @dataclass(frozen=True, eq=False)
 class Findings:
     """The numbers of a report."""
@@ -69,15 +81,15 @@ class Findings:
     feeder: Feeder  # what was asked; without wanted poses there is no feeder
     afresh: feeding.Feeding | None  # what it gets if parts that lie wrong are dropped again
     # what it gets by kicking them, from several heights, with that of the feeder among them
-    sweep: kick_sweep.KickSweep | None
+    kicks: tuple[KickFeeding, ...]
     target_error: float  # that the drops were to reach; 0 where their number was given
     sensitivity: Sensitivity | None = None  # what changes of the part do to the accepted share
 
     @property
-    def kicked(self) -> kick_sweep.KickFeeding | None:
+    def kicked(self) -> KickFeeding | None:
         """What the feeder gets by its own kick."""
-        kicks = () if self.sweep is None else self.sweep.kicks
-        return next((one for one in kicks if one.kick_height == self.feeder.kick_height), None)
+        return next((kick for kick in self.kicks
+                     if kick.flips.kick_height == self.feeder.kick_height), None)
 
     @property
     def best_estimate(self) -> PoseStatistics:
@@ -115,7 +127,7 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
     simulated = simulate.simulate(part, MOST_DROPS if drops is None else drops, restitution, seed,
                                   drop_height, target, workers, should_stop=should_stop,
                                   cluster_tolerance=cluster_tolerance, round_sides=round_sides)
-    sweep = _sweep(part, simulated, asked, workers, should_stop)
+    kicks = _kicks(part, simulated, asked, workers, should_stop)
     afresh = None
     if asked.wanted and simulated.drops > simulated.unsettled:
         afresh = feeding.drop_afresh(pose_shares.pose_shares(simulated), asked.wanted,
@@ -132,18 +144,20 @@ def investigate(part: Part, *, drops: int | None = None, seed: int | None = None
                               cluster_tolerance=cluster_tolerance, round_sides=round_sides,
                               workers=workers, should_stop=should_stop)
     return Findings(part, simulated, combined, tuple(estimates), graph, pose_sphere(resting),
-                    asked, afresh, sweep, target, changes)
+                    asked, afresh, kicks, target, changes)
 
 
-def _sweep(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,
-           should_stop: Callable[[], bool] | None) -> kick_sweep.KickSweep | None:
-    """The feeder's own kick and those of several other heights; None where it has none."""
-    if feeder.kick_height is None or feeder.rate is None:
-        return None
-    if simulated.drops == simulated.unsettled or (should_stop is not None and should_stop()):
-        return None
-    heights = [feeder.kick_height, *flips.usual_kicks(simulated.radius)]
-    found = kick_sweep.sweep_kicks(part, simulated, feeder.wanted, feeder.rate, feeder.cycle_time,
-                                   heights, seed=simulated.seed, workers=workers,
-                                   should_stop=should_stop)
-    return found if found.kicks else None
+def _kicks(part: Part, simulated: PoseStatistics, feeder: Feeder, workers: int | None,
+           should_stop: Callable[[], bool] | None) -> tuple[KickFeeding, ...]:
+    """The feeder's own kick and those of several other heights; empty where it has none."""
+    if feeder.kick_height is None or feeder.rate is None or (
+            simulated.drops == simulated.unsettled or (should_stop is not None and should_stop())):
+        return ()
+    shares = pose_shares.pose_shares(simulated)
+    scene = DropScene(simulated.restitution, None, simulated.cluster_tolerance,
+                      simulated.round_sides)
+    return tuple(KickFeeding(counted, feeding.flip_wrong_ones(
+        shares, counted.counts, feeder.wanted, feeder.rate, feeder.cycle_time))
+        for counted in flips.flips_by_kick(
+            part, scene, [feeder.kick_height, *flips.usual_kicks(simulated.radius)],
+            drop_request(FLIPS, simulated.seed, 0.0, workers), Watch.of(None, should_stop)))

@@ -91,7 +91,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
     return _template().render(
         part=part, found=found, target=findings.target_error,
         estimate=findings.best_estimate, feeder=findings.feeder, afresh=findings.afresh,
-        kicked=findings.kicked, sweep=findings.sweep, groups=groups, shown=shown,
+        kicked=findings.kicked, groups=groups, shown=shown,
         size=size.tolist(), commands=commands,
         center=[_coordinate(x, found.radius) for x in part.center_of_mass.tolist()],
         missed=any(one.startswith("TARGET_MISSED") for one in found.warnings),
@@ -101,8 +101,7 @@ def report_page(findings: Findings, commands: tuple[str, ...] = ()) -> str:
                for group, picture in zip(shown, pictures, strict=True)],
         by_method=_by_method(findings, shown),
         feeders=_feeders(findings, groups[:MOST_FEEDERS]),
-        kicks=None if findings.sweep is None
-        else files.svg_address(shares.kick_figure(findings.sweep)),
+        kicks=_kicks(findings),
         graph=_graph(findings), changes=_changes(findings),
         spheres={name: files.svg_address(sphere.sphere_figure(findings.sphere, name,
                                                               findings.graph))
@@ -134,6 +133,16 @@ def _template() -> Template:
         "three_digits": words.three_digits, "named": _named, "numbered": _numbered,
         "direction": _direction,
         "share_of_bar": lambda share: f"{0.0 if math.isnan(share) else 100.0 * share:.2f}"})
+
+
+def _kicks(findings: Findings) -> str | None:
+    """What the feeder gets by its own kick and by others, as a picture."""
+    feeder, afresh = findings.feeder, findings.afresh
+    if not findings.kicks or afresh is None or feeder.rate is None:
+        return None
+    return files.svg_address(shares.kick_figure(
+        findings.part.part_id, feeder.rate, feeder.cycle_time, afresh.per_minute,
+        [(kick.flips.kick_height, kick.feeding.per_minute) for kick in findings.kicks]))
 
 
 def _by_method(findings: Findings,

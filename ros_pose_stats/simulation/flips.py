@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,6 +95,24 @@ def count_flips(part: Part, scene: DropScene, kick_height: float, per_pose: Drop
         part.part_id, part.digest, body.radius, scene.restitution, kick,
         scene.cluster_tolerance, scene.round_sides, poses, counts, unsettled, transition, errors,
         request.seed, time.perf_counter() - begin, tuple(warnings), version.VERSION)
+
+
+def flips_by_kick(part: Part, scene: DropScene, kicks: Iterable[float], per_pose: DropRequest,
+                  watch: Watch = ALONE, on_kick: Callable[[int, int], object] | None = None
+                  ) -> list[FlipStatistics]:
+    """Flips at several kick heights, less those that were not complete when they were stopped.
+
+    All hit the part at the same points, so that less of their difference is a matter of chance.
+    """
+    heights, complete = sorted({check_kick(kick) for kick in kicks}), []
+    for place, height in enumerate(heights):
+        if on_kick is not None:
+            on_kick(place, len(heights))
+        flips = count_flips(part, scene, height, per_pose, watch)
+        if flips.flips < per_pose.drops * len(flips.poses):
+            break
+        complete.append(flips)
+    return complete
 
 
 def check_kick(kick_height: float) -> float:

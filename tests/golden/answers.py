@@ -114,8 +114,9 @@ def requests_of_part(file, radius):
                        "--seed", "6"],
             "flips": ["flips", *part, "--kick", repr(radius), "--flips", "200", "--drops", "500",
                       "--seed", "4", *wanted],
-            "sweep": ["flips", *part, "--sweep", repr(0.5 * radius), repr(radius), "--flips",
-                      "100", "--drops", "300", "--seed", "4", *wanted],
+            "feeding": ["feeding", *part, "--plate", repr(12.0 * radius), repr(9.0 * radius),
+                        "--kicks", repr(0.5 * radius), repr(radius), "--flips", "100",
+                        "--seed", "4", *wanted],
             "sensitivity": ["sensitivity", *part, *wanted, "--checks", "2", "--drops", "300",
                             "--seed", "4"],
         }

@@ -11,7 +11,7 @@ from .. import arguments as given, running
 from .flips import DEFAULT_RATE, show_bounded
 
 if TYPE_CHECKING:
-    from ...records import FlipStatistics, PoseStatistics
+    from ...records import PoseStatistics
     from ...statistics.feeding_plan import FeederCell, FeedingPlan
 
 FLIPS, SEED = 10_000, 1
@@ -32,7 +32,7 @@ def register(commands: given.Commands) -> None:
         "parts to put on the plate, and how many are picked a minute, with an interval that has "
         "the plate's error in it.",
         examples=("ros_pose_stats feeding demo/clamp.stl --unit mm --wanted 0 1 "
-                  "--plate 300mm 200mm",))
+                  "--plate 300mm 200mm --png kicks.png",))
     given.add_part_options(command)
     given.add_scene_options(command)
     given.add_wanted_option(command, "I", "indices of the poses that are picked, for instance 0 1 "
@@ -54,6 +54,8 @@ def register(commands: given.Commands) -> None:
     command.add_argument("--flips", type=given.read_count, metavar="N",
                          help=f"kicks out of each pose at each height (default: {FLIPS} shared "
                          "out over the poses)")
+    command.add_argument("--png", metavar="FILE",
+                         help="draw the parts a minute over the kick heights, as FILE.png")
     given.add_seed_option(command, "of the kicks (default: %(default)s)", SEED)
     given.add_workers_option(command)
     given.add_json_option(command)
@@ -62,33 +64,36 @@ def register(commands: given.Commands) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Estimate, kick from every height, plan and print."""
+    picture = None if options.png is None else running.output_file(options.png, (".png",))
     part = running.load_part_and_kernels(options)
     from ...planning.auto import estimate
-    from ...simulation.flips import check_kick, simulate_flips, usual_kicks
+    from ...simulation.flips import flips_by_kick, usual_kicks
+    from ...simulation.request import Watch, drop_request
     from ...statistics.feeding_plan import FeederCell, plan_feeding
     from ...statistics.pose_groups import warn_of_alike
 
     cell = FeederCell(options.rate, tuple(options.plate), options.clearance, options.cycle_time,
                       options.pick_time, options.camera_time, options.drop_time)
-    scene = given.scene_keywords(options)
-    dropped = estimate(part, **scene)
+    dropped = estimate(part, **given.scene_keywords(options))
     plan = plan_feeding(dropped, options.wanted, cell)  # what is refused is refused at once
     warnings = [*dropped.warnings, *warn_of_alike(dropped, options.wanted)]
     kicks = usual_kicks(dropped.radius) if options.kicks is None else options.kicks
-    heights = sorted({check_kick(height) for height in kicks})
     each = max(1, FLIPS // len(dropped.poses)) if options.flips is None else options.flips
-    scene.pop("drop_height")
-    flips: list[FlipStatistics] = []
     with running.stop_on_interrupt() as interrupted, running.ProgressBar(sys.stderr) as bar:
-        for place, height in enumerate(heights):
-            bar.draw(place / len(heights), f"kick {place + 1} of {len(heights)}")
-            found = simulate_flips(part, height, each, seed=options.seed, workers=options.workers,
-                                   should_stop=interrupted, **scene)
-            if interrupted():
-                break
-            flips.append(found)
+        flips = flips_by_kick(
+            part, given.scene_of(options), kicks,
+            drop_request(each, options.seed, 0.0, options.workers), Watch.of(None, interrupted),
+            lambda done, total: bar.draw(done / total, f"kick {done + 1} of {total}"))
     stopped = interrupted()
     plan = plan_feeding(dropped, options.wanted, cell, flips) if flips else plan
+    if picture is not None and flips:
+        from ...files import write_file
+        from ...plots import files, shares
+
+        without, *kicked = plan.options
+        write_file(picture, files.figure_png(shares.kick_figure(
+            part.part_id, cell.rate, cell.cycle_time, without.per_minute,
+            [(kick.kick_height, kick.per_minute) for kick in kicked])))
     if options.json:
         names = ("part_id", "part_digest", "method", "restitution", "drop_height",
                  "cluster_tolerance", "round_sides", "plate_error", "version")
@@ -99,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         print("\n".join(_lines(dropped, plan, cell, warnings)))
         if stopped:
-            print(f"interrupted after {len(flips)} of {len(heights)} kick heights")
+            print(f"interrupted after {len(flips)} of {len(set(kicks))} kick heights")
     return running.INTERRUPTED if stopped else 0
 
 

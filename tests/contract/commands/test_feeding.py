@@ -20,8 +20,12 @@ def test_the_plan_is_the_librarys(box):
     assert values["actions"][:2] == ["pick", "pick"] and values["plate_error"] > 0.0
 
 
-def test_the_table_marks_the_best_kick(box):
-    lines = answer("feeding", *box, "--wanted", 0, *ASKED).splitlines()
+def test_the_table_and_a_picture_mark_the_best_kick(box, tmp_path):
+    from matplotlib.image import imread
+
+    lines = answer("feeding", *box, "--wanted", 0, *ASKED, "--png",
+                   tmp_path / "kicks.png").splitlines()
+    assert imread(tmp_path / "kicks.png").std() > 0.0
     assert sum(line.endswith("best") for line in lines) == 1
     assert any(line.startswith("WANTED_ALIKE: pose 1 looks the same as pose 0") for line in lines)
 
@@ -32,6 +36,7 @@ def test_the_table_marks_the_best_kick(box):
     (("--wanted", 0, "--plate", 0, 0.2), "a plate with sides above 0 m"),
     (("--wanted", 0, *ASKED, "--kicks", -1), "a kick height of 0 m or more"),
     (("--wanted", 0, *ASKED, "--clearance", -1), "a clearance of 0 or more"),
+    (("--wanted", 0, *ASKED, "--png", "kicks.jpg"), ".png"),
 ])
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("feeding", *box, *options)

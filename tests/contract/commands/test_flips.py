@@ -1,4 +1,4 @@
-"""`flips`: the matrix, what a feeder gets, a sweep of kick heights, and refusals."""
+"""`flips`: the matrix, what a feeder gets, and refusals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from ros_pose_stats import load_part, simulate_flips
 from tests.running import answer, answer_json, refusal
 
 KICKED = "--kick", 0.05, "--flips", 200, "--drops", 500, "--seed", 5, "--wanted", "0,1"
-SWEPT = "--flips", 60, "--drops", 500, "--seed", 5, "--wanted", "0,1"
 
 
 def test_the_object_is_the_librarys(box):
@@ -33,44 +32,18 @@ def test_kicks_are_set_beside_dropping_again(box):
     assert any(line.strip().startswith("kicked") for line in lines)
 
 
-@pytest.mark.parametrize("way", [("--kick", 0.05), ("--sweep", 0.05)])
-def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(box, way):
-    asked = "flips", *box, *way, "--flips", 20, "--drops", 100, "--seed", 5, "--wanted", 0
+def test_wanted_poses_of_which_symmetry_has_more_are_pointed_out(box):
+    asked = ("flips", *box, "--kick", 0.05, "--flips", 20, "--drops", 100, "--seed", 5,
+             "--wanted", 0)
     warning = "WANTED_ALIKE: pose 1 looks the same as pose 0"
     assert warning in answer(*asked)
     assert warning in answer_json(*asked)["warnings"][-1]
 
 
-def test_a_sweep_names_the_best_of_its_kicks(box):
-    swept = answer_json("flips", *box, *SWEPT, "--sweep", 0.001, 0.02, 0.05)
-    assert [kick["kick_height"] for kick in swept["kicks"]] == [0.001, 0.02, 0.05]
-    # A kick that frees no part never ends; JSON has no infinity.
-    assert swept["kicks"][0]["feeding"]["flips"] == {"value": None, "low": None, "high": None}
-    rates = [kick["feeding"]["per_minute"]["value"] for kick in swept["kicks"]]
-    assert swept["best"] == swept["kicks"][rates.index(max(rates))]["kick_height"]
-    assert swept["best"] in swept["near_best"] and swept["wanted"] == [0, 1]
-    single = answer_json("flips", *box, *SWEPT, "--kick", 0.02)["feeding"]
-    assert single["kicked"] == swept["kicks"][1]["feeding"]
-    assert single["dropped_again"] == swept["dropped_again"]
-
-
-def test_a_sweep_by_itself_is_a_table_and_a_picture(box, tmp_path):
-    from matplotlib.image import imread
-
-    text = answer("flips", *box, *SWEPT, "--sweep", "--png", tmp_path / "kicks.png")
-    assert sum(line.endswith("fastest") for line in text.splitlines()[:-1]) == 1
-    assert "no bound" in text and "nan" not in text
-    assert imread(tmp_path / "kicks.png").std() > 0.0
-
-
 @pytest.mark.parametrize(("options", "words"), [
     (("--kick", -1), "kick height of 0 m or more"),
     (("--kick", 0.01, "--wanted", 9), "wanted poses out of 0 to 5"),
-    (("--kick", 0.01, "--png", "kicks.png"), "--png with --sweep"),
-    (("--sweep",), "--wanted with --sweep"),
-    (("--sweep", -1.0, "--wanted", "0"), "a kick height of 0 m or more"),
-    (("--sweep", "--wanted", "0", "--rate", 0), "a rate above 0"),
-    (("--sweep", "--wanted", "0", "--png", "kicks.jpg"), ".png"),
+    (("--kick", 0.01, "--wanted", "0", "--rate", 0), "a rate above 0"),
 ])
 def test_refused_in_one_line(box, options, words):
     assert words in refusal("flips", *box, "--flips", 20, "--drops", 20, *options)
